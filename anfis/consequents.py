@@ -187,16 +187,23 @@ def solve(normal: NormalEquations, rows: tuple[torch.Tensor, torch.Tensor] | Non
 
 
 class Recursive(NamedTuple):
-    """The state of recursive least squares, for learning on line: what is known after the samples so far."""
+    """The state of recursive least squares, for learning on line: what is known after the samples so far.
 
-    values: torch.Tensor  # (parameters, outputs)
-    covariance: torch.Tensor  # (parameters, parameters)
+    Attributes:
+        values: (parameters, outputs), in the units of the consequents.
+        covariance: (parameters, parameters).
+    """
+
+    values: torch.Tensor
+    covariance: torch.Tensor
 
 
 def recursive_start(values: torch.Tensor, confidence: float = 1e-6) -> Recursive:
-    """The state before the first sample: ``values`` (parameters, outputs), with little ``confidence`` in them.
+    """The state of recursive least squares before the first sample, with little confidence in its values.
 
-    The covariance is the identity over ``confidence``, a positive number.
+    Args:
+        values: The consequents to begin with (parameters, outputs).
+        confidence: A positive number; the covariance is the identity over it.
     """
     n = values.shape[0]
     return Recursive(values, torch.eye(n, dtype=values.dtype, device=values.device) / confidence)
@@ -205,8 +212,11 @@ def recursive_start(values: torch.Tensor, confidence: float = 1e-6) -> Recursive
 def recursive_step(state: Recursive, a: torch.Tensor, y: torch.Tensor, forgetting: float = 1.0) -> Recursive:
     """The state after one more sample   [Jang 1993, (17)].
 
-    ``a`` (parameters,) is its row of the design matrix, ``y`` (outputs,) its targets, and ``forgetting`` in (0, 1] the
-    factor by which all earlier samples lose weight.
+    Args:
+        state: The state before it.
+        a: The sample's row of the design matrix (parameters,).
+        y: Its targets (outputs,).
+        forgetting: The factor in (0, 1] by which all earlier samples lose weight.
     """
     gain = state.covariance @ a / (forgetting + a @ state.covariance @ a)
     values = state.values + gain[:, None] * (y - a @ state.values)[None, :]

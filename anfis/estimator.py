@@ -32,16 +32,29 @@ _STARTS = ("subtractive", "grid")
 class ANFISRegressor(RegressorMixin, BaseEstimator):
     """A Sugeno system identified from the data and trained by :func:`anfis.train`.
 
-    It starts from ``start``: "subtractive" (clusters of ``radius``, a share of the ranges), "grid" (``mfs`` terms of
-    ``kind`` an input), or a :class:`fuzzy.Sugeno`, whose inputs and outputs are the columns in their order. ``order``
-    is that of the consequents: 1 linear, 0 constant. The others are those of :class:`anfis.Options`.
-
-    With ``validation_fraction`` in (0, 1) that share of the samples is not learnt from, and the system of least error
-    on it is kept. ``random_state`` chooses these samples; it also orders mini-batches (``batch``, method "backprop").
-
     Fitted: ``system_`` (:class:`fuzzy.Sugeno`), ``training_`` (:class:`anfis.Training`), ``n_iter_``,
     ``n_features_in_``, ``feature_names_in_``. A column's name is its input's, ``x1`` ... without names. An input
     outside the data's range is not clipped: the linear consequents go on.
+
+    Args:
+        start: "subtractive" (clusters), "grid", or a :class:`fuzzy.Sugeno`, whose inputs and outputs are the columns in
+            their order.
+        radius: Of clusters, a share of the ranges.
+        mfs: Of a grid: terms an input, one number or one for each.
+        kind: Of a grid: the membership function by MATLAB's name.
+        order: Of the consequents: 1 linear, 0 constant.
+        method: As of :class:`anfis.Options`, as are the following up to ``keep_order``.
+        epochs: The most epochs.
+        step: Hybrid: the length of the first premise step, in units of the universes.
+        rate: Backprop: its learning rate.
+        patience: Epochs without a new least error after which it stops; 0: never.
+        goal: The error at which it stops, in the outputs' unit.
+        ridge: Of the least squares, without a unit.
+        batch: Backprop: samples a step; 0: all.
+        keep_order: Whether memberships of an input stay ordered and covering.
+        validation_fraction: In (0, 1): that share of the samples is not learnt from, and the system of least error on
+            it is kept; 0: none.
+        random_state: Chooses these samples, and orders mini-batches.
     """
 
     def __init__(
@@ -89,7 +102,12 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
     def fit(self, X: Any, y: Any) -> "ANFISRegressor":
         """Learn from ``X`` (samples, features) and ``y`` (samples,) or (samples, outputs).
 
-        Raises EstimatorError for settings that cannot be used, ValueError for data that cannot be learnt from.
+        Returns:
+            The estimator itself.
+
+        Raises:
+            EstimatorError: Settings that cannot be used.
+            ValueError: Data that cannot be learnt from.
         """
         names = _names_of(y)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)
@@ -117,7 +135,7 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: Any) -> np.ndarray:
-        """Compute the outputs, (samples,) or (samples, outputs) as ``y`` was, at ``X`` (samples, features)."""
+        """The outputs, (samples,) or (samples, outputs) as ``y`` was, at ``X`` (samples, features)."""
         check_is_fitted(self)
         X = validate_data(self, X, dtype=np.float64, reset=False)
         found = np.asarray(self.system_(X))

@@ -21,22 +21,32 @@ Start = Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """One of the folds: what was held back, and what the rest taught."""
+    """One of the folds: what was held back, and what the rest taught.
 
-    held: np.ndarray  # (held,) int: the rows that were not learnt from, ascending
-    rmse: float  # on them, over samples and outputs, in the outputs' unit
-    training: Training  # of all other rows
+    Attributes:
+        held: (held,) int: the rows that were not learnt from, ascending.
+        rmse: The error on them, over samples and outputs, in the outputs' unit.
+        training: The training of all other rows.
+    """
+
+    held: np.ndarray
+    rmse: float
+    training: Training
 
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """The errors of all folds, in the outputs' unit."""
+    """The errors of all folds, in the outputs' unit.
+
+    Attributes:
+        folds: The folds, in their order.
+    """
 
     folds: tuple[Fold, ...]
 
     @property
     def rmse(self) -> np.ndarray:
-        """(folds,) the error of each fold on the samples that it held back."""
+        """The error of each fold on the samples that it held back (folds,)."""
         return np.array([fold.rmse for fold in self.folds])
 
     @property
@@ -90,9 +100,14 @@ def cross_validate(
         check: Checking data, as for :func:`anfis.train`.
         callback: Sees the number of the fold (from 0) and every epoch of its training, and may return False to stop it.
 
-    The same data, options and seed give the same result. Raises FoldError where no folds can be made, TrainingError
-    and DataError as :func:`anfis.train` does, and KeyboardInterrupt when it is interrupted: some of the folds are not
-    an answer.
+    Returns:
+        The folds, each with its error and its training. The same data, options and seed give the same result.
+
+    Raises:
+        FoldError: No folds can be made.
+        TrainingError: As of :func:`anfis.train`.
+        DataError: As of :func:`anfis.train`.
+        KeyboardInterrupt: It is interrupted: some of the folds are not an answer.
     """
     x, y = finite_table(x, "x"), output_table(y)
     if len(x) != len(y):

@@ -31,10 +31,16 @@ class TrainingPlotError(InputError):
 
 
 def plot_training(history: Sequence[Epoch]) -> Figure:
-    """Training and checking error over the epochs, logarithmic, with the least one marked; below, the step size.
+    """Draw training and checking error over the epochs, logarithmic, with the least one marked; below, the step size.
 
     The step size is the hybrid method's step length (in ranges), the second-order method's damping or the learning
-    rate. The axis is linear where an error is 0. Raises TrainingPlotError for an empty history.
+    rate. The axis is linear where an error is 0.
+
+    Args:
+        history: The epochs, such as ``Training.history``.
+
+    Raises:
+        TrainingPlotError: An empty history.
     """
     if not history:
         raise TrainingPlotError("the history holds no epoch: there is nothing to draw")
@@ -64,9 +70,13 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
 
 
 def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
-    """The errors against the number of rules, logarithmic, with a ring at the number that was chosen.
+    """Draw the errors against the number of rules, logarithmic, with a ring at the number that was chosen.
 
-    The errors are those of the path, before the last training; ``unit`` is that of the outputs.
+    The errors are those of the path, before the last training.
+
+    Args:
+        pruned: What pruning has found.
+        unit: That of the outputs.
     """
     rules = [step.rules for step in pruned.path]
     with style():
@@ -102,10 +112,17 @@ def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
 
 
 def plot_premises(before: Sugeno, after: Sugeno, width: float = DOUBLE) -> Figure:
-    """Each input's membership functions before learning (thin) and after (wide)   [thesis, Fig 5.10].
+    """Draw each input's membership functions before learning (thin) and after (wide)   [thesis, Fig 5.10].
 
-    A term has the same colour and dashes in both; ``width`` is that of the figure of several inputs, in inches.
-    Raises TrainingPlotError unless both systems have the same inputs and terms.
+    A term has the same colour and dashes in both.
+
+    Args:
+        before: The system before.
+        after: The system after.
+        width: That of the figure of several inputs, in inches.
+
+    Raises:
+        TrainingPlotError: The systems do not have the same inputs and terms.
     """
     before, after = detached(before), detached(after)
     names = [[(v.name, tuple(v.terms)) for v in fis.inputs] for fis in (before, after)]
@@ -158,10 +175,17 @@ def _draw_terms(ax: Any, old: Variable, new: Variable) -> None:
 
 
 def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
-    """A system's outputs against data: over the samples, against the targets, and the residuals' histogram.
+    """Draw a system's outputs against data: over the samples, against the targets, and the residuals' histogram.
 
-    ``x`` (samples, inputs), ``y`` (samples,) or (samples, outputs); one row of axes an output   [thesis, Figs 5.8, 5.9,
-    5.12]. Data outside the universes are drawn without a warning. Raises DataError for data that do not fit ``fis``.
+    One row of axes an output [thesis, Figs 5.8, 5.9, 5.12]. Data outside the universes are drawn without a warning.
+
+    Args:
+        fis: The system.
+        x: The inputs (samples, inputs).
+        y: The outputs (samples,) or (samples, outputs).
+
+    Raises:
+        DataError: Data that do not fit ``fis``.
     """
     fis = detached(fis)
     data = samples(fis, x, y, "given")

@@ -37,27 +37,46 @@ _FAINT = 1e-9  # weights of all other rules below which they are computed anew, 
 
 
 class PruningStep(NamedTuple):
-    """The errors with some number of rules, over samples and outputs, in the outputs' unit."""
+    """The errors with some number of rules, over samples and outputs, in the outputs' unit.
+
+    Attributes:
+        rules: How many there are.
+        train: On the data that teach.
+        check: On the data that choose; not-a-number without.
+        test: On data that neither teach nor choose; not-a-number without.
+        silent: Training samples at which no rule fires: there the middle of the output's range stands.
+    """
 
     rules: int
     train: float
-    check: float  # on the data that choose; not-a-number without
-    test: float  # on data that neither teach nor choose; not-a-number without
-    silent: int  # training samples at which no rule fires: there the middle of the output's range stands
+    check: float
+    test: float
+    silent: int
 
 
 @dataclass(frozen=True, eq=False)
 class Pruned:
-    """The result of pruning: a system of fewer rules, and the errors on the way."""
+    """The result of pruning: a system of fewer rules, and the errors on the way.
 
-    system: Sugeno  # with the chosen number of rules, fully trained
-    error: PruningStep  # of ``system``
-    path: tuple[PruningStep, ...]  # from all rules, fully trained, to few, each trained for some epochs
-    systems: tuple[Sugeno, ...]  # those of the path
-    chosen: int  # the place in the path that the choice fell on
-    training: Training  # of ``system``, the last one
-    held: np.ndarray  # (held,) int: rows of the training data that chose, and taught in the last training only
-    stopped: str  # why: "finished" or "interrupted"
+    Attributes:
+        system: With the chosen number of rules, fully trained.
+        error: The errors of ``system``.
+        path: From all rules, fully trained, to few, each trained for some epochs.
+        systems: Those of the path.
+        chosen: The place in the path that the choice fell on.
+        training: The last training, that of ``system``.
+        held: (held,) int: rows of the training data that chose, and taught in the last training only.
+        stopped: Why it ended: "finished" or "interrupted".
+    """
+
+    system: Sugeno
+    error: PruningStep
+    path: tuple[PruningStep, ...]
+    systems: tuple[Sugeno, ...]
+    chosen: int
+    training: Training
+    held: np.ndarray
+    stopped: str
 
     def table(self) -> Any:
         """The path as a pandas table."""
@@ -105,8 +124,13 @@ def prune(
         callback: Sees "all rules", "pruning" or "last training", the number of rules and every epoch, and may return
             False to end that training.
 
-    Ctrl-C keeps the best so far. The same data, options and seed give the same result. Raises TrainingError and
-    DataError as :func:`anfis.train` does.
+    Returns:
+        The pruned system and the way to it. The same data, options and seed give the same result; Ctrl-C keeps the best
+        so far.
+
+    Raises:
+        TrainingError: As :func:`anfis.train` does.
+        DataError: As :func:`anfis.train` does.
     """
     options = options or Options()
     fis = detached(fis)

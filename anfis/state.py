@@ -6,13 +6,21 @@ from anfis.point import Point
 
 
 class Epoch(NamedTuple):
-    """One row of the history: the network before the epoch's own step."""
+    """One row of the history: the network before the epoch's own step.
+
+    Attributes:
+        epoch: Its number, from 0.
+        train: RMSE over samples and outputs, in the outputs' unit.
+        check: RMSE on the checking data; not-a-number without.
+        step: Hybrid: the length of the step; second-order: the damping; others: the learning rate.
+        rank: Of the least squares (the smallest of the outputs' problems); 0 for a method that does not solve them.
+    """
 
     epoch: int
-    train: float  # RMSE over samples and outputs, in the outputs' unit
-    check: float  # RMSE on the checking data; not-a-number without
-    step: float  # hybrid: length of the step; second-order: damping; others: learning rate
-    rank: int  # of the least squares (the smallest of the outputs' problems); 0 for a method that does not solve them
+    train: float
+    check: float
+    step: float
+    rank: int
 
 
 class State(NamedTuple):

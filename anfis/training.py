@@ -36,18 +36,32 @@ _NEGLIGIBLE = 1e-6  # of the outputs' spread: a difference of errors below it is
 
 @dataclass(frozen=True, eq=False)
 class Training:
-    """The result of a training: the best systems, the errors on the way, why it stopped, and a state to go on from."""
+    """The result of a training: the best systems, the errors on the way, why it stopped, and a state to go on from.
 
-    system: Sugeno  # least checking error if there are checking data (as MATLAB's chkFIS), else least training error
-    least_train: Sugeno  # the system of least training error
+    Attributes:
+        system: The system of least checking error if there are checking data (as MATLAB's chkFIS), else of least
+            training error.
+        least_train: The system of least training error.
+        history: An entry an epoch, from the system as it was.
+        best: The epoch of ``system``.
+        stopped: Why it ended: "epochs", "goal", "patience", "interrupted", "callback", "converged" or "diverged".
+        options: How it was trained.
+        parameters: How many numbers were learnt.
+        rmse: Of ``system`` as its file holds it, on the training data, over samples and outputs, in the outputs' unit.
+        check_rmse: Likewise on the checking data; not-a-number without.
+        state: To resume from, with :func:`train`'s ``resume``.
+    """
+
+    system: Sugeno
+    least_train: Sugeno
     history: tuple[Epoch, ...]
-    best: int  # the epoch of ``system``
-    stopped: str  # why: "epochs", "goal", "patience", "interrupted", "callback", "converged", "diverged"
+    best: int
+    stopped: str
     options: Options
-    parameters: int  # how many numbers were learnt
-    rmse: float  # of ``system`` as its file holds it, on the training data, over samples and outputs
-    check_rmse: float  # likewise on the checking data; not-a-number without
-    state: dict[str, Any] = field(repr=False)  # to resume from, with :func:`train`'s ``resume``
+    parameters: int
+    rmse: float
+    check_rmse: float
+    state: dict[str, Any] = field(repr=False)
 
     def table(self) -> Any:
         """The history as a pandas table."""
@@ -68,19 +82,33 @@ def train(
     checkpoint: str | Path | None = None,
     resume: str | Path | dict[str, Any] | None = None,
 ) -> Training:
-    """Learn the parameters of ``fis`` from ``x`` (samples, inputs) and ``y`` (samples,) or (samples, outputs).
-
-    ``check`` is data of the same form that are not learnt from. ``callback`` sees every epoch and may return False to
-    stop. ``improved`` is called before it, after every epoch that is the best so far, with a function that makes the
-    system of that epoch. ``checkpoint`` is a file rewritten after every epoch; ``resume`` continues from one (or from
-    ``Training.state``) with the same result as if it had not stopped, to the last bit on the same machine. Ctrl-C
-    ends training with the best so far, and so does an error that is no longer finite. The same data, options and seed
-    give the same result.
+    """Learn the parameters of a system from data (MATLAB's ``anfis``).
 
     Where no rule fires the middle of the output's range stands, as in inference, and its error counts. Warns
     (DataWarning) of such samples, of constant inputs, of more consequents than samples, and where the system's own
-    numbers are too coarse for what was learnt, because an input lies far from 0 for its spread. Raises DataError for
-    data that cannot be learnt from, TrainingError for options, checkpoints or a system without rules.
+    numbers are too coarse for what was learnt, because an input lies far from 0 for its spread. Ctrl-C ends training
+    with the best so far, and so does an error that is no longer finite.
+
+    Args:
+        fis: The system to start from, such as :func:`fuzzy.identify` makes.
+        x: The inputs (samples, inputs).
+        y: The outputs (samples,) or (samples, outputs).
+        options: Method, epochs and the rest; by default those of :class:`anfis.Options`.
+        check: Data in the form of ``x`` and ``y`` that are not learnt from; they choose the best epoch.
+        callback: Sees every epoch, and may return False to stop.
+        improved: Called before it, after every epoch that is the best so far, with a function that makes the system of
+            that epoch.
+        checkpoint: A file that is rewritten after every epoch.
+        resume: A checkpoint, or a ``Training.state``, from which training goes on with the same result as if it had not
+            stopped, to the last bit on the same machine.
+
+    Returns:
+        The best systems, the errors on the way, and a state to go on from. The same data, options and seed give the
+        same result.
+
+    Raises:
+        DataError: Data that cannot be learnt from.
+        TrainingError: Options or checkpoints that cannot be used, or a system without rules.
     """
     options = options or Options()
     fis = detached(fis)

@@ -14,7 +14,7 @@ class InputError(ValueError):
     at: tuple[str | int, ...] = ()  # where it belongs in what was read: the keys from the outermost in, the field last
 
     def about(self, *keys: str | int) -> Self:
-        """This error, now about the value under ``keys``; where it was already about a part, about that part of it.
+        """The same error, now about the value under ``keys``; where it was already about a part, about that part of it.
 
         >>> InputError("must be > 0").about("mass").about("robots", 2).at
         ('robots', 2, 'mass')

@@ -24,22 +24,41 @@ class InferenceWarning(UserWarning):
 
 
 class Inference(NamedTuple):
-    """Every layer from the inputs to the output, in the notation of [Jang 1993]."""
+    """Every layer from the inputs to the output, in the notation of [Jang 1993].
 
-    memberships: tuple[Array, ...]  # 1: per input (..., terms), μ in [0, 1]
-    firing: Array  # 2: (..., rules), w, with the rule's weight
-    weights: Array  # 3: (..., rules), w̄ = w / Σ w, sums to 1; 0 where no rule fires
-    rule_outputs: Array  # 4: (..., rules, outputs), f; 0 where the rule leaves an output out
-    output: Array  # 5: (..., outputs), Σ w̄ f
-    fired: Array  # (..., outputs) bool: does any rule for that output fire?
+    Attributes:
+        memberships: Layer 1: per input (..., terms), μ in [0, 1].
+        firing: Layer 2: (..., rules), w, with the rule's weight.
+        weights: Layer 3: (..., rules), w̄ = w / Σ w, sums to 1; 0 where no rule fires.
+        rule_outputs: Layer 4: (..., rules, outputs), f; 0 where the rule leaves an output out.
+        output: Layer 5: (..., outputs), Σ w̄ f, in the outputs' units.
+        fired: (..., outputs) bool: does any rule for that output fire?
+    """
+
+    memberships: tuple[Array, ...]
+    firing: Array
+    weights: Array
+    rule_outputs: Array
+    output: Array
+    fired: Array
 
 
 def infer(fis: Sugeno, x: Any) -> Inference:
-    """Evaluate ``fis`` at ``x`` (..., inputs): one point or a batch of any shape, numpy or torch.
+    """Evaluate a system at a point or a batch of any shape, numpy or torch, and give every layer.
 
     A point with an input or a degree of membership that is not-a-number has outputs that are not-a-number. Each call
     warns at most once (InferenceWarning) of inputs outside their universe, and at most once of points where no rule
-    fires; it raises FuzzySystemError instead if the system says so. Units are those of the variables.
+    fires.
+
+    Args:
+        fis: The system.
+        x: The points (..., inputs), in the inputs' units.
+
+    Returns:
+        Degrees, firing strengths, weights, proposals and outputs; arrays are of the library of ``x``.
+
+    Raises:
+        FuzzySystemError: A wrong number of inputs; also in place of a warning, if the system says so.
     """
     x = as_float(x)
     if x.ndim == 0 or x.shape[-1] != len(fis.inputs):

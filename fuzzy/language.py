@@ -64,20 +64,29 @@ def _columns(text: str) -> int:
 
 
 def parse_rule(text: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]]) -> Rule:
-    """Read one sentence, ``text``, as a rule.
+    """Read one sentence as a rule.
 
-    ``inputs`` and ``outputs`` map the name of each variable to the names of its terms. The language is:
+    The language is:
 
-    - "if <clauses> then <consequents> [with <weight>]", or the weight in parentheses at the end; the clauses are
-      joined all by "and" or all by "or", the consequents by "and" or by commas. An input may be left out.
+    - "if <clauses> then <consequents> [with <weight>]", or the weight in parentheses at the end; the clauses are joined
+    all by "and" or all by "or", the consequents by "and" or by commas. An input may be left out.
     - A clause is "<input> is [not] [hedges] <term>", with the hedges somewhat, very and extremely, whose powers
-      multiply, or "<term>^<power>". A consequent is "<output> is <term>".
+    multiply, or "<term>^<power>". A consequent is "<output> is <term>".
     - Parentheses may stand round clauses and consequents. "=" and "==" mean "is", "~=" means "is not".
     - A name in quotes may hold any character; a quote inside is doubled. A name without quotes is recognised by its
-      spelling. Where several names fit, a plain word is preferred to a longer name, and a hedge to a term that
-      begins with the same word. Upper and lower case count only between names that differ in nothing else.
+    spelling. Where several names fit, a plain word is preferred to a longer name, and a hedge to a term that begins
+    with the same word. Upper and lower case count only between names that differ in nothing else.
 
-    ``parse_rule(str(rule), ...)`` equals ``rule``. Raises RuleError for a sentence outside this language.
+    Args:
+        text: The sentence.
+        inputs: The names of the terms by the name of each input.
+        outputs: The names of the terms by the name of each output.
+
+    Returns:
+        The rule; ``parse_rule(str(rule), ...)`` equals it.
+
+    Raises:
+        RuleError: A sentence outside this language.
     """
     return _Sentence(text).rule(inputs, outputs)
 

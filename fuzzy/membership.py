@@ -485,9 +485,17 @@ smf, zmf, pimf = SShape, ZShape, PiShape
 
 
 def membership_function(name: str, parameters: Any) -> MembershipFunction:
-    """Make the function of a MATLAB name (``"gaussmf"``) with its parameters in MATLAB's order.
+    """Make the function of a MATLAB name with its parameters in MATLAB's order.
 
-    Raises MembershipError for an unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
+    Args:
+        name: The name, such as "gaussmf".
+        parameters: Its numbers, such as [sigma, c].
+
+    Returns:
+        The function.
+
+    Raises:
+        MembershipError: An unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
     """
     if name not in MATLAB_NAMES:
         raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))

@@ -51,7 +51,11 @@ def as_float(x: Any) -> Array:
 class MembershipFunction:
     """A membership function: its parameters, which are numbers or array scalars of one library.
 
-    A subclass has a field for each parameter, made with :func:`parameter`; ``words`` and ``roles`` follow from these.
+    It is called with places of any shape, in the unit of its variable, and gives their degrees in [0, 1]. A subclass
+    has a field for each parameter, made with :func:`parameter`; ``words`` and ``roles`` follow from these.
+
+    Raises:
+        MembershipError: Parameters that are not finite, out of order, or a width of 0.
     """
 
     matlab: ClassVar[str]  # MATLAB's name
@@ -118,17 +122,24 @@ class MembershipFunction:
         """The trapezoid that stands for this function while its type changes.
 
         ``span`` (> 0, in the unit of x) is the width of an edge that never ends.
+
+        Raises:
+            MembershipError: A class that states none.
         """
         raise MembershipError(f"{self.matlab} states no profile, so it cannot become another function")
 
     @classmethod
     def fitted(cls, outline: Outline) -> tuple[float, ...]:
-        """Find the parameters with which a function of this class has the half-degree points of ``outline``."""
+        """The parameters with which a function of this class has the half-degree points of ``outline``.
+
+        Raises:
+            MembershipError: A class that does not say how it is fitted.
+        """
         raise MembershipError(f"{cls.matlab} does not say how it is fitted, so no other function can become one")
 
     @classmethod
     def formula(cls, x: Array, *parameters: Array) -> Array:
-        """Compute the degree of membership, in [0, 1]. ``x`` and the parameters broadcast."""
+        """The degree of membership, in [0, 1]. ``x``, of any shape, and the ``parameters`` broadcast."""
         assert cls.log_formula is not None
         with np.errstate(under="ignore"):
             return array_namespace(x).exp(cls.log_formula(x, *parameters))

@@ -43,14 +43,20 @@ def hedge_words(power: float) -> str | None:
 class Clause:
     """A clause of an antecedent, "variable is [not] [hedges] term".
 
-    ``power`` is the hedge as an exponent of the degree of membership: 1/2 for somewhat, 2 for very, 3 for extremely,
-    and products of these. "not" acts after the hedges: not very far = 1 − far².
+    "not" acts after the hedges: not very far = 1 − far².
+
+    Attributes:
+        variable: The name of an input.
+        term: The name of one of its terms.
+        negated: Whether "not" stands before it.
+        power: The hedge as an exponent of the degree of membership, > 0: 1/2 for somewhat, 2 for very, 3 for extremely,
+            and products of these.
     """
 
     variable: str
     term: str
     negated: bool = False
-    power: float = 1.0  # > 0
+    power: float = 1.0
 
     def __str__(self) -> str:
         hedges = hedge_words(self.power)
@@ -61,12 +67,19 @@ class Clause:
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule, "if ... then ...", whose clauses are all joined by the same connective."""
+    """A rule, "if ... then ...", whose clauses are all joined by the same connective.
 
-    when: tuple[Clause, ...]  # the antecedent: at least one clause, at most one per input
-    then: tuple[tuple[str, str], ...]  # the consequents: (output, term), at most one per output
-    connective: Literal["and", "or"] = "and"  # of a single clause always "and"
-    weight: float = 1.0  # in [0, 1]; multiplies the firing strength
+    Attributes:
+        when: The antecedent: at least one clause, at most one per input.
+        then: The consequents: (output, term), at most one per output.
+        connective: Of a single clause always "and".
+        weight: In [0, 1]; multiplies the firing strength.
+    """
+
+    when: tuple[Clause, ...]
+    then: tuple[tuple[str, str], ...]
+    connective: Literal["and", "or"] = "and"
+    weight: float = 1.0
 
     def __post_init__(self) -> None:
         # One clause alone is joined by nothing: its sentence has no connective, and reads back as "and".

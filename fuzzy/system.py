@@ -60,9 +60,13 @@ class Terms(Mapping[str, T], Generic[T]):
 
 @dataclass(frozen=True)
 class Constant:
-    """A zero-order consequent: z = value."""
+    """A zero-order consequent: z = value.
 
-    value: Any  # in the unit of the output
+    Attributes:
+        value: A number, or an array scalar in training; in the unit of the output.
+    """
+
+    value: Any
 
     @property
     def parameters(self) -> tuple[Any, ...]:
@@ -72,10 +76,15 @@ class Constant:
 
 @dataclass(frozen=True)
 class Linear:
-    """A first-order consequent: z = slopes · x + constant, with one slope per input."""
+    """A first-order consequent: z = slopes · x + constant, with one slope per input.
 
-    slopes: Any  # (inputs,): numbers or an array; output unit / input unit
-    constant: Any  # in the unit of the output
+    Attributes:
+        slopes: (inputs,): numbers or an array; in the output's unit over each input's.
+        constant: In the unit of the output.
+    """
+
+    slopes: Any
+    constant: Any
 
     def __post_init__(self) -> None:
         if not is_array_api_obj(self.slopes):
@@ -96,10 +105,19 @@ class Variable:
 
     The terms of an input are membership functions. The terms of an output are consequents (:class:`Constant`,
     :class:`Linear`, or a plain number, which is a constant).
+
+    Attributes:
+        name: What rules call it.
+        universe: Its lowest and highest value, in ``unit``.
+        terms: The terms by their names.
+        unit: A label for axes and tables; nothing is converted by it.
+
+    Raises:
+        FuzzySystemError: Names, universes and terms that cannot be used.
     """
 
     name: str
-    universe: tuple[float, float]  # lowest and highest value, in ``unit``
+    universe: tuple[float, float]
     terms: Mapping[str, Any] = field(default_factory=Terms)
     unit: str = ""
 
@@ -173,24 +191,40 @@ class Structure:
 class Sugeno:
     """A Takagi-Sugeno system of order zero or one. Its rules may be given as sentences.
 
-    The defaults are those of MATLAB: "and" is the product, "or" the probabilistic or, and the output the weighted
+    It is called with a point (inputs,) or a batch (..., inputs), numpy or torch, and gives (..., outputs). The defaults
+    are those of MATLAB's ``sugfis``: "and" is the product, "or" the probabilistic or, and the output the weighted
     average. Where no rule fires, the output is the middle of its universe of discourse. An input outside its universe
     is evaluated without clipping, with a warning.
 
-    Raises FuzzySystemError or RuleError, which name the place, for parts that do not fit together.
+    Attributes:
+        inputs: The inputs, whose terms are membership functions.
+        outputs: The outputs, whose terms are consequents.
+        rules: Each a :class:`Rule`, or a sentence, which is read on construction: afterwards all are :class:`Rule`.
+        name: The system's name.
+        and_method: How "and" joins degrees.
+        or_method: How "or" joins degrees.
+        defuzzification: The weighted average ("wtaver") or the weighted sum ("wtsum") of the rules' proposals.
+        no_rule_fires: What the output is where no rule fires: the middle of its universe, not-a-number, or an error.
+        out_of_range: What becomes of an input outside its universe.
+        implication: What a MATLAB file records of it. There is no choice in a Sugeno system: always the product. Kept
+            so that a file survives reading and writing.
+        aggregation: Likewise; always the sum.
+        structure: The rules as arrays of numbers, for inference; made on construction.
+
+    Raises:
+        FuzzySystemError: Parts that do not fit together; the message names the place.
+        RuleError: A sentence that is no rule of the system; the message marks the place.
     """
 
     inputs: Sequence[Variable]
     outputs: Sequence[Variable]
-    rules: Sequence[Any] = ()  # Rule, or a sentence, which is read on construction: afterwards all are Rule
+    rules: Sequence[Any] = ()
     name: str = "fuzzy"
     and_method: Literal["prod", "min"] = "prod"
     or_method: Literal["probor", "max"] = "probor"
     defuzzification: Literal["wtaver", "wtsum"] = "wtaver"
     no_rule_fires: NoRuleFires = "midrange"
     out_of_range: OutOfRange = "warn"
-    # What a MATLAB file records of implication and aggregation. A Sugeno system has no choice there: always
-    # the product and the sum, as in MATLAB. Kept so that a file survives reading and writing.
     implication: str = "prod"
     aggregation: str = "sum"
     structure: Structure = field(init=False, repr=False, compare=False)

@@ -21,23 +21,43 @@ class Options:
 
     A method reads its own options besides those of every method, see :attr:`anfis.methods.method.Method.reads`.
     Raises TrainingError for an option that training cannot use.
+
+    Attributes:
+        method: A name in anfis.METHODS.
+        epochs: The most epochs.
+        step: Hybrid: the length of the first premise step, in units of the universes.
+        increase: Hybrid: factor after four decreases of the error in a row   [Jang 1993].
+        decrease: Hybrid: factor after up, down, up, down.
+        goal: Stop when the training RMSE (over all outputs, in their unit) is this low.
+        patience: Stop after that many epochs without a new least error (checking, if any); 0: never.
+        ridge: Of the least squares, without a unit, see fuzzy.fitting.consequents.
+        optimiser: Backprop: a class of torch.optim.
+        rate: Backprop: its learning rate.
+        batch: Backprop: samples a step; others: samples held at a time. 0: all (backprop), 65,536 (others).
+        keep_order: Memberships of an input stay ordered and covering.
+        seed: Backprop: of the order of mini-batches.
+        dtype: Of all numbers that are learnt.
+        device: Of torch.
+
+    Raises:
+        TrainingError: An option that training cannot use.
     """
 
-    method: str = "hybrid"  # a name in anfis.METHODS
-    epochs: int = 10  # the most epochs
-    step: float = 0.01  # hybrid: the length of the first premise step, in units of the universes
-    increase: float = 1.1  # hybrid: factor after four decreases of the error in a row   [Jang 1993]
-    decrease: float = 0.9  # hybrid: factor after up, down, up, down
-    goal: float = 0.0  # stop when the training RMSE (over all outputs, in their unit) is this low
-    patience: int = 0  # stop after that many epochs without a new least error (checking, if any); 0: never
-    ridge: float = 0.0  # of the least squares, without a unit, see fuzzy.fitting.consequents
-    optimiser: str = "Adam"  # backprop: a class of torch.optim
-    rate: float = 0.01  # backprop: its learning rate
-    batch: int = 0  # backprop: samples a step; others: samples held at a time. 0: all (backprop), 65,536 (others)
-    keep_order: bool = False  # memberships of an input stay ordered and covering
-    seed: int = 0  # backprop: of the order of mini-batches
-    dtype: Literal["float64", "float32"] = "float64"  # of all numbers that are learnt
-    device: str = "cpu"  # of torch
+    method: str = "hybrid"
+    epochs: int = 10
+    step: float = 0.01
+    increase: float = 1.1
+    decrease: float = 0.9
+    goal: float = 0.0
+    patience: int = 0
+    ridge: float = 0.0
+    optimiser: str = "Adam"
+    rate: float = 0.01
+    batch: int = 0
+    keep_order: bool = False
+    seed: int = 0
+    dtype: Literal["float64", "float32"] = "float64"
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

@@ -1,11 +1,15 @@
 """The pages of the reference that are made of the program itself, before Sphinx reads the sources.
 
 ``write(folder)`` writes them into the folder ``made`` there, which no version control keeps: a page for every public
-name, one for each command, one for each kind of file, and the tables of metrics, controllers, scenarios and rule bases.
+name, one for each command, one for each kind of file, the tables of metrics, controllers, scenarios and rule bases, and
+what the benchmarks measure, with the figures of ``benchmarks.json`` there.
 """
 
+import ast
+import dataclasses
 import importlib
 import inspect
+import json
 import re
 import shutil
 import textwrap
@@ -14,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from metricformulas import FORMULAS
 
 PACKAGES = {
     "fuzzy": "Sugeno systems: membership functions, rules, inference, files, pictures",
@@ -28,7 +33,9 @@ def write(folder: Path) -> None:
     """Write all pages anew below ``folder``."""
     made = folder / "made"
     shutil.rmtree(made, ignore_errors=True)
-    for name, text in {**_api(), **_commands(), **_files(), **_tables()}.items():
+    measured = folder / "benchmarks.json"
+    pages = {**_api(), **_commands(), **_files(), **_tables(), "benchmarks.md": benchmarks(measured)}
+    for name, text in pages.items():
         page = made / name
         page.parent.mkdir(parents=True, exist_ok=True)
         page.write_text(text, encoding="utf-8")
@@ -89,7 +96,7 @@ def _page_of(package: str, module: Any, name: str) -> str:
     if home != package and home in PACKAGES:
         return "\n".join([*rows, f"The same as :doc:`{home}.{name} <../{home}/{name}>`.", ""])
     if inspect.isclass(thing):
-        rows += [f".. autoclass:: {whole}", *_members(thing), "   :show-inheritance:", ""]
+        rows += [f".. autoclass:: {whole}", *_members(thing), "   :show-inheritance:", "", *_fields(thing)]
     elif inspect.isroutine(thing):
         rows += [f".. autofunction:: {whole}", ""]
     elif callable(thing):
@@ -113,6 +120,38 @@ def _members(kind: type) -> list[str]:
         and (inspect.isroutine(thing) or isinstance(thing, property))
     )
     return [f"   :members: {', '.join(names)}"] if names else []
+
+
+def _fields(kind: type) -> list[str]:
+    """The fields of a class that are described by their metadata, as a table below its docstring."""
+    told = [f for f in (dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()) if f.metadata.get("doc")]
+    words = [f for f in (dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()) if "words" in f.metadata]
+    rows = [(f.name, f.metadata["words"], ROLES[f.metadata["role"]]) for f in words]
+    rows += [(f.name, f.metadata["doc"], _accepted(f)) for f in told]
+    if not rows:
+        return []
+    head = ["   .. list-table::", "      :header-rows: 1", "      :widths: 20 50 30", ""]
+    head += ["      * - field", "        - meaning", "        - accepted"]
+    lines = [[f"      * - ``{n}``", f"        - {escaped(what)}", f"        - {escaped(yes)}"] for n, what, yes in rows]
+    return [*head, *(line for row in lines for line in row), ""]
+
+
+ROLES = {
+    "location": "a place, in the unit of x",
+    "width": "a length ≠ 0, in the unit of x",
+    "slope": "in 1 / the unit of x",
+    "shape": "without a unit",
+}
+
+
+def _accepted(field: Any) -> str:
+    """What a field takes, with its default."""
+    from robotics.quantity import accepted
+
+    number = "least" in field.metadata
+    said = accepted(field.metadata) if number else ""
+    plain = isinstance(field.default, (int, float, str)) and field.default != ""
+    return "; ".join(part for part in (said, f"default ``{field.default!r}``" if plain else "") if part)
 
 
 def _of_a_table(thing: Any) -> str:
@@ -223,7 +262,7 @@ def _tables() -> dict[str, str]:
     from robotics.scenario.reading import load_scenario, scenario_names
 
     metrics = [
-        f"| `{name}` | {_cell(m.title)} | {m.unit} | {', '.join(m.kinds)} | {m.of_run} |"
+        f"| `{name}` | {_cell(m.title)} | {_cell(FORMULAS[name])} | {m.unit} | {', '.join(m.kinds)} | {m.of_run} |"
         for name, m in ALL_METRICS.items()
     ]
     laws = [f"| `{name}` | {_cell(p.title)} | {_cell(p.note)} |" for name, p in CATALOGUE.items()]
@@ -234,7 +273,13 @@ def _tables() -> dict[str, str]:
     bases = [f"| `{name}` | {_cell(fis_title(file))} |" for name, file in packaged_fis_files().items()]
     return {
         "metrics.md": "\n".join(
-            ["# Metrics\n", _METRICS, *_head("name", "meaning", "unit", "kinds", "of robots"), *metrics, ""]
+            [
+                "# Metrics\n",
+                _METRICS,
+                *_head("name", "meaning", "definition", "unit", "kinds", "of robots"),
+                *metrics,
+                "",
+            ]
         ),
         "controllers.md": "\n".join(["# Controllers\n", *_head("name", "law", "where it comes from"), *laws, ""]),
         "scenarios.md": "\n".join(
@@ -245,10 +290,63 @@ def _tables() -> dict[str, str]:
 
 
 _METRICS = (
-    "One number for each seed and robot. Errors are those of the true posture, not of the measured one. The last "
-    "column says how the robots' numbers make one of a run.\n"
+    "One number for each seed and robot; `robotics.measure_all(run)` gives them all. Errors are those of the true "
+    "posture, not of the measured one: x_err along and y_err across the robot's heading, ψ_err of the heading (5.9), c "
+    "the signed distance to the nearest point of the path. Sums and means are over the samples of a robot while it is "
+    "in play, T is that time, Δ the change from sample to sample (50 ms). In `compare` what comes after a run's first "
+    "contact does not count. The last column says how the robots' numbers make one of a run.\n"
 )
 
 
 def _head(*names: str) -> list[str]:
     return [f"| {' | '.join(names)} |", f"|{' --- |' * len(names)}"]
+
+
+# Benchmarks -------------------------------------------------------------------------------------------------
+
+
+def benchmarks(measured: Path) -> str:
+    """What each benchmark measures, by its docstring, and its last figures where the file has some."""
+    source = Path(__file__).parents[2] / "benchmarks"
+    found = json.loads(measured.read_text(encoding="utf-8")) if measured.exists() else {}
+    rows = [_BENCHMARKS]
+    for name in benchmark_names(source):
+        doc = ast.get_docstring(ast.parse((source / f"{name}.py").read_text(encoding="utf-8"))) or ""
+        title, _, text = doc.partition("\n\n")
+        rows += [f"## `python -m benchmarks.{name}`\n", _prose(title.replace("\n", " ")), "", _prose(text), ""]
+        if name in found:
+            rows += ["### Measured\n", _machine(found[name]), "", "```text", *found[name]["report"], "```", ""]
+    return "\n".join(rows)
+
+
+def benchmark_names(source: Path) -> list[str]:
+    """The benchmarks that ``python -m benchmarks`` runs, in its order."""
+    tree = ast.parse((source / "__main__.py").read_text(encoding="utf-8"))
+    table = next(n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "BENCHMARKS")
+    return list(ast.literal_eval(table))
+
+
+def _machine(entry: dict[str, Any]) -> str:
+    quick = " Short form (`--quick`)." if entry["quick"] else ""
+    busy = "; other work ran beside it" if max(entry["load"]) > 1 else ""
+    return (
+        f"{entry['date']}, {entry['processor']}, {entry['processors']} processors, Python {entry['python']}, load "
+        f"{entry['load'][0]:.1f} before and {entry['load'][1]:.1f} after{busy}; {entry['seconds']:.0f} s.{quick}"
+    )
+
+
+def _prose(text: str) -> str:
+    """A docstring's paragraphs as Markdown."""
+    return re.sub(r":\w+:`~?([^`]*)`", r"`\1`", text.replace("``", "`")).replace("<", r"\<")
+
+
+_BENCHMARKS = """# Benchmarks
+
+`make bench` installs the peers that can be had, and runs them all; `python -m benchmarks` runs them without installing
+anything, `python -m benchmarks inference learning` those two. Every module also runs by itself, and prints its
+numbers as one JSON object with `--json`. They lie in the repository, not in the wheel. Engines take turns within
+one run, so that a ratio says more than a time.
+
+`python -m benchmarks --write docs/reference/benchmarks.json` writes the figures on this page, with machine, load and
+date. A module without figures below has not been written there.
+"""

@@ -24,15 +24,22 @@ _LOOKED_AT = 20_000  # points besides, many of them at the edges of membership f
 
 @dataclass(frozen=True)
 class Lookup:
-    """A table of answers, and how far it is from the rules between its points, a share of each output's range."""
+    """A table of answers, and how far it is from the rules between its points, a share of each output's range.
 
-    points: tuple[int, ...]  # along each input
-    values: np.ndarray  # (*points, outputs)
-    greatest: tuple[float, ...]  # of each output, in its unit
+    Attributes:
+        points: How many along each input.
+        values: (points of input 1, ..., outputs): the answers, in the outputs' units.
+        greatest: (outputs,): the greatest distance from the rules, in the output's unit.
+        mean: (outputs,): the mean distance, in the output's unit.
+    """
+
+    points: tuple[int, ...]
+    values: np.ndarray
+    greatest: tuple[float, ...]
     mean: tuple[float, ...]
 
     def answers(self, fis: Sugeno, x: np.ndarray) -> np.ndarray:
-        """What the table says (n, outputs) at points (n, inputs) in the universes of discourse."""
+        """What the table says (n, outputs) at points ``x`` (n, inputs) in the universes of discourse of ``fis``."""
         return _interpolated(self.values, fis, x)
 
 

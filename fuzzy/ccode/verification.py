@@ -57,14 +57,23 @@ class Difference:
 
 @dataclass(frozen=True)
 class Verified:
-    """What a proof has found."""
+    """What a proof has found.
+
+    Attributes:
+        number: The type of numbers that was compared.
+        points: At how many points.
+        differences: Between C and system, an output each.
+        compiler: Which compiler made the program.
+        sanitized: Whether it ran under sanitizers; False: the compiler has none.
+        holds: Whether the differences are within what the type allows; None: the type of numbers has no limit.
+    """
 
     number: str
     points: int
     differences: tuple[Difference, ...]
     compiler: str
-    sanitized: bool  # False: the compiler has no sanitizers
-    holds: bool | None  # whether the differences are within LIMITS; None: the type of numbers has no limit
+    sanitized: bool
+    holds: bool | None
 
 
 def verify_c(
@@ -85,6 +94,9 @@ def verify_c(
         points: How many.
         seed: Of their choice.
         advance: Told what is done next.
+
+    Returns:
+        The greatest difference of each output, and whether it is within what the type of numbers allows.
 
     Raises:
         CompilerError: There is no compiler, it refuses the C, or the C fails under a sanitizer.

@@ -12,11 +12,19 @@ from fuzzy.system import Sugeno
 
 
 class CFiles(NamedTuple):
-    """The files of a system in C, and in which numbers they are."""
+    """The files of a system in C, and in which numbers they are.
+
+    Attributes:
+        header: The header (.h).
+        source: The source (.c).
+        name: The prefix of the functions.
+        number: "double", "float" or "q16.16".
+        lookup: The table that stands in place of the rules; None: the rules themselves are written.
+    """
 
     header: Path
     source: Path
-    name: str  # the prefix of the functions
+    name: str
     number: str
     lookup: Lookup | None
 
@@ -38,6 +46,9 @@ def write_c(
         name: The files' name and the functions' prefix; by default the system's.
         lookup: For one or two inputs, the points of a table that is written in place of the rules, such as (33, 33);
             between them the function is interpolated.
+
+    Returns:
+        The files that were written.
 
     Raises:
         ExportError: What C, or the type of numbers, does not have.

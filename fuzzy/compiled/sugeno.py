@@ -26,6 +26,10 @@ class CompiledSugeno:
 
         work = np.empty(packed_work(compiled.system))  # once; from fuzzy.compiled.packed
         evaluate_packed(compiled.system, x, output, work)  # x (inputs,), output (outputs,)
+
+    Attributes:
+        fis: The system that was laid out.
+        system: Its numbers (n,), float64: the row that a compiled function takes.
     """
 
     fis: Sugeno
@@ -113,6 +117,13 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
     Parameters that are arrays (torch tensors in training, for example) are read now, and not again later. The first
     evaluation in an installation compiles for some seconds; the machine code is kept on disk.
 
-    Raises FuzzySystemError for a membership function that the compiled kernel has no branch for.
+    Args:
+        fis: The system.
+
+    Returns:
+        What is called as the system is, (..., inputs) to (..., outputs), with the same numbers, sooner.
+
+    Raises:
+        FuzzySystemError: A membership function that the compiled kernel has no branch for.
     """
     return CompiledSugeno(fis, packed(fis))

@@ -116,8 +116,14 @@ def _or_none(view: Any, *args: Any) -> Any:
 def editor(fis: Sugeno) -> Any:
     """Make the designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
 
-    The widget's ``fis`` is the system as edited so far; the argument stays as it is. Raises ModuleError without the
-    extra ``notebook``.
+    Args:
+        fis: The system, which stays as it is.
+
+    Returns:
+        The widget; its ``fis`` is the system as edited so far.
+
+    Raises:
+        ModuleError: The extra ``notebook`` is not installed.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

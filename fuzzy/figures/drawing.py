@@ -52,7 +52,13 @@ def figure_of(axes: Axes) -> Figure:
 def save_figure(figure: Figure, path: str | Path) -> None:
     """Write a picture, whole or not at all, in the format of the suffix (png, pdf, svg).
 
-    Raises FuzzySystemError for another suffix, OSError where the file cannot be written.
+    Args:
+        figure: The picture.
+        path: The file.
+
+    Raises:
+        FuzzySystemError: Another suffix.
+        OSError: The file cannot be written.
     """
     path = Path(path)
     _check_format(path)

@@ -67,8 +67,13 @@ def write_figures(
         ending: The format, "pdf", "svg" or "png".
         advance: Called with the number of pictures that are drawn, and that of all.
 
-    Returns the names of the files, README.txt first. Raises FuzzySystemError for another format, an input that does
-    not exist, or the name of a single picture, TargetError or OSError where nothing can be written.
+    Returns:
+        The names of the files, README.txt first.
+
+    Raises:
+        FuzzySystemError: Another format, an input that does not exist, or the name of a single picture.
+        TargetError: The place is not one to write a set to.
+        OSError: Nothing can be written.
     """
     path = Path(path)
     point = tuple(float(value) for value in point_of(fis, at))

@@ -37,7 +37,8 @@ def plot_memberships(fis: Sugeno, variable: str | int | None = None, ax: Axes | 
         variable: A variable by its name, or by its place among the inputs followed by the outputs; None draws all.
         ax: The axes to draw on, for a single variable.
 
-    Raises FuzzySystemError for a variable that does not exist, or ``ax`` without a variable.
+    Raises:
+        FuzzySystemError: A variable that does not exist, or ``ax`` without a variable.
     """
     fis = detached(fis)
     everything = [*fis.inputs, *fis.outputs]

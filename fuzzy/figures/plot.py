@@ -58,7 +58,8 @@ def plot_surface(
         kind: "contour", "3d" or "both".
         ax: The axes to draw on, 3-D axes for "3d"; "both" makes its own.
 
-    Raises FuzzySystemError as :func:`surface` does.
+    Raises:
+        FuzzySystemError: As :func:`surface` does.
     """
     if kind not in ("contour", "3d", "both"):
         raise FuzzySystemError(f"kind must be 'contour', '3d' or 'both', got {kind!r}")

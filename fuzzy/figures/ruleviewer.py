@@ -35,7 +35,8 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None 
         only_fired: Whether rules with below 0.1 % of the result are left out.
         title: What stands over the picture.
 
-    Raises FuzzySystemError for a point of the wrong shape, or a system without rules.
+    Raises:
+        FuzzySystemError: A point of the wrong shape, or a system without rules.
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)

@@ -16,9 +16,15 @@ from fuzzy.fitting.search import SearchResult
 def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axes | None = None) -> Figure:
     """Draw a search: every setting as a dot, the best for each number of rules as a line, the wanted one as a ring.
 
-    Several searches (by name) share the axes; their outputs must have the same unit. The error is the root mean square
-    error of the training data in the output's unit; with several outputs in one search it is a share of their ranges.
-    Raises IdentificationError for units that differ and where no setting was fitted.
+    The error is the root mean square error of the training data in the output's unit; with several outputs in one
+    search it is a share of their ranges.
+
+    Args:
+        results: A search, or several by name, which share the axes; their outputs must have the same unit.
+        ax: The axes to draw on; by default a new figure's.
+
+    Raises:
+        IdentificationError: Units that differ, or no setting that was fitted.
     """
     if isinstance(results, SearchResult):
         results = {"": results}

@@ -32,6 +32,9 @@ def plot_structure(fis: Sugeno) -> Figure:
     A term is joined to the rules that name it; a dashed line is a "not". A rule is marked by its operation (Π for
     the product, min, or) and its number, and by its weight if that is not 1. Up to four rules have a
     normalising node each; more share one box.
+
+    Args:
+        fis: The system.
     """
     s = fis.structure
     rules = len(fis.rules)

@@ -70,10 +70,15 @@ class MamdaniError(FisFileError):
 
 
 class MamdaniSystem(NamedTuple):
-    """A Mamdani file as a Sugeno system."""
+    """A Mamdani file as a Sugeno system.
+
+    Attributes:
+        system: The Sugeno system.
+        changes: What became another thing, a sentence each.
+    """
 
     system: Sugeno
-    changes: tuple[str, ...]  # what became another thing, a sentence each
+    changes: tuple[str, ...]
 
 
 class FisText(NamedTuple):
@@ -85,12 +90,22 @@ class FisText(NamedTuple):
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
-    """Read the Sugeno system in a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
+    """Read the Sugeno system in a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files (MATLAB's
+    ``readfis``).
 
-    Raises FisFileError, with the file and the line, for a text that is no Sugeno system of MATLAB's, or one of more
-    than 1,000 inputs or outputs, 10,000 terms of a variable or 100,000 rules; MamdaniError for a Mamdani system, which
-    :func:`read_mamdani` reads. Warns (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of
-    hedges that MATLAB does not know, of disabled variables, and of a file that is not in UTF-8.
+    Warns (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of hedges that MATLAB does not
+    know, of disabled variables, and of a file that is not in UTF-8.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The system.
+
+    Raises:
+        FisFileError: A text that is no Sugeno system of MATLAB's, with the file and the line, or one of more than 1,000
+            inputs or outputs, 10,000 terms of a variable or 100,000 rules.
+        MamdaniError: A Mamdani system, which :func:`read_mamdani` reads.
     """
     name = os.fsdecode(path)
     return warned(parse_bytes(file_bytes(name), name)).system
@@ -102,7 +117,16 @@ def read_mamdani(path: str | os.PathLike[str]) -> MamdaniSystem:
     Inputs, rules, weights and the methods of "and" and "or" stay. Each set of an output becomes a constant at its
     centroid over the output's range, "not set" one at the centroid of 1 - set; the output is their weighted average.
     Between the constants its values differ from the Mamdani system's, whose sets have widths and overlap. A Sugeno
-    system is read as it is, without changes. Raises FisFileError and warns as :func:`read_fis` does.
+    system is read as it is, without changes. Warns as :func:`read_fis` does.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The system, and what was changed.
+
+    Raises:
+        FisFileError: As of :func:`read_fis`.
     """
     name = os.fsdecode(path)
     read = warned(parse_bytes(file_bytes(name), name, mamdani=True))
@@ -147,7 +171,16 @@ def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisTex
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
-    """Read the Sugeno system that ``text`` describes, as :func:`read_fis` does. Messages call the file ``name``."""
+    """The Sugeno system that a text describes, read as :func:`read_fis` reads a file.
+
+    Args:
+        text: The text of a .fis file.
+        name: What messages call the file.
+
+    Raises:
+        FisFileError: As :func:`read_fis` does.
+        MamdaniError: As :func:`read_fis` does.
+    """
     reader = _Reader(name)
     fis = reader.system(text.removeprefix("\ufeff"))
     for message in reader.warnings:
@@ -399,11 +432,15 @@ class _Reader(FisLines):
 
 
 def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
-    """Write ``fis`` as the .fis file ``path`` in UTF-8. An older file stays until the new one is whole.
+    """Write a system as a .fis file in UTF-8 (MATLAB's ``writeFIS``). An older file stays until the new one is whole.
 
-    The lines of ``comment``, if there are any, stand at the top of the file; the first one is its title.
+    Args:
+        fis: The system.
+        path: The file.
+        comment: Lines that stand at the top of the file; the first one is its title.
 
-    Raises FisFileError if the format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
+    Raises:
+        FisFileError: The format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
     name = os.fsdecode(path)
     text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
@@ -417,10 +454,15 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
 
 
 def format_fis(fis: Sugeno) -> str:
-    """Format ``fis`` as the text of a .fis file. Parameters that are torch tensors are written as numbers.
+    """The text of a .fis file, as :func:`write_fis` writes it. Parameters that are torch tensors are written as
+    numbers.
 
-    Raises FisFileError for a name that holds a line break, a number that is not finite, and a hedge whose power is not
-    a multiple of 0.1 below 10.
+    Args:
+        fis: The system.
+
+    Raises:
+        FisFileError: A name that holds a line break, a number that is not finite, and a hedge whose power is not a
+            multiple of 0.1 below 10.
     """
     return _format(fis, fis.name)
 

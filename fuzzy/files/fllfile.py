@@ -93,7 +93,14 @@ def read_fll(path: str | os.PathLike[str]) -> Sugeno:
     The terms, "and" and "or" become those that are equal here. Where no rule fires the output is the file's default if
     that is not-a-number, or the middle of the range. Inputs whose range is locked are clipped.
 
-    Raises FllFileError, with the file and the line, for what has no equal here, and for a Mamdani system.
+    Args:
+        path: The file.
+
+    Returns:
+        The system.
+
+    Raises:
+        FllFileError: What has no equal here, with the file and the line, and a Mamdani system.
     """
     name = os.fsdecode(path)
     try:
@@ -104,7 +111,15 @@ def read_fll(path: str | os.PathLike[str]) -> Sugeno:
 
 
 def parse_fll(text: str, name: str = "fll") -> Sugeno:
-    """The system that a text in FuzzyLite's language describes; as :func:`read_fll`, ``name`` stands in messages."""
+    """The system that a text in FuzzyLite's language describes, read as :func:`read_fll` reads a file.
+
+    Args:
+        text: The text.
+        name: What messages call the file.
+
+    Raises:
+        FllFileError: As :func:`read_fll` does.
+    """
     return _Reader(name).system(_blocks(text, name))
 
 

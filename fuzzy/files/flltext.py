@@ -16,7 +16,16 @@ from fuzzy.system import Constant, Sugeno, Variable
 
 
 def write_fll(fis: Sugeno, path: str | os.PathLike[str]) -> None:
-    """Write a system as a FuzzyLite file, whole or not at all. Raises FllFileError as :func:`format_fll`, OSError."""
+    """Write a system as a FuzzyLite file, whole or not at all.
+
+    Args:
+        fis: The system.
+        path: The file.
+
+    Raises:
+        FllFileError: As of :func:`format_fll`.
+        OSError: The file cannot be written.
+    """
     text = format_fll(fis)
     with replacing(os.fsdecode(path)) as target:
         target.write_text(text, encoding="utf-8")
@@ -25,8 +34,13 @@ def write_fll(fis: Sugeno, path: str | os.PathLike[str]) -> None:
 def format_fll(fis: Sugeno) -> str:
     """A system as a text in FuzzyLite's language; numbers keep all their digits.
 
-    Names become letters, digits and _, as FuzzyLite's are: "Very close" is Very_close. Units are left out. Raises
-    FllFileError for a hedge that FuzzyLite does not have, and for functions whose vertices cross.
+    Names become letters, digits and _, as FuzzyLite's are: "Very close" is Very_close. Units are left out.
+
+    Args:
+        fis: The system.
+
+    Raises:
+        FllFileError: A hedge that FuzzyLite does not have, and functions whose vertices cross.
     """
     fis = _named_plainly(fis)
     rows = [f"Engine: {fis.name}"]

@@ -30,12 +30,14 @@ class FisNameError(InputError):
 def find_fis(name: str | os.PathLike[str], known: Mapping[str, Path] | None = None) -> Path:
     """The .fis file that ``name`` means: a path, or the name of a packaged rule base; a file that exists comes first.
 
-    A path that ends in .fis is handed back even where there is no such file. Raises FisNameError for any other
-    text that is no name.
+    A path that ends in .fis is handed back even where there is no such file.
 
     Args:
         name: The path or the name.
         known: The files by their names, by default :func:`packaged_fis_files`.
+
+    Raises:
+        FisNameError: Any other text that is no name.
     """
     path = Path(name)
     # Not by Path's methods: these raise OSError for a text that no file can have as its name.

@@ -72,12 +72,23 @@ def subtractive_clusters(
     ranges: Any = None,
     weights: Any = None,
 ) -> Clusters:
-    """Cluster ``data`` (samples, columns).
+    """Find the centers of clusters in data by subtractive clustering [Chiu 1994; MATLAB subclust].
 
-    ``radius``, ``ranges`` and ``weights`` are as of :func:`densities`, and ``options`` are those of :class:`Options`.
+    The Gaussian of a cluster has the width radius · range / √8 in each column, which is that of the density exp(−4
+    |Δ|²) with Δ in radii. Warns (DataWarning) of a constant column.
 
-    The Gaussian of a cluster has the width radius · range / √8 in each column, which is that of the density
-    exp(−4 |Δ|²) with Δ in radii. Raises ClusteringError; warns (DataWarning) of a constant column.
+    Args:
+        data: The samples (samples, columns).
+        radius: The reach of a center as a share of each column's range; one, or one for each column.
+        options: Squash factor, accept and reject ratio; by default MATLAB's 1.25, 0.5, 0.15.
+        ranges: The ranges (2, columns), lowest above highest; by default those of the data.
+        weights: How much each sample counts (samples,); by default alike.
+
+    Returns:
+        The centers (clusters, columns) in the data's units, in the order of discovery, and the Gaussians' widths.
+
+    Raises:
+        ClusteringError: Data and options that cannot be used.
     """
     return select_centers(densities(data, radius, ranges=ranges, weights=weights), options or Options())
 

@@ -77,19 +77,26 @@ class Fit(NamedTuple):
 
 
 def fit_consequents(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Sugeno:
-    """``fis`` with the consequents that fit ``y`` (samples,) or (samples, outputs) at ``x`` (samples, inputs) best.
+    """The system with the consequents that fit ``y`` at ``x`` best.
 
-    One global least squares for each output: the columns are the normalised firing strengths w̄ (the firing strengths
-    w for wtsum) times [x 1], or times 1 for a constant [Jang 1993, (17); MATLAB genfis2]. The orders of the
-    consequents, their names and who shares them stay; a consequent that no rule uses stays as it is.
+    One global least squares for each output: the columns are the normalised firing strengths w̄ (the firing strengths w
+    for wtsum) times [x 1], or times 1 for a constant [Jang 1993, (17); MATLAB genfis2]. The orders of the consequents,
+    their names and who shares them stay; a consequent that no rule uses stays as it is.
 
-    Where the samples do not determine the consequents the solution of least norm is taken. ``ridge`` >= 0, without a
-    unit, adds ridge · |θ|² to the mean square error; it means the same in :class:`anfis.Options`. Norms are measured
-    with the inputs scaled to [−1, 1] by the samples' range and the outputs less their mean, so that they do not depend
-    on units; the module's description has the whole definition.
+    Where the samples do not determine the consequents the solution of least norm is taken. Norms are measured with the
+    inputs scaled to [−1, 1] by the samples' range and the outputs less their mean, so that they do not depend on units;
+    the module's description has the whole definition. Warns (DataWarning) of a rank that is too low, with the rank, and
+    of samples where no rule fires, which do not count.
 
-    Warns (DataWarning) of a rank that is too low, with the rank, and of samples where no rule fires, which do not
-    count. Raises ClusteringError for values that are not finite, IdentificationError for shapes that do not fit.
+    Args:
+        fis: The system, whose premises stay.
+        x: The inputs (samples, inputs).
+        y: The outputs (samples,) or (samples, outputs).
+        ridge: >= 0, without a unit: adds ridge · |θ|² to the mean square error; the same in :class:`anfis.Options`.
+
+    Raises:
+        ClusteringError: Values that are not finite.
+        IdentificationError: Shapes that do not fit.
     """
     fitted = least_squares(fis, x, y, ridge)
     if fitted.silent:

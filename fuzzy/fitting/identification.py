@@ -94,7 +94,12 @@ def identify(
         ridge: See :func:`fuzzy.fitting.consequents.fit_consequents`.
         settings: The settings of the method.
 
-    Raises ClusteringError or IdentificationError for data and settings that cannot be used.
+    Returns:
+        The system.
+
+    Raises:
+        ClusteringError: Data or settings that clustering cannot use.
+        IdentificationError: Shapes that do not fit, or settings that the method does not have.
     """
     data = checked(x, y, input_names, output_names, input_units, output_units)
     if method not in _METHODS:

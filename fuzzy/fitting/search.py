@@ -38,13 +38,21 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """All settings that were tried, in order: the radius varies slowest, the reject ratio fastest."""
+    """All settings that were tried, in order: the radius varies slowest, the reject ratio fastest.
+
+    Attributes:
+        trials: Each setting with what came of it.
+        wanted: The wanted number of rules.
+        limit: The number of rules beyond which a setting is not fitted.
+        fitted: Different sets of centers among the settings, each fitted once.
+        outputs: The name and the unit of each output.
+    """
 
     trials: tuple[Trial, ...]
-    wanted: int  # rules
-    limit: int  # rules beyond which a setting is not fitted
-    fitted: int  # different sets of centers among the settings, each fitted once
-    outputs: tuple[tuple[str, str], ...]  # name and unit
+    wanted: int
+    limit: int
+    fitted: int
+    outputs: tuple[tuple[str, str], ...]
 
     @property
     def by_rules(self) -> dict[int, Trial]:
@@ -61,7 +69,8 @@ class SearchResult:
     def best(self) -> Trial:
         """The best trial with the wanted number of rules.
 
-        Raises IdentificationError, which lists the numbers that were found, if no trial has it.
+        Raises:
+            IdentificationError: No trial has it; the message lists the numbers that were found.
         """
         found = self.by_rules
         if self.wanted not in found:
@@ -112,7 +121,12 @@ def search_clusters(
         output_units: The units of the outputs, which are labels.
         progress: A function that is called with the numbers of settings done and in all, after each one.
 
-    Raises ClusteringError or IdentificationError as :func:`fuzzy.fitting.identification.identify` does.
+    Returns:
+        Every setting with the number of its rules and its error.
+
+    Raises:
+        ClusteringError: As of :func:`fuzzy.fitting.identification.identify`.
+        IdentificationError: Likewise, and settings that make no search.
     """
     if isinstance(rules, bool) or not isinstance(rules, (int, np.integer)) or rules < 1:
         raise IdentificationError(f"rules must be a whole number >= 1, got {rules!r}")
@@ -150,9 +164,13 @@ def search_clusters(
 
 
 def search_table(results: Mapping[str, SearchResult] | SearchResult) -> str:
-    """Tabulate the best settings as Table 5.1 of the thesis does, with one column for each network.
+    """The best settings as a table, as Table 5.1 of the thesis has them, with one column for each network.
 
-    Raises IdentificationError if a search found no system with the wanted number of rules.
+    Args:
+        results: A search, or several by name.
+
+    Raises:
+        IdentificationError: A search found no system with the wanted number of rules.
     """
     if isinstance(results, SearchResult):
         results = {"Fuzzy Network": results}

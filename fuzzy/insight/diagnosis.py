@@ -23,12 +23,19 @@ _IDENTICAL = 0.02  # two terms whose degrees never differ by more are nearly the
 
 @dataclass(frozen=True)
 class Finding:
-    """A defect that :func:`check` found."""
+    """A defect that :func:`check` found.
 
-    severity: Severity  # an error makes no sense; a warning is probably unwanted; a note is worth knowing
-    kind: str  # the sort of finding, in a few words, such as "no rule fires"
-    sentence: str  # what was found, with names and numbers
-    where: tuple[str | int, ...] = ()  # the names of variables and terms, the numbers of rules (from 1)
+    Attributes:
+        severity: "error": it makes no sense; "warning": it is probably unwanted; "note": it is worth knowing.
+        kind: The sort of finding, in a few words, such as "no rule fires".
+        sentence: What was found, with names and numbers.
+        where: The names of variables and terms, the numbers of rules (from 1).
+    """
+
+    severity: Severity
+    kind: str
+    sentence: str
+    where: tuple[str | int, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.sentence}"
@@ -45,7 +52,11 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int]
         seed: A number that shifts these points.
         numbers: The rules' numbers (rules,) in the findings; 1, 2, ... by default.
 
-    Raises ValueError for fewer than one point, or numbers that are not one for each rule.
+    Returns:
+        The findings, the gravest first; an empty list for a system without defects.
+
+    Raises:
+        ValueError: Fewer than one point, or numbers that are not one for each rule.
     """
     if points < 1:
         raise ValueError(f"the number of points must be at least 1, got {points}")

@@ -29,15 +29,25 @@ class RuleShare:
 
 @dataclass(frozen=True)
 class Explanation:
-    """One evaluation and all that led to it. ``str()`` gives it in words, ``as_dict()`` as plain data."""
+    """One evaluation and all that led to it. ``str()`` gives it in words, ``as_dict()`` as plain data.
+
+    Attributes:
+        system: The system that was asked.
+        x: (inputs,): the point as it was given.
+        memberships: (inputs,): each term's degree, by its name.
+        rows: What each rule adds, in the order of the rules.
+        output: (outputs,), in the outputs' units.
+        fired: (outputs,): did any rule for that output fire?
+        outside: The names of the inputs outside their universe.
+    """
 
     system: Sugeno
-    x: tuple[float, ...]  # (inputs,): the point as it was given
-    memberships: tuple[Mapping[str, float], ...]  # (inputs,): each term's degree
-    rows: tuple[RuleShare, ...]  # in the order of the rules
-    output: tuple[float, ...]  # (outputs,)
-    fired: tuple[bool, ...]  # (outputs,): did any rule for that output fire?
-    outside: tuple[str, ...]  # the names of the inputs outside their universe
+    x: tuple[float, ...]
+    memberships: tuple[Mapping[str, float], ...]
+    rows: tuple[RuleShare, ...]
+    output: tuple[float, ...]
+    fired: tuple[bool, ...]
+    outside: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """The explanation as dictionaries and lists, ready for JSON except that numbers may be NaN."""
@@ -137,8 +147,16 @@ class Explanation:
 def explain(fis: Sugeno, x: Any) -> Explanation:
     """Evaluate ``fis`` at one point ``x`` (inputs,) and keep what led to the result.
 
-    The explanation says what :func:`fuzzy.inference.infer` would warn of. Raises FuzzySystemError for a point of the
-    wrong shape, and for a point outside the universe if the system is told to refuse it.
+    Args:
+        fis: The system.
+        x: The point (inputs,), in the inputs' units.
+
+    Returns:
+        The explanation, which says also what :func:`fuzzy.inference.infer` would warn of.
+
+    Raises:
+        FuzzySystemError: A point of the wrong shape, and a point outside the universe if the system is told to
+            refuse it.
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)

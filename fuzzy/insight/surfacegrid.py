@@ -14,12 +14,19 @@ from fuzzy.system import FuzzySystemError, Sugeno
 
 
 class Surface(NamedTuple):
-    """An output over two inputs, or over one; then ``y`` is None and the other arrays have one dimension."""
+    """An output over two inputs, or over one; then ``y`` is None and the other arrays have one dimension.
 
-    x: np.ndarray  # (points, points): the first input, along the last axis
-    y: np.ndarray | None  # (points, points): the second input, along the first axis
-    z: np.ndarray  # (points, points): the output
-    fired: np.ndarray  # (points, points) bool: does any rule fire there?
+    Attributes:
+        x: (points, points): the first input, along the last axis, in its unit.
+        y: (points, points): the second input, along the first axis; None over one input.
+        z: (points, points): the output, in its unit.
+        fired: (points, points) bool: does any rule fire there?
+    """
+
+    x: np.ndarray
+    y: np.ndarray | None
+    z: np.ndarray
+    fired: np.ndarray
 
 
 def surface(
@@ -41,7 +48,11 @@ def surface(
         fixed: The values of other inputs, in their units; the middle of the universe where none is given.
         points: The number of grid points along each input, or one number for each.
 
-    Raises FuzzySystemError for inputs and outputs that do not exist, and for an input in both ``inputs`` and ``fixed``.
+    Returns:
+        The grid, the output on it, and where rules fire.
+
+    Raises:
+        FuzzySystemError: Inputs and outputs that do not exist, and an input in both ``inputs`` and ``fixed``.
     """
     fis = detached(fis)
     places = surface_axes(fis, inputs)

@@ -36,13 +36,24 @@ class LoopError(InputError):
 
 @dataclass(frozen=True)
 class Scale:
-    """Scale factors: what the loop multiplies by before it asks the rules, and after."""
+    """Scale factors: what the loop multiplies by before it asks the rules, and after.
 
-    Ke: float = 1.0  # of the error, 1 / its unit for rules on [-1, 1]
-    Kde: float = 1.0  # of the error's rate
-    Kie: float = 1.0  # of the error's sum
-    Ku: float = 1.0  # of the output u
-    Kdu: float = 1.0  # of the output du, per second
+    Attributes:
+        Ke: Of the error: 1 / its unit for rules on [-1, 1].
+        Kde: Of the error's rate.
+        Kie: Of the error's sum.
+        Ku: Of the output u.
+        Kdu: Of the output du, per second.
+
+    Raises:
+        LoopError: A factor that is no finite number.
+    """
+
+    Ke: float = 1.0
+    Kde: float = 1.0
+    Kie: float = 1.0
+    Ku: float = 1.0
+    Kdu: float = 1.0
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -120,12 +131,20 @@ class Controller(Protocol):
 
 @dataclass(frozen=True)
 class PID:
-    """u = Kp e + Ki · integral of e + Kd de/dt."""
+    """u = Kp e + Ki · integral of e + Kd de/dt, the classical controller. It is called with the error, its rate and its
+    sum.
+
+    Attributes:
+        Kp: The proportional gain, in the control's unit over the error's.
+        Ki: The integral gain, that unit / s.
+        Kd: The derivative gain, that unit · s.
+        rule: Where the gains come from, such as a tuning rule's name; for legends.
+    """
 
     Kp: float
-    Ki: float = 0.0  # 1/s
-    Kd: float = 0.0  # s
-    rule: str = field(default="", kw_only=True)  # where the gains come from
+    Ki: float = 0.0
+    Kd: float = 0.0
+    rule: str = field(default="", kw_only=True)
 
     def __call__(self, error: float, rate: float, total: float) -> tuple[float, float]:
         """The control, of which no part is integrated by the loop."""

@@ -51,7 +51,8 @@ def to_nlsys(
         roles: What variables are, by their names, where those do not say it (see ``roles_of``).
         scale: The scale factors around the rules.
 
-    Raises LoopError where python-control is not installed, and for variables that make no controller.
+    Raises:
+        LoopError: Python-control is not installed, or the variables make no controller.
     """
     control = _control()
     if sample_time is None:
@@ -99,7 +100,8 @@ def describing_function(fis: Sugeno, amplitudes: Any, points: int = 4096) -> np.
     Returns:
         N (...,), complex, in the output's unit over the input's.
 
-    Raises LoopError for several inputs or outputs, and for amplitudes that are not > 0.
+    Raises:
+        LoopError: Several inputs or outputs, and amplitudes that are not > 0.
     """
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
         raise LoopError(f"{fis.name}: a describing function is of one input and one output")
@@ -112,9 +114,16 @@ def describing_function(fis: Sugeno, amplitudes: Any, points: int = 4096) -> np.
 
 
 def linearised(fis: Sugeno, at: Any) -> np.ndarray:
-    """The gains (outputs, inputs) of a rule base around a point (inputs,), by central differences.
+    """The gains (outputs, inputs) of a rule base around a point, by central differences.
 
     Units are the outputs' over the inputs'. At a vertex of a membership function the two sides differ; the mean stands.
+
+    Args:
+        fis: The rule base.
+        at: The point (inputs,), in the inputs' units.
+
+    Raises:
+        LoopError: A point of another shape, or not finite.
     """
     x = np.asarray(at, dtype=float)
     if x.shape != (len(fis.inputs),):
@@ -141,7 +150,8 @@ def linear_controller(
         roles: As of :func:`to_nlsys`.
         scale: As of :func:`to_nlsys`.
 
-    Raises LoopError as :func:`to_nlsys`.
+    Raises:
+        LoopError: As :func:`to_nlsys`.
     """
     control, scale = _control(), scale or Scale()
     _check_period(sample_time)

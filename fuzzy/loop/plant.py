@@ -52,14 +52,21 @@ class Plant(Protocol):
 
 @dataclass(frozen=True)
 class TransferFunction:
-    """b(s) / a(s) · exp(-dead_time s), coefficients with the highest power first, as MATLAB and scipy have them.
+    """b(s) / a(s) · exp(-dead_time s), coefficients with the highest power first, as MATLAB's ``tf`` and scipy have
+    them.
 
-    Raises PlantError for coefficients that make no proper transfer function, and for a negative dead time.
+    Attributes:
+        numerator: b, its coefficients.
+        denominator: a, its coefficients; its degree is at least that of b.
+        dead_time: The delay [s].
+
+    Raises:
+        PlantError: Coefficients that make no proper transfer function, and a negative dead time.
     """
 
     numerator: Sequence[float]
     denominator: Sequence[float]
-    dead_time: float = 0.0  # s
+    dead_time: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("numerator", "denominator"):
@@ -83,12 +90,12 @@ class TransferFunction:
 
     @property
     def poles(self) -> np.ndarray:
-        """The poles [1/s]."""
+        """The poles (n,) [1/s], complex."""
         return np.roots(self.denominator)
 
     @property
     def zeros(self) -> np.ndarray:
-        """The zeros [1/s], without those of the dead time."""
+        """The zeros (m,) [1/s], complex, without those of the dead time."""
         return np.roots(self.numerator)
 
     def at(self, s: complex) -> complex:
@@ -97,7 +104,7 @@ class TransferFunction:
         return complex(value)
 
     def sampled(self, sample_time: float) -> "SampledTransferFunction":
-        """The transfer function under a zero-order hold, exactly."""
+        """The transfer function under a zero-order hold of ``sample_time`` [s], exactly."""
         a, b, c, d = _state_space(self.numerator, self.denominator)
         whole, part = _split(self.dead_time, sample_time)
         moved, older = _held(a, b, part)
@@ -130,15 +137,26 @@ class SampledTransferFunction:
 class FunctionPlant:
     """A plant of one's own: dx/dt = derivative(x, u, t), y = output(x), by default the first state.
 
-    It is integrated by the classical Runge-Kutta method of order four with ``substeps`` a sample. Raises PlantError
-    for a number of states that is none.
+    It is integrated by the classical Runge-Kutta method of order four with ``substeps`` a sample.
+
+    Attributes:
+        derivative: Of the state x (states,), the input u and the time t [s]: gives dx/dt (states,).
+        states: How many there are.
+        output: Makes y of x (states,); by default the first state.
+        initial: The state at the start (states,); zeros by default.
+        dead_time: The delay of the input [s].
+        substeps: Steps of the integration for each sample.
+        name: What messages and pictures call it.
+
+    Raises:
+        PlantError: A number of states that is none.
     """
 
-    derivative: Callable[[Any, float, float], Any]  # x (states,), u, t [s] -> dx/dt (states,)
+    derivative: Callable[[Any, float, float], Any]
     states: int = 1
     output: Callable[[Any], float] | None = None
-    initial: Sequence[float] | None = None  # (states,); zeros by default
-    dead_time: float = 0.0  # s
+    initial: Sequence[float] | None = None
+    dead_time: float = 0.0
     substeps: int = 4
     name: str = field(default="plant", compare=False)
 
@@ -157,7 +175,7 @@ class FunctionPlant:
         return self.name
 
     def sampled(self, sample_time: float) -> "SampledFunction":
-        """The plant with its input held between samples."""
+        """The plant with its input held between samples, ``sample_time`` [s] apart."""
         whole, part = _split(self.dead_time, sample_time)
         return SampledFunction(self, whole, part, sample_time - part, np.array(self.initial, dtype=float))
 

@@ -121,19 +121,33 @@ TITLES = {
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """A simulated loop: one number a sample in each array, and its figures."""
+    """A simulated loop: one number a sample in each array, and its figures.
 
-    time: np.ndarray  # (steps + 1,) s
+    Attributes:
+        time: (steps + 1,) [s].
+        reference: (steps + 1,) r, in the output's unit.
+        output: (steps + 1,) the plant's true output, just before the actuator moves.
+        control: (steps + 1,) u, within the limits, held until the next sample.
+        error: (steps + 1,) r - y as measured.
+        error_rate: (steps + 1,) de/dt, the error's unit / s.
+        error_sum: (steps + 1,) the integral of e, the error's unit · s.
+        known: (steps + 1, inputs): what the rule base was given; (steps + 1, 0) of a PID.
+        figures: Rise time, settling time, overshoot, steady-state error and integrals of the error.
+        loop: Controller, plant and settings: what was simulated.
+        stopped: Why it ended early, in a sentence; empty: it did not. The rest of the arrays is nan.
+    """
+
+    time: np.ndarray
     reference: np.ndarray
-    output: np.ndarray  # the plant's true output, just before the actuator moves
-    control: np.ndarray  # within the limits, held until the next sample
-    error: np.ndarray  # r - y as measured
-    error_rate: np.ndarray  # 1/s
-    error_sum: np.ndarray  # s
-    known: np.ndarray  # (steps + 1, inputs): what the rule base was given; (steps + 1, 0) of a PID
+    output: np.ndarray
+    control: np.ndarray
+    error: np.ndarray
+    error_rate: np.ndarray
+    error_sum: np.ndarray
+    known: np.ndarray
     figures: Figures
     loop: Loop
-    stopped: str  # why it ended early, in a sentence; empty: it did not. The rest of the arrays is nan
+    stopped: str
 
 
 def step_response(
@@ -167,7 +181,12 @@ def step_response(
         limits: Of the actuator.
         settings: The other fields of :class:`Loop`: reference, duration, sample_time, noise, seed, rate_filter.
 
-    Raises LoopError, PlantError for what makes no loop.
+    Returns:
+        The signals, one number a sample, and the figures of the response.
+
+    Raises:
+        LoopError: A controller or settings that make no loop.
+        PlantError: A plant that cannot be sampled.
     """
     known = {each.name for each in fields(Loop)}
     for name in settings:

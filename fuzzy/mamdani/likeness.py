@@ -33,22 +33,37 @@ _SEED = 20
 
 
 class Difference(NamedTuple):
-    """How far an output of a system is from that of another, as a share of the output's range."""
+    """How far an output of a system is from that of another, as a share of the output's range.
+
+    Attributes:
+        output: The name of the output.
+        greatest: The largest difference, a share of the range.
+        mean: The mean of the differences, likewise.
+        root_mean_square: Their root mean square, likewise.
+        points: At how many points both were evaluated.
+    """
 
     output: str
     greatest: float
     mean: float
     root_mean_square: float
-    points: int  # at which both were evaluated
+    points: int
 
     def __str__(self) -> str:
         return f"{self.output}: {self.greatest:.2%} of the range at most, {self.mean:.2%} in the mean"
 
 
 def read_mamdani_original(path: str | os.PathLike[str]) -> Mamdani:
-    """Read the Mamdani system in a .fis file as it is. Raises FisFileError and warns as :func:`fuzzy.read_fis` does.
+    """Read the Mamdani system in a .fis file as it is; warns as :func:`fuzzy.read_fis` does.
 
-    A Sugeno system is refused (FisFileError): :func:`fuzzy.read_fis` reads it.
+    Args:
+        path: The file.
+
+    Returns:
+        The system, with its sets.
+
+    Raises:
+        FisFileError: As of :func:`fuzzy.read_fis`, and a Sugeno system, which that reads.
     """
     name = os.fsdecode(path)
     read, parts = parse_original(file_bytes(name), name)
@@ -86,10 +101,17 @@ def input_grid(inputs: tuple[Variable, ...] | Any, points: int = GRID, offset: b
 
 
 def mamdani_difference(original: Mamdani, fis: Sugeno, points: int = GRID) -> tuple[Difference, ...]:
-    """How far ``fis`` is from ``original``, an output each, on a grid of about ``points`` places over the inputs.
+    """How far ``fis`` is from ``original``, an output each, on a grid of places over the inputs.
 
-    Where no rule fires both give the middle of the range. Raises FuzzySystemError for systems of other inputs or
-    outputs.
+    Where no rule fires both give the middle of the range.
+
+    Args:
+        original: The Mamdani system.
+        fis: The Sugeno system.
+        points: About how many places the grid has in all.
+
+    Raises:
+        FuzzySystemError: Systems of other inputs or outputs.
     """
     _check_alike(original, fis)
     return differences(fis, lambda x: original.evaluate(x)[0], input_grid(fis.inputs, points))
@@ -120,7 +142,17 @@ def fit_to_mamdani(
     a rule fires. Each term stays one consequent, shared by its rules as before; with ``"planes"`` it becomes linear in
     the inputs. The greatest difference may grow where the mean square shrinks: measure both.
 
-    Raises FuzzySystemError for other ``consequents`` and for systems that do not fit together.
+    Args:
+        original: The Mamdani system.
+        fis: A Sugeno system of the same inputs and outputs, such as :func:`fuzzy.read_mamdani` makes.
+        consequents: "constants", or "planes", linear in the inputs.
+        points: About how many places the grid has in all.
+
+    Returns:
+        The system with the new consequents; the terms of its inputs and its rules stay.
+
+    Raises:
+        FuzzySystemError: Other ``consequents``, and systems that do not fit together.
     """
     _check_alike(original, fis)
     if consequents not in get_args(Consequents):

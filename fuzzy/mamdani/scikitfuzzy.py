@@ -22,21 +22,37 @@ _MOST_RULES = 1000  # of one with brackets, split up
 
 
 class FromScikitFuzzy(NamedTuple):
-    """A control system of scikit-fuzzy as a Sugeno system."""
+    """A control system of scikit-fuzzy as a Sugeno system.
+
+    Attributes:
+        system: The Sugeno system.
+        original: The same sets, rules and methods as scikit-fuzzy's.
+        changes: What became another thing, a sentence each.
+        difference: Of the Sugeno system from scikit-fuzzy's own outputs, an output each.
+    """
 
     system: Sugeno
-    original: Mamdani  # the same sets, rules and methods as scikit-fuzzy's
-    changes: tuple[str, ...]  # a sentence each
-    difference: tuple[Difference, ...]  # of the Sugeno system from scikit-fuzzy's own outputs
+    original: Mamdani
+    changes: tuple[str, ...]
+    difference: tuple[Difference, ...]
 
 
 def from_skfuzzy(control_system: Any) -> FromScikitFuzzy:
-    """Make a Sugeno system of a ``skfuzzy.control.ControlSystem``.
+    """Make a Sugeno system of a control system of scikit-fuzzy.
 
     Sampled memberships become the functions that they were sampled from, or the nearest, which is told with its error.
-    Each output set becomes a constant at its centroid. A rule with brackets becomes several, which is exact for min
-    and max. Raises FuzzySystemError, which names the rule or the variable, for what has no equivalent: other functions
-    for "and" and "or", brackets with these, a variable twice in one "and", an output that is another rule's input.
+    Each output set becomes a constant at its centroid. A rule with brackets becomes several, which is exact for min and
+    max.
+
+    Args:
+        control_system: A ``skfuzzy.control.ControlSystem``.
+
+    Returns:
+        The system, the Mamdani system that it comes from, what was changed, and how far both are apart.
+
+    Raises:
+        FuzzySystemError: What has no equivalent, by the name of the rule or the variable: other functions for "and" and
+            "or", brackets with these, a variable twice in one "and", an output that is another rule's input.
     """
     from skfuzzy import control
 

@@ -30,26 +30,45 @@ _MOST_POINTS = 100_001
 
 @dataclass(frozen=True)
 class Mamdani:
-    """A Mamdani system: the terms of its outputs are sets. Its rules may be given as sentences.
+    """A Mamdani system: the terms of its outputs are sets. Its rules may be given as sentences. It is called as a
+    Sugeno
+    system is.
 
-    The defaults are those of MATLAB: min, max, min, max, centroid, 101 points. Where no rule fires, or the joint set
-    is empty, the output is the middle of its range, with a warning. Raises FuzzySystemError or RuleError for parts that
-    do not fit together.
+    The defaults are those of MATLAB's ``mamfis``: min, max, min, max, centroid, 101 points. Where no rule fires, or the
+    joint set is empty, the output is the middle of its range, with a warning.
+
+    Attributes:
+        inputs: The inputs.
+        outputs: The outputs, whose terms are membership functions.
+        rules: Each a :class:`Rule`, or a sentence.
+        name: The system's name.
+        and_method: How "and" joins degrees.
+        or_method: How "or" joins degrees.
+        implication: How a firing strength cuts ("min") or scales ("prod") a set.
+        aggregation: How the sets of all rules are joined.
+        defuzzification: How the joint set becomes a number: centroid, bisector, or the mean, largest or smallest of its
+            maxima.
+        points: Of the joint set, from end to end of the output's range.
+        complements: By output: the sets that rules negate, and what they call the complement ("not slow").
+        premises: Inputs and rules as a Sugeno system, whose outputs are stand-ins; made on construction.
+
+    Raises:
+        FuzzySystemError: Parts that do not fit together.
+        RuleError: A sentence that is no rule of the system.
     """
 
     inputs: Sequence[Variable]
-    outputs: Sequence[Variable]  # their terms are membership functions
-    rules: Sequence[Any] = ()  # Rule, or a sentence
+    outputs: Sequence[Variable]
+    rules: Sequence[Any] = ()
     name: str = "fuzzy"
     and_method: Literal["prod", "min"] = "min"
     or_method: Literal["probor", "max"] = "max"
     implication: Implication = "min"
     aggregation: Aggregation = "max"
     defuzzification: Defuzzification = "centroid"
-    points: int = 101  # of the joint set, from end to end of the output's range
-    # By output: the sets that rules negate, and what they call the complement ("not slow").
+    points: int = 101
     complements: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    premises: Sugeno = field(init=False, repr=False, compare=False)  # inputs and rules; the outputs are stand-ins
+    premises: Sugeno = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("inputs", "outputs"):
@@ -84,8 +103,8 @@ class Mamdani:
         return output
 
     def evaluate(self, x: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The outputs (..., outputs), and whether any set is there to be defuzzified (..., outputs), without warning
-        of its absence.
+        """The outputs (..., outputs) at ``x`` (..., inputs), and whether any set is there to be defuzzified (...,
+        outputs), without warning of its absence.
         """
         firing = self.firing(x)
         rows = firing.reshape(-1, len(self.rules))
@@ -110,7 +129,12 @@ class Mamdani:
             return np.asarray(infer(self.premises, x).firing)
 
     def joint_set(self, x: Sequence[float], output: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """The places (points,) and degrees (points,) of the set that all rules together give an output at one point."""
+        """The places (points,) and degrees (points,) of the set that all rules together give an output at one point.
+
+        Args:
+            x: The point (inputs,), in the inputs' units.
+            output: The output, by its place.
+        """
         places = np.linspace(*self.outputs[output].universe, self.points)
         return places, self._joint(np.atleast_2d(self.firing(x)), output, places)[0]
 

@@ -33,16 +33,28 @@ Progress = Callable[[Evaluations], bool | None]
 
 @dataclass(frozen=True, eq=False)
 class TunedSystem:
-    """What tuning on data has found. Errors are root mean squares over samples and outputs, in the outputs' unit."""
+    """What tuning on data has found. Errors are root mean squares over samples and outputs, in the outputs' unit.
 
-    system: Sugeno  # of least error on the data, with checking data of least error on these, of all that were the best
-    before: float  # the error of the system as it was
-    after: float  # of ``system``
-    check_before: float  # likewise on the checking data; not-a-number without
+    Attributes:
+        system: The system of least error on the data; with checking data, that of least error on these among all that
+            were the best so far.
+        before: The error of the system as it was.
+        after: The error of ``system``.
+        check_before: Likewise on the checking data; not-a-number without.
+        check_after: Likewise of ``system``.
+        space: What could move, and from where to where.
+        evaluated: All that was tried.
+        stopped: Why: "evaluations", "progress" or "interrupted".
+    """
+
+    system: Sugeno
+    before: float
+    after: float
+    check_before: float
     check_after: float
     space: SystemSpace = field(repr=False)
     evaluated: Evaluations = field(repr=False)
-    stopped: str  # why: "evaluations", "progress" or "interrupted"
+    stopped: str
 
     @property
     def evaluations(self) -> int:
@@ -102,8 +114,14 @@ def tune(
     Constants of consequents move within the outputs' range in the data about their start at least, slopes within that
     range over the inputs'. Where no rule fires the middle of the output's range stands, and its error counts.
 
-    Ctrl-C ends with the best so far. The same data, options and seed give the same result. Raises TuningError where
-    nothing can be tuned so, InputError for data that do not fit the system.
+    Ctrl-C ends with the best so far. The same data, options and seed give the same result.
+
+    Returns:
+        The tuned system, its errors before and after, and all that was tried.
+
+    Raises:
+        TuningError: Nothing can be tuned so.
+        InputError: Data that do not fit the system.
     """
     fis = detached(fis)
     x, y = _samples(fis, x, y)

@@ -35,7 +35,15 @@ MOST_SEEDS = 900_000  # of a block, so that it ends before the next one begins
 
 @dataclass(frozen=True, kw_only=True)
 class Arena:
-    """An arena before it is held. Raises ArenaError."""
+    """An arena before it is held.
+
+    Attributes:
+        name: What it is called: its file's name.
+        folder: Where files that it names are looked for first.
+
+    Raises:
+        ArenaError: An arena that cannot be held.
+    """
 
     name: str
     title: str = described("What is asked, in a line.", "", example="Which law for my robot?")
@@ -95,11 +103,11 @@ class Arena:
             )
 
     def law(self, specification: str) -> Law[Any]:
-        """The law of a specification, its files looked for beside the arena's first."""
+        """The law of a ``specification``, its files looked for beside the arena's first."""
         return as_law(located(specification, self.folder))
 
     def budget(self, law: str) -> int:
-        """How many candidates each search of a law tries."""
+        """How many candidates each search of ``law``, a specification, tries."""
         return self.exceptions.get(law, self.evaluations)
 
     @property
@@ -108,20 +116,20 @@ class Arena:
         return Cost(terms=self.cost)
 
     def scenarios(self, block: Block) -> tuple[Scenario, ...]:
-        """The scenarios of a block, drawn. Raises ArenaError, and RobotError."""
+        """The scenarios of ``block``: "tune", "choose" or "test", drawn. Raises ArenaError, and RobotError."""
         return _drawn(getattr(self, block), BLOCKS[block], self.conditions)
 
     def labels(self, block: Block) -> list[str]:
-        """What a block's scenarios are called, no two alike."""
+        """What the scenarios of ``block`` are called, no two alike."""
         said = [family.label for family in getattr(self, block) for _ in range(family.count)]
         return [f"{text} {said[: n + 1].count(text)}" if said.count(text) > 1 else text for n, text in enumerate(said)]
 
     def tuning_seed(self, repeat: int) -> int:
-        """The first seed that a repeat of the search drives with, its ``runs`` seeds from there on."""
+        """The first seed that ``repeat``, from 0, of the search drives with, its ``runs`` seeds from there on."""
         return BLOCKS["tune"] + repeat * self.runs
 
     def seeds(self, block: Literal["choose", "test"], runs: int | None = None) -> range:
-        """The seeds of a block, or the first ``runs`` of them."""
+        """The seeds of ``block``, "choose" or "test", or the first ``runs`` of them."""
         all_of_them = self.choosing_runs if block == "choose" else self.testing_runs
         first = BLOCKS[block]
         return range(first, first + (all_of_them if runs is None else min(runs, all_of_them)))
@@ -152,7 +160,17 @@ def arena_names() -> list[str]:
 
 
 def load_arena(name: str | Path = "default") -> Arena:
-    """Read the arena of that name, or in that ``.toml`` file. Raises ArenaError."""
+    """Read an arena.
+
+    Args:
+        name: The name of one that comes with the package, or a ``.toml`` file.
+
+    Returns:
+        The arena.
+
+    Raises:
+        ArenaError: No such arena, or a file that makes none; the message names file, line and key.
+    """
     found = _FILES.find(name)
     return parse_arena(found.text, found.name, found.file, found.folder)
 

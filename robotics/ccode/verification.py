@@ -59,11 +59,18 @@ class Drive:
 
 @dataclass(frozen=True)
 class VerifiedLaw:
-    """What a proof has found."""
+    """What a proof has found.
+
+    Attributes:
+        drives: Each scenario and seed with both trajectories' distance.
+        compiler: Which compiler made the program.
+        sanitized: Whether the sanitizers watched a drive; they are not on every machine.
+        number: "double" or "float".
+    """
 
     drives: tuple[Drive, ...]
     compiler: str
-    sanitized: bool  # whether the sanitizers watched a drive; they are not on every machine
+    sanitized: bool
     number: str
 
     @property
@@ -166,6 +173,9 @@ def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequenc
         files: What :func:`write_c_law` wrote.
         scenarios: Their robots must be those that the law was written for.
         seeds: The seeds of every scenario: the noise.
+
+    Returns:
+        How far the two trajectories of each drive are apart.
 
     Raises:
         CompilerError: No compiler, or it refuses the C.

@@ -13,7 +13,14 @@ from robotics.scenario.description import Scenario
 
 
 class CLawFiles(NamedTuple):
-    """What was written of a law, and for which it was."""
+    """What was written of a law, and for which it was.
+
+    Attributes:
+        law: The law.
+        sources: The texts of the files.
+        number: "double" or "float".
+        folder: Where they lie.
+    """
 
     law: Law[Any]
     sources: LawSources
@@ -22,7 +29,7 @@ class CLawFiles(NamedTuple):
 
     @property
     def files(self) -> list[Path]:
-        """Headers and sources, those of the law first."""
+        """The paths of headers and sources, those of the law first."""
         names = [self.sources.name, *(base.name for base in self.sources.bases)]
         return [self.folder / f"{name}.{ending}" for name in names for ending in ("h", "c")]
 
@@ -38,6 +45,9 @@ def write_c_law(
         folder: Where to write, made if it is not there.
         number: "double" or "float".
         name: The files' name and the functions' prefix; by default the law's.
+
+    Returns:
+        The files that were written.
 
     Raises:
         ExportError: A law that cannot be written; the message lists those that can.

@@ -39,14 +39,23 @@ class ComparisonError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What was compared, and the table that came out."""
+    """What was compared, and the table that came out.
+
+    Attributes:
+        scenarios: The scenarios, of one kind.
+        controllers: The laws by their specifications, such as "csm" or "csm:k=0.3", or by the user's names.
+        seeds: The seeds that each ran with.
+        table: One row a seed and robot: scenario, controller, seed and robot, the metrics, diverged and contact (bool).
+        runs: The runs by the names of scenario and controller.
+        metrics: The user's own metrics, by name.
+    """
 
     scenarios: tuple[Scenario, ...]
-    controllers: dict[str, Law[Any]]  # by specification, such as "csm" or "csm:k=0.3", or by the user's name
+    controllers: dict[str, Law[Any]]
     seeds: tuple[int, ...]
-    table: pd.DataFrame  # one row a seed and robot: KEYS, the metrics, diverged and contact (bool) as of rows_of
-    runs: dict[tuple[str, str], Run]  # by scenario name and specification
-    metrics: Mapping[str, Metric] = field(default_factory=dict)  # the user's own, by name
+    table: pd.DataFrame
+    runs: dict[tuple[str, str], Run]
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         names = ", ".join(scenario.name for scenario in self.scenarios)
@@ -97,7 +106,13 @@ def compare(
         finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
             loses nothing that is done.
 
-    Raises ComparisonError, ControllerError and MetricError, as :func:`check_comparison` does, before anything is run.
+    Returns:
+        The table, a row a seed and robot, and the runs.
+
+    Raises:
+        ComparisonError: Nothing to compare, or scenarios of several kinds; told before anything is run.
+        ControllerError: A controller that is unknown, or cannot drive a scenario; likewise.
+        MetricError: A metric that cannot be used; likewise.
     """
     check_comparison(scenarios, controllers, metrics)
     laws, own = chosen_laws(controllers), own_metrics(metrics)

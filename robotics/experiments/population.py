@@ -34,12 +34,19 @@ class PopulationError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """What became of many laws on one scenario: ``population["rms_cross_track_m"]`` is (laws, seeds, robots)."""
+    """What became of many laws on one scenario: ``population["rms_cross_track_m"]`` is (laws, seeds, robots).
+
+    Attributes:
+        scenario: Its name.
+        seeds: The seeds that each law ran with.
+        metrics: By name, (laws, seeds, robots) each.
+        stopped: (laws, seeds, robots) bool: it diverged, or was lost.
+    """
 
     scenario: str
     seeds: tuple[int, ...]
-    metrics: Mapping[str, np.ndarray] = field(repr=False)  # by name, (laws, seeds, robots) each
-    stopped: np.ndarray = field(repr=False)  # (laws, seeds, robots) bool: it diverged, or was lost
+    metrics: Mapping[str, np.ndarray] = field(repr=False)
+    stopped: np.ndarray = field(repr=False)
 
     def __repr__(self) -> str:
         laws, seeds = self.stopped.shape[:2]
@@ -116,10 +123,14 @@ def simulate_many(
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
         progress: Called after every law.
 
-    Returns a run for each law, or for ``keep="metrics"`` a :class:`Population`.
+    Returns:
+        A run for each law, or for ``keep="metrics"`` a :class:`Population`.
 
-    Raises SimulationError for the seeds, ControllerError where a law cannot drive the scenario, PopulationError for
-    other robots than the scenario has and for a metric that it does not have, MetricError as :func:`measure_all`.
+    Raises:
+        SimulationError: Seeds that are none.
+        ControllerError: A law cannot drive the scenario.
+        PopulationError: Other robots than the scenario has, or a metric that it does not have.
+        MetricError: As of :func:`measure_all`.
     """
     seeds = checked_seeds(seeds)
     if keep not in ("runs", "metrics"):

@@ -30,14 +30,23 @@ FIRST, LAST = 5.0, 35.0  # s: when a fault may begin
 
 @dataclass(frozen=True)
 class Recovery:
-    """The recovery of the runs with one controller and outage; arrays are (runs,)."""
+    """The recovery of the runs with one controller and outage; arrays are (runs,).
+
+    Attributes:
+        controller: Its specification.
+        outage: The length of the faults [s].
+        recovered: (runs,) bool: whether the team is together again.
+        after: (runs,) from the last fault's end to recovery [s]; infinite if there is none.
+        deviation: (runs,) the largest distance of any robot from its path [m].
+        gap: (runs,) the largest s_i − s_j, a share of the paths.
+    """
 
     controller: str
-    outage: float  # s
-    recovered: np.ndarray  # bool
-    after: np.ndarray  # s from the last fault's end to recovery; infinite if there is none
-    deviation: np.ndarray  # m: the largest distance of any robot from its path
-    gap: np.ndarray  # largest s_i − s_j
+    outage: float
+    recovered: np.ndarray
+    after: np.ndarray
+    deviation: np.ndarray
+    gap: np.ndarray
 
     @property
     def share(self) -> float:
@@ -92,6 +101,9 @@ def recovery_curve(
         advance: Called after every controller.
         duration: The time [s] after which runs end, by default that of the scenario. A controller that keeps to the
             timetable is done a little after its 60 s.
+
+    Returns:
+        One for each controller and outage, outages varying fastest.
     """
     base = load_scenario(scenario)
     # The 10 % of noise of the third test are judged by themselves; here they would hide what the fault does.

@@ -75,7 +75,9 @@ def plot_avoidance(
             left out.
         width: The width of the figure in inches.
 
-    Raises ReplayError for a seed that was not run, PlotError for no run, or runs of several scenarios.
+    Raises:
+        ReplayError: A seed that was not run.
+        PlotError: No run, or runs of several scenarios.
     """
     runs = [runs] if isinstance(runs, Run) else runs
     if not 1 <= len(runs) <= 3 or len({run.scenario for run in runs}) > 1:
@@ -132,8 +134,9 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
         rows: The runs on one scenario each, as many laws in each row, in the same order.
         seed: The seed that is drawn, by default the first.
 
-    Raises ReplayError for a seed that was not run, PlotError where a row has several scenarios, or rows differ in
-    their laws.
+    Raises:
+        ReplayError: A seed that was not run.
+        PlotError: A row has several scenarios, or rows differ in their laws.
     """
     laws = {tuple(run.controller for run in row) for row in rows}
     if len(laws) != 1 or not all(len({run.scenario for run in row}) == 1 for row in rows):

@@ -41,7 +41,8 @@ def plot_comparison(
         looks: How each controller is drawn, by its specification.
         width: The width of the figure in inches.
 
-    Raises PlotError for a scenario that was not compared, and where no metric has anything to show.
+    Raises:
+        PlotError: A scenario that was not compared, or no metric that has anything to show.
     """
     scenario = comparison.scenarios[0].name if scenario is None else scenario
     table = comparison.table[comparison.table["scenario"] == scenario]

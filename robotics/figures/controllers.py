@@ -60,7 +60,8 @@ def plot_paths(
         looks: How each controller is drawn, by its specification.
         width: The width of the figure in inches.
 
-    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
+    Raises:
+        PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
     runs = _some(runs)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
@@ -199,7 +200,8 @@ def plot_errors(
         looks: How each controller is drawn, by its specification.
         width: The width of the figure in inches.
 
-    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
+    Raises:
+        PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
     runs = _some(runs, robot)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
@@ -282,7 +284,8 @@ def plot_velocities(
         looks: How each controller is drawn, by its specification.
         width: The width of the figure in inches.
 
-    Raises PlotError for no run, runs of several scenarios, or a seed or robot that was not run.
+    Raises:
+        PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
     runs = _some(runs, robot)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]

@@ -28,7 +28,9 @@ def plot_distances(run: Run, *, seed: int | None = None) -> Figure:
         run: A run of two or more robots, or one among obstacles.
         seed: The seed that is drawn, by default the first.
 
-    Raises PlotError for a run of one robot without obstacles, ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A run of one robot without obstacles.
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     several, obstacles = run.samples.shape[3] > 1, run.obstacles is not None

@@ -49,7 +49,9 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         seed: The seed that is drawn, by default the first.
         width: The width of the figure in inches.
 
-    Raises PlotError for another run, ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A run of another kind.
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     if not is_formation(run):

@@ -35,7 +35,9 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
         run: A run of two or more robots.
         seed: The seed that is drawn, by default the first.
 
-    Raises ReplayError for a seed that was not run, PlotError for a run of one robot.
+    Raises:
+        ReplayError: A seed that was not run.
+        PlotError: A run of one robot.
     """
     place = seed_place(run, seed)
     met = _meetings(run, place)

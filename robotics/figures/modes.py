@@ -19,7 +19,9 @@ def plot_modes(run: Run, *, seed: int | None = None) -> Figure:
         run: A run whose law has modes.
         seed: The seed that is drawn, by default the first.
 
-    Raises PlotError for a run whose law has no modes, ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A run whose law has no modes.
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     if run.modes is None:

@@ -19,7 +19,9 @@ def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
         run: A run of a team whose law coordinates progress.
         seed: The seed that is drawn, by default the first.
 
-    Raises PlotError for a run without progress, ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A run without progress.
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     if run.team is None or not np.isfinite(run["progress"]).any():

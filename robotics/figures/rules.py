@@ -30,8 +30,10 @@ def plot_rules_at(run: Run, time: float, *, robot: int = 1, task: str | None = N
         task: The rule base, by the task that it has in the law; by default the first.
         seed: The seed, by default the first.
 
-    Raises PlotError for a robot, a time or a task that the run does not have, DecisionError for a run that does not say
-    what its rule bases were asked, ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A robot, a time or a task that the run does not have.
+        DecisionError: A run that does not say what its rule bases were asked.
+        ReplayError: A seed that was not run.
     """
     place, robots = seed_place(run, seed), run.samples.shape[3]
     first, last = float(run.time[0]), float(run.time[-1])

@@ -39,9 +39,14 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
     One seed, by default the first, is drawn boldly, up to 39 more faintly behind it; each robot has its colour. A cross
     marks where a robot was stopped; a cross in a ring where in that seed one touched another, or an obstacle. Among
     obstacles robots are drawn in true size too. A team has a page of its own: :func:`robotics.figures.team.plot_team`.
-    ``width`` is that of the figure in inches.
 
-    Raises ReplayError for a seed that was not run.
+    Args:
+        run: The run.
+        seed: The seed that is drawn boldly, by default the first.
+        width: The width of the figure in inches.
+
+    Raises:
+        ReplayError: A seed that was not run.
     """
     if run.team is not None:
         return plot_team(run, seed, width)

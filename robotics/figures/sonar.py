@@ -24,8 +24,9 @@ def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -
         seed: The seed that is drawn, by default the first.
         robot: One robot, from 1; by default the first six that carry sensors.
 
-    Raises PlotError for a run that kept no readings, and for a robot that it does not have or that carries no sensors;
-    ReplayError for a seed that was not run.
+    Raises:
+        PlotError: A run that kept no readings, and a robot that it does not have or that carries no sensors.
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     if run.ranges is None:

@@ -32,7 +32,9 @@ def plot_states(specifications: Sequence[str]) -> Figure:
     Args:
         specifications: The laws, as :func:`robotics.laws.catalogue.make_controller` takes them.
 
-    Raises ControllerError for a law that does not exist, PlotError for one without states.
+    Raises:
+        ControllerError: A law that does not exist.
+        PlotError: A law without states.
     """
     drawn: list[tuple[StateDiagram, list[str]]] = []
     for name in specifications:

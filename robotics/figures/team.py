@@ -48,12 +48,19 @@ LEAST = 1e-3  # the axis of the differences of progress reaches at least as far 
 def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figure:
     """Draw the page of a team: trajectories, errors against the law's own target, speeds, progress, its differences.
 
-    ``seed`` (the first by default) is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin
-    lines over a band from the 5th to the 95th percentile with their median, of that seed alone. Faults are shaded,
-    hatched by kind, and named. Among obstacles few robots are drawn in true size too, all at the same times, as are
-    obstacles that move. Where all robots are within 0.001 of each other at any time, the panel of the differences of
-    progress is left out, and that of progress says so. ``width`` is that of the figure in inches. Raises ReplayError
-    for a seed that was not run.
+    One seed is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin lines over a band from the
+    5th to the 95th percentile with their median, of that seed alone. Faults are shaded, hatched by kind, and named.
+    Among obstacles few robots are drawn in true size too, all at the same times, as are obstacles that move. Where all
+    robots are within 0.001 of each other at any time, the panel of the differences of progress is left out, and that of
+    progress says so.
+
+    Args:
+        run: The run of a team.
+        seed: The seed that is drawn boldly, by default the first.
+        width: The width of the figure in inches.
+
+    Raises:
+        ReplayError: A seed that was not run.
     """
     place = seed_place(run, seed)
     order = [place, *(r for r in range(len(run.seeds)) if r != place)]

@@ -314,7 +314,11 @@ def make_controller(specification: str) -> Law[Any]:
     ``fuzzy`` with that rule base. A gain of a part, such as a team law's tracker, is called ``tracker.ky``, or only
     ``ky`` where no other gain is.
 
-    Raises ControllerError for an unknown name or gain, a value that the gain cannot take, or a file that fails.
+    Args:
+        specification: The text; names are those of ``robotics.CATALOGUE``.
+
+    Raises:
+        ControllerError: An unknown name or gain, a value that the gain cannot take, or a file that fails.
     """
     about = Specification.of(specification)
     preset, name, gains = preset_of(specification), about.law, about.gains

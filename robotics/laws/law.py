@@ -45,35 +45,62 @@ class ControllerError(InputError):
 
 
 class Observation(NamedTuple):
-    """All that the robots know at one time."""
+    """All that the robots know at one time.
 
-    time: float  # s
-    x: np.ndarray  # (runs, robots) m, measured
-    y: np.ndarray  # (runs, robots) m, measured
-    heading: np.ndarray  # (runs, robots) rad, measured, not wrapped
-    v: np.ndarray  # (runs, robots) m/s, from the encoders over the last period
-    w: np.ndarray  # (runs, robots) rad/s, from the encoders over the last period
-    reference: Reference  # (robots,) or (runs, robots) each field: the target at this time
-    references: References  # each robot's own path and timing, for looking ahead
-    heard: Heard = NOTHING  # what the radio brought
-    ranges: Ranges | None = None  # what the range sensors read, for a law that needs some and where there are obstacles
+    Attributes:
+        time: S.
+        x: (runs, robots) m, measured.
+        y: (runs, robots) m, measured.
+        heading: (runs, robots) rad, measured, not wrapped.
+        v: (runs, robots) m/s, from the encoders over the last period.
+        w: (runs, robots) rad/s, from the encoders over the last period.
+        reference: (robots,) or (runs, robots) each field: the target at this time.
+        references: Each robot's own path and timing, for looking ahead.
+        heard: What the radio brought.
+        ranges: What the range sensors read, for a law that needs some and where there are obstacles.
+    """
+
+    time: float
+    x: np.ndarray
+    y: np.ndarray
+    heading: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    reference: Reference
+    references: References
+    heard: Heard = NOTHING
+    ranges: Ranges | None = None
 
 
 class Command(NamedTuple):
-    """The command to the robots until the next period."""
+    """The command to the robots until the next period.
 
-    first: np.ndarray  # (runs, robots): v [m/s], or the right wheel's torque [N m]
-    second: np.ndarray  # (runs, robots): ω [rad/s], or the left wheel's torque [N m]
-    v: np.ndarray  # (runs, robots) m/s: the speed that the law tries to reach; v_d of (2.13), (2.26)
-    w: np.ndarray  # (runs, robots) rad/s
-    message: Mapping[str, np.ndarray] | None = None  # (runs, robots) each, by name: the message of each robot
-    target: Reference | None = None  # each field (runs, robots), where the target is not the setting's reference
-    progress: np.ndarray | None = None  # (runs, robots) the law's own path parameter, from 0 to 1
-    refused: np.ndarray | None = None  # (runs,) bool: the law knows no safe way, and the robots stay where they are
-    mode: np.ndarray | None = None  # (runs, robots) int: each robot's mode, an index of robotics.laws.modes.MODES
-    # (inputs, runs, robots): the inputs of all of the law's rule bases, in the order of Law.fuzzy_systems and of each
+    Attributes:
+        first: (runs, robots): v [m/s], or the right wheel's torque [N m].
+        second: (runs, robots): ω [rad/s], or the left wheel's torque [N m].
+        v: (runs, robots) m/s: the speed that the law tries to reach; v_d of (2.13), (2.26).
+        w: (runs, robots) rad/s: likewise the turn rate.
+        message: By name (runs, robots): what each robot broadcasts.
+        target: Each field (runs, robots), where the target is not the setting's reference.
+        progress: (runs, robots) the law's own path parameter, from 0 to 1.
+        refused: (runs,) bool: the law knows no safe way, and the robots stay where they are.
+        mode: (runs, robots) int: each robot's mode, an index of robotics.laws.modes.MODES.
+        inputs: (inputs, runs, robots): the inputs of all of the law's rule bases, in the order of Law.fuzzy_systems and
+            of each.
+        guarded: (runs, robots) bool: the emergency rule overrode what the law wanted.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    message: Mapping[str, np.ndarray] | None = None
+    target: Reference | None = None
+    progress: np.ndarray | None = None
+    refused: np.ndarray | None = None
+    mode: np.ndarray | None = None
     inputs: np.ndarray | None = None
-    guarded: np.ndarray | None = None  # (runs, robots) bool: the emergency rule overrode what the law wanted
+    guarded: np.ndarray | None = None
 
 
 class Law(ABC, Generic[Memory]):
@@ -128,9 +155,10 @@ class Law(ABC, Generic[Memory]):
         return sum(len(system.inputs) for system in self.fuzzy_systems.values())
 
     def with_fuzzy_system(self, task: str, fis: Sugeno) -> Self:
-        """Return the same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
+        """The same law with ``fis`` as the rule base of ``task``, one of :attr:`tasks`.
 
-        Raises ControllerError for a task that it does not have, or a system that does not suit the task.
+        Raises:
+            ControllerError: A task that it does not have, or a system that does not suit the task.
         """
         gain = self._gain_of(task)
         held = getattr(self, gain)
@@ -140,7 +168,8 @@ class Law(ABC, Generic[Memory]):
     def rule_base_gain(self, task: str) -> str:
         """The gain that names the rule base of ``task``, as a specification calls it: "tracker.rule_base".
 
-        Raises ControllerError for a task that it does not have.
+        Raises:
+            ControllerError: A task that it does not have.
         """
         gain = self._gain_of(task)
         held = getattr(self, gain)
@@ -181,16 +210,23 @@ class Law(ABC, Generic[Memory]):
         return ()
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
-        """Sentences that say why it may not do its task in ``setting``, which it can drive all the same."""
+        """All sentences that say why it may not do its task in ``setting``, which it can drive all the same."""
         return ()
 
     @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:
-        """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
+        """The memory at the start of ``runs`` runs of ``setting``.
+
+        Raises:
+            ControllerError: It cannot drive ``setting``.
+        """
 
     @abstractmethod
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
+        """The command for what the robots have ``seen``, and the new ``memory``, ``dt`` seconds after the last.
+
+        Arrays of the command are (runs, robots).
+        """
 
 
 def check_needs(setting: Setting, law: Law[Any]) -> None:

@@ -9,10 +9,18 @@ from robotics.laws.setting import Kind
 
 @dataclass(frozen=True)
 class Preset:
-    """A law with some of its gains set."""
+    """A law with some of its gains set.
+
+    Attributes:
+        law: The class.
+        gains: Those that differ from its defaults, by name.
+        title: What tables and pictures call it.
+        note: Where the gains come from.
+        kind: The kind of scenario that it drives.
+    """
 
     law: type[Law[Any]]
     gains: dict[str, Any]
     title: str
-    note: str  # where the gains come from
-    kind: Kind = "tracking"  # the kind of scenario that it drives
+    note: str
+    kind: Kind = "tracking"

@@ -32,24 +32,42 @@ class Setting:
 
     In an ensemble the starts, the references and the world differ from run to run, and carry (runs, ...) in front; the
     rest is shared.
+
+    Attributes:
+        name: Of the scenario, for messages.
+        kind: What the robots do: "tracking", "formation" or "team".
+        robots: Their parameters.
+        starts: (robots, 3), in an ensemble (runs, robots, 3): x [m], y [m], heading [rad].
+        references: The paths with their timing.
+        radio: Who hears whom, and how.
+        sensing: How each robot knows its posture.
+        sensors: The range sensors that each robot carries, by name.
+        world: The obstacles; the robots do not know them, they only sense them.
+        faults: What goes wrong, and when.
+        ticks: The number of control periods.
+        period: That of the controller [s].
+        latency: From deciding on a command to its effect [s].
+        plant: Whether robots have mass and motors, or do at once what is commanded.
+        divergence: A robot this far from its target is stopped [m].
+        truth: None: all is as it is told here; no law may look at it.
     """
 
-    name: str  # of the scenario, for messages
+    name: str
     kind: Kind
     robots: tuple[Robot, ...]
-    starts: np.ndarray  # (robots, 3), in an ensemble (runs, robots, 3): x [m], y [m], heading [rad]
+    starts: np.ndarray
     references: References
     radio: Radio
-    sensing: tuple[Sensing, ...]  # how each robot knows its posture
-    sensors: tuple[Mapping[str, RangeSensor], ...]  # the range sensors that each robot carries, by name
-    world: Obstacles | None  # the obstacles; the robots do not know them, they only sense them
+    sensing: tuple[Sensing, ...]
+    sensors: tuple[Mapping[str, RangeSensor], ...]
+    world: Obstacles | None
     faults: tuple[Fault, ...]
-    ticks: int  # control periods
-    period: float  # s, of the high-level controller
-    latency: float  # s, from deciding on a command to its effect
+    ticks: int
+    period: float
+    latency: float
     plant: Literal["dynamic", "kinematic"]
-    divergence: float  # m: a robot this far from its target is stopped
-    truth: Truth | None = None  # None: all is as it is told here; no law may look at it
+    divergence: float
+    truth: Truth | None = None
 
     @property
     def ensemble(self) -> bool:

@@ -50,16 +50,27 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """One robot's drive, as a log tells it."""
+    """One robot's drive, as a log tells it.
 
-    log: str  # its name, without its folder
-    robot: str  # its namespace, without the slash; empty: it has none
+    Attributes:
+        log: The log's name, without its folder.
+        robot: The robot's namespace, without the slash; empty: it has none.
+        odometry: Where it was, and when.
+        commands: What it was told, and when.
+        reference: Where it was to be, and when.
+        plans: The paths that it was to follow.
+        topics: The topics that were read, by what they are: "odometry", "commands", ...
+        clocks: Of each of them, "headers" or "arrival".
+    """
+
+    log: str
+    robot: str
     odometry: Track
     commands: Commands
-    reference: Track | None  # where it was to be, and when
-    plans: tuple[Plan, ...]  # the paths that it was to follow
-    topics: dict[str, str]  # the topics that were read, by what they are: "odometry", "commands", ...
-    clocks: dict[str, str]  # of each of them, "headers" or "arrival"
+    reference: Track | None
+    plans: tuple[Plan, ...]
+    topics: dict[str, str]
+    clocks: dict[str, str]
 
 
 def read_drive(
@@ -83,7 +94,11 @@ def read_drive(
         path: The topic of its path, of nav_msgs/Path; by default path or plan, or the only one, if there is one.
         distribution: The ROS 2 distribution whose types are meant where the log defines none.
 
-    Raises LogError, which names the topics that there are, where one that is needed is missing.
+    Returns:
+        The drive.
+
+    Raises:
+        LogError: No log, or a topic that is needed is missing; the message names those that there are.
     """
     with opened(log, distribution) as bag:
         space = namespace_of(bag, robot.strip("/"))

@@ -64,7 +64,15 @@ def layout_of(run: Run) -> dict[str, Any]:
 
 
 def write_layout(run: Run, path: str | Path) -> None:
-    """Write the layout for the log of ``run`` as a .json file, whole or not at all. Raises OSError."""
+    """Write the layout of Foxglove for the log of a run, whole or not at all.
+
+    Args:
+        run: The run.
+        path: The .json file.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
     text = json.dumps(layout_of(run), indent=2, ensure_ascii=False) + "\n"
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")

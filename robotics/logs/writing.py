@@ -68,7 +68,10 @@ def write_mcap(
         distribution: The ROS 2 distribution whose types of messages are used: humble, iron, jazzy or kilted.
         progress: Called after every sample.
 
-    Raises LogError, TargetError, and OSError where the file cannot be written.
+    Raises:
+        LogError: A seed or a distribution that is not there, or packages that are missing.
+        TargetError: The place is not one to write to.
+        OSError: The file cannot be written.
     """
     path = Path(path)
     check_mcap(path)
@@ -97,7 +100,10 @@ def write_rosbag(
         storage: mcap, or sqlite3 as before ROS 2 Iron.
         progress: Called after every sample.
 
-    Raises LogError, TargetError, and OSError where it cannot be written.
+    Raises:
+        LogError: As of :func:`write_mcap`; also an unknown storage.
+        TargetError: The folder is there already, or is no place to write to.
+        OSError: It cannot be written.
     """
     folder = Path(folder)
     check_rosbag(folder)

@@ -22,6 +22,9 @@ def arrival_time(run: Run) -> np.ndarray:
     """The time [s] of each robot's arrival (runs, robots); infinite if it never arrives.
 
     A robot has arrived when 99.5 % of its path are behind it and it is within 10 cm of the path.
+
+    Args:
+        run: The run.
     """
     return _first(run, (true_progress(run) >= ARRIVAL_PROGRESS) & (np.abs(cross_track_error(run)) < ARRIVAL_OFFSET))
 

@@ -106,8 +106,12 @@ def explain_decision(run: Run, robot: int, time: float, seed: int | None = None)
         time: The time [s]; what was decided at the last sample before it held then.
         seed: The seed, by default the first.
 
-    Raises DecisionError for a robot or a time that the run does not have, and where the run does not say; ReplayError
-    for a seed that was not run.
+    Returns:
+        The rules that fired, what they were asked and what each added; ``str()`` gives it in words.
+
+    Raises:
+        DecisionError: A robot or a time that the run does not have, or a run that does not say.
+        ReplayError: A seed that was not run.
     """
     place, i = seed_place(run, seed), _checked_robot(run, robot)
     first, last = float(run.time[0]), float(run.time[-1])

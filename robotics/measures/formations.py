@@ -200,5 +200,9 @@ FORMATION_METRICS: dict[str, Metric] = {
 
 
 def measure_formation(run: Run) -> dict[str, np.ndarray]:
-    """Measure every formation metric of a run, each (runs, robots)."""
+    """The formation metrics of a run by name, each (runs, robots), in its unit.
+
+    Args:
+        run: The run of a formation.
+    """
     return {name: metric.measure(run) for name, metric in FORMATION_METRICS.items()}

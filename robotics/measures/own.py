@@ -48,7 +48,11 @@ def metric(*, unit: str, title: str = "", **fields: Any) -> Callable[[Function],
         title: What it is, by default the first line of the function's docstring.
         fields: Other fields of :class:`robotics.measures.tracking.Metric`, such as ``kinds`` or ``larger``.
 
-    Raises MetricError for a field that there is not.
+    Returns:
+        A decorator.
+
+    Raises:
+        MetricError: A field that there is not.
     """
     for name in fields:
         if name not in Metric._fields or name == "measure":

@@ -17,6 +17,9 @@ def true_progress(run: Run) -> np.ndarray:
 
     It is that of the path's nearest point, which is searched for within half a metre of the one before, so that
     crossing or closed paths are followed along their branch. It is not-a-number once a robot is stopped.
+
+    Args:
+        run: The run.
     """
     result = np.empty(run["x"].shape)
     for i, nodes in enumerate(run.paths):
@@ -58,6 +61,10 @@ def _follow(nodes, small, large, x, y, window, first, out):  # type: ignore[no-u
 
 
 def progress_gap(run: Run) -> np.ndarray:
-    """The foremost robot's true progress minus the rearmost's (runs, samples), shares of the paths."""
+    """The foremost robot's true progress minus the rearmost's (runs, samples), shares of the paths.
+
+    Args:
+        run: The run.
+    """
     progress = true_progress(run)
     return np.asarray(progress.max(axis=1) - progress.min(axis=1))

@@ -100,7 +100,11 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] 
         metrics: The user's own metrics, as :func:`own_metrics` takes them; they come last.
         only: The names of those that are measured; by default all.
 
-    Raises MetricError where one of these cannot be used, or fails.
+    Returns:
+        The numbers by the metrics' names, each (runs, robots), in its unit.
+
+    Raises:
+        MetricError: One of these cannot be used, or fails.
     """
     own = own_metrics(metrics)
     counted, whole = run.time_innermost(), {}

@@ -9,7 +9,11 @@ from robotics.simulation.run import Run
 
 
 def nearest_distance(run: Run) -> np.ndarray:
-    """The smallest distance [m] between a robot's center and any other robot's (runs, robots)."""
+    """The smallest distance [m] between a robot's center and any other robot's (runs, robots).
+
+    Args:
+        run: The run of two robots or more.
+    """
     x, y = run["x"], run["y"]
     result = np.full(x.shape[:2], np.inf)
     for i in range(x.shape[1] - 1):
@@ -69,5 +73,9 @@ TEAM_METRICS: dict[str, Metric] = {
 
 
 def measure_team(run: Run) -> dict[str, np.ndarray]:
-    """Measure every team metric of a run, each (runs, robots)."""
+    """The team metrics of a run by name, each (runs, robots), in its unit.
+
+    Args:
+        run: The run of a team.
+    """
     return {name: metric.measure(run) for name, metric in TEAM_METRICS.items()}

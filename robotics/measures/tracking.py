@@ -28,25 +28,41 @@ class Metric(NamedTuple):
 
     An entry in METRICS, FORMATION_METRICS, TEAM_METRICS, CONTACT_METRICS or EMERGENCY_METRICS is all that a metric
     needs: tables of results, reports, pictures and the designer read from it what they show.
+
+    Attributes:
+        measure: Of a run: makes the numbers (runs, robots).
+        unit: Their unit; "1" for none.
+        title: What it is, in a line.
+        kinds: Of scenarios in which it is measured.
+        headline: Kinds in which a comparison's short table and picture show it.
+        short: Its title in those.
+        tried: Kinds in which the designer's panel "Try it" shows it.
+        larger: Whether larger values are better.
+        of_run: How the robots' numbers make one of a run, which a table shows.
+        needs_others: Whether it is measured only where there are other robots or obstacles.
+        needs_guard: Whether it is measured only of laws that have an emergency rule.
     """
 
-    measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
+    measure: Callable[[Run], np.ndarray]
     unit: str
     title: str
-    kinds: tuple[str, ...] = KINDS  # of scenarios in which it is measured
-    headline: tuple[str, ...] = ()  # kinds in which a comparison's short table and picture show it
-    short: str = ""  # its title in those
-    tried: tuple[str, ...] = ()  # kinds in which the designer's panel "Try it" shows it
-    larger: bool = False  # whether larger values are better
-    of_run: Literal["mean", "min", "max"] = "mean"  # how the robots' numbers make one of a run, which a table shows
-    needs_others: bool = False  # whether it is measured only where there are other robots or obstacles
-    needs_guard: bool = False  # whether it is measured only of laws that have an emergency rule
+    kinds: tuple[str, ...] = KINDS
+    headline: tuple[str, ...] = ()
+    short: str = ""
+    tried: tuple[str, ...] = ()
+    larger: bool = False
+    of_run: Literal["mean", "min", "max"] = "mean"
+    needs_others: bool = False
+    needs_guard: bool = False
 
 
 def tracking_error(run: Run) -> PostureError:
     """The posture error (5.9) of every sample; each field is (runs, robots, samples).
 
     The target is the scenario's reference, or in a team's run the place where the law wanted the robot to be.
+
+    Args:
+        run: The run.
     """
     if run.team is not None:
         place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
@@ -57,7 +73,11 @@ def tracking_error(run: Run) -> PostureError:
 
 @OnceARun
 def cross_track_error(run: Run) -> np.ndarray:
-    """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples)."""
+    """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples).
+
+    Args:
+        run: The run.
+    """
     x, y = run["x"], run["y"]
     return np.stack([signed_distances(nodes, x[:, i], y[:, i]) for i, nodes in enumerate(run.paths)], axis=1)
 
@@ -300,5 +320,9 @@ METRICS: dict[str, Metric] = {
 
 
 def measure(run: Run) -> dict[str, np.ndarray]:
-    """Measure every metric of METRICS of a run, each (runs, robots)."""
+    """The metrics of METRICS by name, each (runs, robots), in its unit.
+
+    Args:
+        run: The run.
+    """
     return {name: metric.measure(run) for name, metric in METRICS.items()}

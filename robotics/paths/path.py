@@ -69,7 +69,7 @@ class Sine:
         _require(self.x_end != self.x_start, f"sine path: x_end must differ from x_start, got {self.x_end!r} for both")
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`."""
+        """The curve p, dp/du and d²p/du², each (2, ...) [m], at ``u`` (...) in [0, 1]."""
         forward = 1.0 if self.x_end > self.x_start else -1.0
         begin = self.x_start - forward * self.lead_in
         span = self.x_end - begin
@@ -107,7 +107,7 @@ class Circle:
         )
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`."""
+        """The curve p, dp/du and d²p/du², each (2, ...) [m], at ``u`` (...) in [0, 1]."""
         sweep = 2 * pi * self.turns * (1 if self.direction == "counter-clockwise" else -1)
         angle = self.start_angle + sweep * u
         radial = self.radius * np.stack([np.cos(angle), np.sin(angle)])
@@ -160,7 +160,7 @@ class Line:
         _require(self.start != self.end, f"line path: start and end are the same point {self.start}: its length is 0")
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`."""
+        """The curve p, dp/du and d²p/du², each (2, ...) [m], at ``u`` (...) in [0, 1]."""
         shape = (2,) + (1,) * np.ndim(u)
         start, end = np.reshape(self.start, shape), np.reshape(self.end, shape)
         one = np.ones_like(u)
@@ -206,7 +206,7 @@ class Quintic:
                 )
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`."""
+        """The curve p, dp/du and d²p/du², each (2, ...) [m], at ``u`` (...) in [0, 1]."""
         shape = (2,) + (1,) * np.ndim(u)
         run = self.end[0] - self.start[0]
         p0, p1 = np.reshape(self.start, shape), np.reshape(self.end, shape)
@@ -244,7 +244,7 @@ class Waypoints:
         )
 
     def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`."""
+        """The curve p, dp/du and d²p/du², each (2, ...) [m], at ``u`` (...) in [0, 1]."""
         from scipy.interpolate import CubicSpline
 
         points = np.asarray(self.points, dtype=float)
@@ -283,11 +283,17 @@ X, Y, HEADING, CURVATURE, U = range(5)
 
 @dataclass(frozen=True)
 class Path:
-    """A path as a table over its abscissa s in [0, length]."""
+    """A path as a table over its abscissa s in [0, length].
 
-    length: float  # m
-    table: np.ndarray = field(repr=False)  # (5, nodes): x, y, heading, curvature, u at equal steps of s
-    # Of a robot of a formation (2, nodes): the share of the virtual path, and ds [m] by that share
+    Attributes:
+        length: Of the whole path [m].
+        table: (5, nodes): x [m], y [m], heading [rad], curvature [1/m], u at equal steps of s.
+        shares: Of a robot of a formation (2, nodes): the share of the virtual path, and ds [m] by that share; None: it
+            has no place in one.
+    """
+
+    length: float
+    table: np.ndarray = field(repr=False)
     shares: np.ndarray | None = field(default=None, repr=False)
 
     @property
@@ -308,7 +314,7 @@ class Path:
         return PathPoint(*(row.reshape(x.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
-        """The abscissae [m] of the shape's parameters ``u`` in [0, 1], linear between nodes.
+        """The abscissae [m] of the shape's parameters ``u`` (...) in [0, 1], (...) as these, linear between nodes.
 
         Where the tangent's length changes fast, to 1e-4 m; elsewhere to 1e-5 m.
         """
@@ -317,9 +323,17 @@ class Path:
 
 
 def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
-    """Make the arc-length table of ``shape`` with nodes ``spacing`` metres apart or closer.
+    """Make the arc-length table of a shape.
 
-    Raises PathError where the curve has no length, stands still or turns on the spot.
+    Args:
+        shape: The shape, such as a :class:`Sine`.
+        spacing: The most that nodes are apart [m].
+
+    Returns:
+        The path.
+
+    Raises:
+        PathError: The curve has no length, stands still or turns on the spot.
     """
     cells = 4096
     edges = np.linspace(0.0, 1.0, cells + 1)

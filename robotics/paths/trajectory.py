@@ -21,7 +21,10 @@ class Timing:
     """The motion of a reference along its path, by exactly one of three numbers.
 
     With ``speed`` it has that constant speed, with ``duration`` the constant speed that takes so long. With ``x_rate``
-    its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x"). Raises PathError for another choice.
+    its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x").
+
+    Raises:
+        PathError: None, or several, of the three numbers.
     """
 
     speed: float | None = quantity(
@@ -62,12 +65,19 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Paths with their timing, for all robots of a scenario."""
+    """Paths with their timing, for all robots of a scenario.
+
+    Attributes:
+        paths: Of each robot.
+        tables: (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps.
+        ends: (robots,) [s]: when each reference reaches the end of its path.
+        joined: The same paths, for looking up all at once.
+    """
 
     paths: tuple[Path, ...]
-    tables: np.ndarray = field(repr=False)  # (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps
-    ends: np.ndarray = field(repr=False)  # (robots,) s: when each reference reaches the end of its path
-    joined: PathTable = field(init=False, repr=False, compare=False)  # the same paths, for looking up all at once
+    tables: np.ndarray = field(repr=False)
+    ends: np.ndarray = field(repr=False)
+    joined: PathTable = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "joined", join_paths(self.paths))

@@ -23,7 +23,12 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
         speed: Times real time, with which it begins.
         options: ``start``, ``end`` and ``stale``, as in :func:`robotics.playback.player.player_data`.
 
-    Raises ReplayError, and ModuleError without the extra ``notebook``.
+    Returns:
+        The widget.
+
+    Raises:
+        ReplayError: A seed that was not run.
+        ModuleError: The extra ``notebook`` is not installed.
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"

@@ -25,16 +25,22 @@ class Heard:
     """The last message that each robot heard of each other robot.
 
     ``heard["x"]`` is a value as it was sent, ``heard.now("x", by="v_x")`` the same value predicted for now.
+
+    Attributes:
+        fields: The names of the values.
+        values: (fields, runs, receivers, senders); not-a-number before the first message.
+        age: (runs, receivers, senders) s since it was sent; infinite before the first.
+        hears: (robots, robots) bool: the graph, receivers by senders.
     """
 
-    fields: tuple[str, ...]  # the names of the values
-    values: np.ndarray  # (fields, runs, receivers, senders); not-a-number before the first message
-    age: np.ndarray  # (runs, receivers, senders) s since it was sent; infinite before the first
-    hears: np.ndarray  # (robots, robots) bool: the graph
+    fields: tuple[str, ...]
+    values: np.ndarray
+    age: np.ndarray
+    hears: np.ndarray
 
     @classmethod
     def nothing(cls, runs: int, robots: int) -> "Heard":
-        """Make what robots hear whose law broadcasts nothing."""
+        """What ``robots`` robots in each of ``runs`` runs hear whose law broadcasts nothing."""
         age = np.full((runs, robots, robots), np.inf)
         return cls((), np.empty((0, *age.shape)), age, np.zeros((robots, robots), dtype=bool))
 
@@ -44,9 +50,9 @@ class Heard:
         return value
 
     def now(self, name: str, *, by: str) -> np.ndarray:
-        """Predict the present value ``name`` (runs, receivers, senders), which changes at the rate ``by``.
+        """The present value (runs, receivers, senders) of ``name``, predicted by its rate, whose name is ``by``.
 
-        A rate is believed for BELIEVED seconds. The value is not-a-number before the first message.
+        A rate is believed for half a second. The value is not-a-number before the first message.
         """
         return np.asarray(_predicted(self[name], self[by], self.age, BELIEVED))
 

@@ -32,7 +32,11 @@ class RadioError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Radio:
-    """The radio of a team. Raises RadioError for fields that do not suit each other."""
+    """The radio of a team.
+
+    Raises:
+        RadioError: Fields that do not suit each other.
+    """
 
     graph: Literal["star", "ring", "line", "complete", "edges"] = described(
         "Who hears whom: everybody (complete), the neighbours in a ring or a line, the hub of a star, or given edges.",
@@ -90,7 +94,11 @@ class Radio:
                 raise RadioError(f"edges: robot {sender} needs no radio to hear itself").about("edges")
 
     def adjacency(self, robots: int) -> np.ndarray:
-        """The graph's adjacency matrix (robots, robots). Raises RadioError where it names an unknown robot."""
+        """The graph's adjacency matrix (robots, robots), for a number of ``robots``.
+
+        Raises:
+            RadioError: It names an unknown robot.
+        """
         for name, values in (("hub", [self.hub]), ("edges", [i for edge in self.edges for i in edge])):
             for i in values:
                 if not 1 <= i <= robots:

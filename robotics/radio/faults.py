@@ -22,7 +22,10 @@ class Fault:
     "failure": its wheel references are 0, and its radio is cut off both ways. "delay": it holds its last command, and
     its radio is cut off. "silence": it drives on, but its radio is cut off; with ``other`` only the link to that robot
     is. "stall": its wheel references are 0, as if it were held up, and its radio works. With ``start_until`` each seed
-    draws the start evenly between ``start`` and that. Raises RadioError for fields that do not suit each other.
+    draws the start evenly between ``start`` and that.
+
+    Raises:
+        RadioError: Fields that do not suit each other.
     """
 
     robot: int = whole(MISSING, least=1, doc="The robot that is at fault, counted from 1.", example=1)

@@ -11,10 +11,10 @@ GRAPHS = ("star", "ring", "line", "complete", "edges")
 
 
 def adjacency(graph: str, robots: int, hub: int = 1, edges: Sequence[tuple[int, int]] = ()) -> np.ndarray:
-    """Make the adjacency matrix (robots, robots) of a named graph.
+    """The adjacency matrix (robots, robots) of a named graph: row i has a 1 where robot i hears robot j.
 
     Args:
-        graph: One of GRAPHS; all but "edges" are undirected.
+        graph: "star", "ring", "line", "complete" or "edges"; all but "edges" are undirected.
         robots: The number of robots.
         hub: The center of a star, from 1.
         edges: Pairs (sender, receiver), from 1, for the graph "edges".
@@ -47,7 +47,11 @@ def weights(a: np.ndarray) -> np.ndarray:
 
 
 def laplacian(a: np.ndarray) -> np.ndarray:
-    """L = D − A   thesis (3.1); its rows sum to 0."""
+    """L = D − A (robots, robots)   thesis (3.1); its rows sum to 0.
+
+    Args:
+        a: The adjacency matrix (robots, robots).
+    """
     return np.asarray(np.diag(a.sum(axis=1)) - a)
 
 

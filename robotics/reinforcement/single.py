@@ -10,10 +10,12 @@ from robotics.reinforcement.vector import TrackingVectorEnv, checked_actions
 
 
 class TrackingEnv(gymnasium.Env):
-    """A robot that tracks its reference; observations (entries,) and actions (2,) are float64.
+    """A robot that tracks its reference, as an environment of Gymnasium; observations (entries,) and actions (2,) are
+    float64.
 
-    Its arguments are those of :class:`robotics.reinforcement.vector.TrackingVectorEnv`, without ``num_envs`` and
-    ``autoreset``.
+    Args:
+        scenario: As of :class:`robotics.reinforcement.vector.TrackingVectorEnv`.
+        options: Its other arguments but ``num_envs`` and ``autoreset``.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
@@ -40,7 +42,8 @@ class TrackingEnv(gymnasium.Env):
             seed: A whole number >= 0.
             options: ``scenario``: the place of the scenario.
 
-        Returns what is observed (entries,), and infos: the scenario's name and the seed.
+        Returns:
+            What is observed (entries,), and infos: the scenario's name and the seed.
         """
         super().reset(seed=seed)
         observed, infos = self.lane.reset(seed=seed, options=options)
@@ -51,7 +54,15 @@ class TrackingEnv(gymnasium.Env):
         }
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Take a step with an ``action`` (2,); as of the vector environment. Raises TaskError after the end."""
+        """Take a step with ``action`` (2,).
+
+        Returns:
+            What is observed (entries,), the reward, whether the episode has ended by divergence or a contact, whether
+            by time, and infos, as of the vector environment.
+
+        Raises:
+            TaskError: The episode has ended.
+        """
         if self.over:
             raise TaskError("the episode has ended: reset() begins the next one")
         try:

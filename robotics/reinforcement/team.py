@@ -56,10 +56,20 @@ class Agents(Law[None]):
 
 
 class TeamEnv(ParallelEnv):
-    """The robots of a scenario, each an agent: ``robot_1``, ``robot_2`` and so on.
+    """The robots of a scenario, each an agent: ``robot_1``, ``robot_2`` and so on; an environment of PettingZoo.
 
     Observations (entries,) and actions (2,) are float64; ``entries[agent]`` names the entries with units and limits. A
-    robot that has diverged or touched something is stopped where it is, and is an agent no more. Raises TaskError.
+    robot that has diverged or touched something is stopped where it is, and is an agent no more.
+
+    Args:
+        scenario: A scenario of two robots or more, its name or its file.
+        level: Whether actions are velocities or wheel torques.
+        units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
+        reward: "dense" or "cost", as docs/environments.md tells.
+        approach: What a sample before those that the arena's cost counts, counts in the dense reward.
+
+    Raises:
+        TaskError: A scenario or options that do not suit.
     """
 
     metadata: dict[str, Any] = {"name": "fuzzyfleet_team_v0", "render_modes": [], "is_parallelizable": True}  # noqa: RUF012
@@ -107,17 +117,28 @@ class TeamEnv(ParallelEnv):
         self.simulation: Simulation | None = None
 
     def observation_space(self, agent: str) -> Any:
-        """The Box of what an agent observes."""
+        """The Box of what ``agent`` observes."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Any:
-        """The Box of its action."""
+        """The Box of the action of ``agent``."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
-        """Begin an episode; ``seed`` is that of its run, and the later ones follow from it. There are no options."""
+        """Begin an episode.
+
+        Args:
+            seed: That of its run, a whole number >= 0; the later ones follow from it.
+            options: There are none.
+
+        Returns:
+            What each agent observes (entries,), and infos, by the names of the agents.
+
+        Raises:
+            TaskError: A seed that is none.
+        """
         if seed is not None:
             if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
                 raise TaskError(f"a seed is a whole number >= 0, got {seed!r}")
@@ -137,9 +158,17 @@ class TeamEnv(ParallelEnv):
     def step(
         self, actions: dict[str, Any]
     ) -> tuple[dict[str, np.ndarray], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Take a step with an action of every agent; returned are those that were agents before it.
+        """Take a step with an action of every agent.
 
-        Raises TaskError for an agent without an action, and for an action of another shape.
+        Args:
+            actions: The action (2,) of each agent, by its name.
+
+        Returns:
+            By the names of those that were agents before it: what they observe (entries,), rewards, whether their
+            episodes have ended by divergence or a contact, whether by time, and infos.
+
+        Raises:
+            TaskError: An agent without an action, and an action of another shape.
         """
         one, before = self.simulation, list(self.agents)
         if one is None or not before:

@@ -43,10 +43,30 @@ def made_task(
 
 
 class TrackingVectorEnv(gymnasium.vector.VectorEnv):
-    """Robots that track their references, each in a lane of its own with its own clock, scenario and seed.
+    """Robots that track their references, each in a lane of its own with its own clock, scenario and seed; a vector
+    environment of Gymnasium.
 
     Observations (lanes, entries) and actions (lanes, 2) are float64; ``task.entries`` names the entries with units and
-    limits. Raises TaskError for scenarios that do not suit, and for actions of another shape.
+    limits.
+
+    Args:
+        num_envs: How many lanes.
+        scenario: A scenario of one robot, its name or its file, or several; by default those of ``arena``.
+        arena: The arena whose scenarios are drawn; by default the packaged one.
+        draws: How many of these are drawn.
+        first: The number of the first draw.
+        level: Whether actions are velocities or wheel torques.
+        units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
+        most: The command of an action 1; by default the robot's own limits.
+        reward: "dense" or "cost", as docs/environments.md tells.
+        approach: What a sample before those that the arena's cost counts, counts in the dense reward.
+        divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
+        autoreset: When a lane whose episode has ended begins the next one.
+        threads: How many threads share the lanes out; by default as many as there are cores.
+        render_mode: None: there is nothing to see; record an episode as a run instead.
+
+    Raises:
+        TaskError: Scenarios and options that do not suit.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": _MODES["next-step"]}  # noqa: RUF012
@@ -114,7 +134,11 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
                 episodes follow from it.
             options: ``reset_mask``: (lanes,) bool; ``scenario``: the place of the scenario that all of them drive.
 
-        Returns what is observed (lanes, entries), and infos with the place of the scenario and the seed of each lane.
+        Returns:
+            What is observed (lanes, entries), and infos with the place of the scenario and the seed of each lane.
+
+        Raises:
+            TaskError: Seeds or a mask that are not one for each lane.
         """
         options = options or {}
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
@@ -130,9 +154,13 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Take a step in every lane, with ``actions`` (lanes, 2).
 
-        Returns what is observed (lanes, entries), rewards (lanes,), whether episodes have ended by divergence or a
-        contact (lanes,), whether by time (lanes,), and infos: where some have ended, ``cost`` is the arena's cost of
-        the episode and ``end`` says how, with the masks ``_cost`` and ``_end``.
+        Returns:
+            What is observed (lanes, entries), rewards (lanes,), whether episodes have ended by divergence or a contact
+            (lanes,), whether by time (lanes,), and infos: where some have ended, ``cost`` is the arena's cost of the
+            episode and ``end`` says how, with the masks ``_cost`` and ``_end``.
+
+        Raises:
+            TaskError: Actions of another shape.
         """
         actions = checked_actions(actions, self.num_envs)
         lanes = self.episodes.lanes
@@ -155,7 +183,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return lanes.observed.copy(), rewards, (ended != RUNNING) & ~truncated, truncated, infos
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let the threads go."""
+        """Let the threads go; ``kwargs`` are Gymnasium's, and do nothing."""
         self.episodes.close()
 
     def _begin(self, chosen: np.ndarray, scenario: Any = None) -> None:

@@ -69,7 +69,13 @@ def run_arena(
         told: Called with a sentence before the work begins: how long it will take.
         command: The command line that the page names.
 
-    Raises ArenaError, ControllerError and OSError.
+    Returns:
+        The tuned laws, their costs with intervals, and who leads.
+
+    Raises:
+        ArenaError: An arena that cannot be held, or a folder of another one.
+        ControllerError: A controller that is unknown, or cannot drive the scenario.
+        OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else Path("out") / "arena"
     outcome = held(arena, folder, crew, fresh=fresh, begin=begin, told=told)

@@ -44,10 +44,24 @@ class Group(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPlan:
-    """A study before it is run. Raises StudyError.
+    """A study before it is run.
 
     Files are relative to ``folder``. A controller of a file, such as ``mylaw.py:MyLaw``, is called as it is written,
     unless ``names`` gives it a shorter name.
+
+    Attributes:
+        name: What it is called: its file's name.
+        folder: Where files are looked for.
+        file: The file, in messages and in the record of what was run.
+        content: The text of the file.
+        settings: The scenarios, read.
+        laws: The specifications of the controllers, located, by name.
+        own_metrics: The user's own metrics, by name.
+        metric_files: Their files as they are written, by those names.
+        shown_metrics: The metrics that come first, by their names in tables.
+
+    Raises:
+        StudyError: A study that cannot be run.
     """
 
     name: str
@@ -84,13 +98,13 @@ class StudyPlan:
         "The folder of the results, relative to this file. Default: out/NAME where you are.", "", example="results"
     )
     folder: Path = field(default=Path(), compare=False)
-    file: str = field(default="", compare=False)  # in messages and in the record of what was run
-    content: str = field(default="", compare=False, repr=False)  # the text of the file
+    file: str = field(default="", compare=False)
+    content: str = field(default="", compare=False, repr=False)
     settings: tuple[Scenario, ...] = field(init=False, repr=False, compare=False)
-    laws: Mapping[str, str] = field(init=False, repr=False, compare=False)  # specifications, located, by name
+    laws: Mapping[str, str] = field(init=False, repr=False, compare=False)
     own_metrics: Mapping[str, Metric] = field(init=False, repr=False, compare=False)
-    metric_files: dict[str, str] = field(init=False, repr=False, compare=False)  # as they are written, by those names
-    shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)  # metrics, by their names in tables
+    metric_files: dict[str, str] = field(init=False, repr=False, compare=False)
+    shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, StudyError)
@@ -110,7 +124,7 @@ class StudyPlan:
 
     @property
     def row(self) -> range:
-        """The seeds."""
+        """The seeds that it runs with."""
         return range(self.first_seed, self.first_seed + self.seeds)
 
     @property
@@ -147,7 +161,7 @@ class StudyPlan:
         )
 
     def measured_by(self, metric: str) -> Measured:
-        """What a claim's metric measures."""
+        """What ``metric``, as a claim calls it, measures."""
         name = self._metric(metric, dict(self.own_metrics), ())
         if name not in self.own_metrics:
             return QUANTITIES[name]
@@ -155,12 +169,12 @@ class StudyPlan:
         return about._replace(measure=partial(measured, name, about))
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
-        """The scenarios on which a part of a claim is measured."""
+        """The scenarios on which ``condition``, a part of a claim, is measured."""
         wanted = {current_name(name) for name in condition.on}
         return [s for s, text in zip(self.settings, self.scenarios, strict=True) if _called(s, text, wanted)]
 
     def law_called(self, name: str) -> str:
-        """The name of the controller that a claim calls by its name or by its specification."""
+        """The controller that a claim calls ``name``: its name or its specification."""
         if name in self.laws or name not in self.controllers:
             return name
         return list(self.laws)[self.controllers.index(name)]
@@ -275,7 +289,17 @@ def study_names() -> list[str]:
 
 
 def load_study(name: str | Path) -> StudyPlan:
-    """Read the study of that name, or in that ``.toml`` file. Raises StudyError."""
+    """Read a study.
+
+    Args:
+        name: One of :func:`study_names`, or a ``.toml`` file.
+
+    Returns:
+        The study before it is run.
+
+    Raises:
+        StudyError: No such study, or a file that makes none; the message names file, line and key.
+    """
     found = _FILES.find(name)
     return parse_study(found.text, found.name, found.file, found.folder)
 

@@ -44,15 +44,25 @@ MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a prog
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """The outcome of a study."""
+    """The outcome of a study.
 
-    comparisons: tuple[Comparison, ...]  # one for the scenarios of a kind that the same controllers drive
-    summary: pd.DataFrame  # of :func:`robotics.experiments.comparison.summarise`
+    Attributes:
+        comparisons: One for the scenarios of a kind that the same controllers drive.
+        summary: Of :func:`robotics.experiments.comparison.summarise`.
+        claims: The verdicts on the study's claims.
+        shown: The file to open: the report, or the table of results.
+        files: All files that were written, relative to the folder.
+        first: Metrics that come before the others.
+        skipped: A sentence for each controller and scenario that it does not drive.
+    """
+
+    comparisons: tuple[Comparison, ...]
+    summary: pd.DataFrame
     claims: list[Claim]
-    shown: Path  # the file to open: the report, or the table of results
-    files: list[str]  # all files that were written, relative to the folder
-    first: tuple[str, ...] = ()  # metrics that come before the others
-    skipped: tuple[str, ...] = ()  # a sentence for each controller and scenario that it does not drive
+    shown: Path
+    files: list[str]
+    first: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
 
     @property
     def comparison(self) -> Comparison:
@@ -167,7 +177,14 @@ def run_study(
         command: The command line that the report names.
         kept: Called with the number of rows that are written, after every scenario and controller.
 
-    Raises StudyError, MetricError, ControllerError and OSError.
+    Returns:
+        The comparisons, the summary, the verdicts and the files.
+
+    Raises:
+        StudyError: A study that cannot be run.
+        MetricError: A metric cannot be used, or fails.
+        ControllerError: A controller that is unknown, or cannot drive the scenario.
+        OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else default_folder(plan)
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)

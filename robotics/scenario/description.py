@@ -46,7 +46,14 @@ class InfeasibleError(ScenarioError):
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """One robot of a scenario: its start, path, timing, parameters and sensors. Raises ScenarioError."""
+    """One robot of a scenario: its start, path, timing, parameters and sensors.
+
+    Attributes:
+        model: What the robot was made of; None: only its numbers are known.
+
+    Raises:
+        ScenarioError: Parts that do not suit each other.
+    """
 
     start: Pose = described(
         "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
@@ -56,7 +63,7 @@ class Member:
     robot: Robot = described(
         "Which robot this one is, instead of the one of all.", default_factory=lambda: standard_robot().robot
     )
-    model: RobotModel | None = None  # what the robot was made of; None: only its numbers are known
+    model: RobotModel | None = None
     sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
     sensors: Mapping[str, RangeSensor] | None = described(
         "The range sensors of this robot, instead of [[sensors]].", None
@@ -78,7 +85,16 @@ class Member:
 class Scenario:
     """A scenario: its robots, their sensing and radio, the obstacles, and time.
 
-    On construction the trajectory is compiled, and checked to be drivable. Raises ScenarioError.
+    On construction the trajectory is compiled, and checked to be drivable.
+
+    Attributes:
+        name: What it is called: its file's name.
+        robots: The robots, in the order of their numbers.
+        trajectory: The paths with their timing, for all robots.
+        setting: The compiled scenario, for a simulation and its law.
+
+    Raises:
+        ScenarioError: A scenario that cannot be run.
     """
 
     name: str
@@ -116,9 +132,7 @@ class Scenario:
         "Where the numbers come from: a paper, a section of the thesis; and what was chosen.", "", example="a choice"
     )
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
-    setting: Setting = field(
-        init=False, repr=False, compare=False
-    )  # the compiled scenario, for a simulation and its law
+    setting: Setting = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)

@@ -41,6 +41,9 @@ def formation_scenario(start: float, speed: float = 0.1, end: float = PERIOD) ->
         start: The leader's x at the start [m].
         speed: v_d [m/s].
         end: The x at which the paths end [m].
+
+    Returns:
+        The scenario.
     """
     lead_in = max(0.0, -start)
     curve = AMPLITUDE * np.cos(WAVENUMBER * max(start, 0.0))

@@ -24,7 +24,12 @@ def random_team(
         controller: The specification of the controller.
         radio: The name of the graph.
 
-    Raises TeamError, or ScenarioError for a controller or graph that does not suit.
+    Returns:
+        The scenario.
+
+    Raises:
+        TeamError: Numbers with which no team can be made.
+        ScenarioError: A controller or graph that does not suit.
     """
     name = f"team-{robots}"
     return parse_scenario(team_toml(robots, seed, speed=speed, controller=controller, radio=radio), name, name)
@@ -33,12 +38,20 @@ def random_team(
 def team_toml(
     robots: int, seed: int = 0, *, speed: float = 0.25, controller: str = "virtual-structure", radio: str = "complete"
 ) -> str:
-    """Write the scenario of :func:`random_team` as the text of a TOML file.
-
-    ``robots``, ``seed``, ``speed`` [m/s], ``controller`` and ``radio`` are those of :func:`random_team`.
+    """The scenario of :func:`random_team` as the text of a TOML file.
 
     Starts are drawn on a square lattice of 1.5 m, ends 4 to 9 m away, tangents at random; a path that no robot can
-    follow at the speed is drawn again. Nothing keeps the paths apart: they cross. Raises TeamError.
+    follow at the speed is drawn again. Nothing keeps the paths apart: they cross.
+
+    Args:
+        robots: Their number, 2 to 2000.
+        seed: Of the random paths.
+        speed: The speed on the longest path [m/s].
+        controller: The specification of the controller.
+        radio: The name of the graph.
+
+    Raises:
+        TeamError: Numbers with which no team can be made.
     """
     if not 2 <= robots <= 2000:
         raise TeamError(f"a team has 2 to 2000 robots, got {robots}")

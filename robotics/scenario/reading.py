@@ -32,15 +32,27 @@ _FILES = TomlFiles("scenarios", "scenario", ScenarioError)
 
 
 def scenario_names(kind: str | None = None) -> list[str]:
-    """The names of the scenarios that come with the package; with ``kind`` those of one kind, such as "team"."""
+    """The names of the scenarios that come with the package.
+
+    Args:
+        kind: Only those of one kind, such as "team".
+    """
     names = _FILES.names()
     return names if kind is None else [name for name in names if load_scenario(name).kind == kind]
 
 
 def load_scenario(name: str | FilePath, beside: FilePath = FilePath()) -> Scenario:
-    """Read the scenario of that name, or a ``.toml`` file, which is looked for in the folder ``beside`` first.
+    """Read a scenario; warns of an old name.
 
-    Raises ScenarioError; warns of an old name.
+    Args:
+        name: One of :func:`scenario_names`, or a ``.toml`` file.
+        beside: The folder in which a file is looked for first.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        ScenarioError: No such scenario, or a file that makes none; the message names file, line and key.
     """
     found = _FILES.find(current_name(str(name)), beside)
     return parse_scenario(found.text, found.name, found.file, found.folder)
@@ -52,7 +64,7 @@ def scenario_file(name: str | FilePath, beside: FilePath = FilePath()) -> TomlFi
 
 
 def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath | None = None) -> Scenario:
-    """Make the scenario that a TOML text describes. Raises ScenarioError.
+    """The scenario that a TOML text describes.
 
     Args:
         text: The TOML text.
@@ -60,6 +72,9 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
         file: The name of the file in messages.
         folder: Where files of robots and those that ``controller`` names are looked for first; by default in the folder
             of ``file``. Then in the current one.
+
+    Raises:
+        ScenarioError: A text that makes no scenario; the message names line and key.
     """
     table = parse_table(text, file, ScenarioError)
     with placed(text, file, ScenarioError):

@@ -22,7 +22,11 @@ STANDARD = "etsro"  # the robot of a scenario that names none
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """A robot as a file describes it: its numbers, and the range sensors that it carries."""
+    """A robot as a file describes it: its numbers, and the range sensors that it carries.
+
+    Attributes:
+        name: The name of its file.
+    """
 
     name: str
     title: str = described("What it is, in a line.", "")
@@ -40,11 +44,17 @@ def robot_names() -> list[str]:
 
 
 def load_robot(name: str | Path, folder: Path = Path()) -> RobotModel:
-    """Read the robot of that name, or a ``.toml`` file. Raises RobotError, which names file, line and key.
+    """Read the robot of that name, or a ``.toml`` file.
 
     Args:
         name: A name of :func:`robot_names`, or the path of a file.
         folder: Where a relative path is looked for first; then in the current folder.
+
+    Returns:
+        Its numbers and its sensors.
+
+    Raises:
+        RobotError: No such robot, or a file that makes none; the message names file, line and key.
     """
     if str(name) in robot_names():
         return _packaged(str(name))

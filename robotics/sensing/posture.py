@@ -30,11 +30,14 @@ class SensingError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensing:
-    """The posture sensor of a robot. Raises SensingError for fields that do not suit each other.
+    """The posture sensor of a robot.
 
     ``posture`` "odometry": the posture comes from the encoders alone, beginning where the robot believes to stand
     (``start``). "pose": it is the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1
     a complementary filter predicts by odometry and corrects by that share.
+
+    Raises:
+        SensingError: Fields that do not suit each other.
     """
 
     posture: Literal["odometry", "pose"] = described(

@@ -27,7 +27,11 @@ class SonarError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class RangeSensor:
-    """One range sensor in the robot's frame: x forward, y left, from the axle midpoint. Raises SonarError."""
+    """One range sensor in the robot's frame: x forward, y left, from the axle midpoint.
+
+    Raises:
+        SonarError: A range sensor that cannot be.
+    """
 
     x: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, ahead of the middle of the axle.")
     y: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, to the left of the middle of the axle.")

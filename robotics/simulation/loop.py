@@ -331,7 +331,12 @@ def simulate(
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
 
-    Raises SimulationError for the seeds, ControllerError where the law cannot drive the scenario.
+    Returns:
+        All samples of all seeds and robots.
+
+    Raises:
+        SimulationError: No seeds, or one that is no whole number >= 0.
+        ControllerError: The law cannot drive the scenario.
     """
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")

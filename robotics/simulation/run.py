@@ -80,16 +80,27 @@ def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """All samples of all seeds and robots. ``run["x"]`` is (runs, robots, samples)."""
+    """All samples of all seeds and robots. ``run["x"]`` is (runs, robots, samples).
+
+    Attributes:
+        about: The scenario's name and kind, the controller, the robots, their sensors and rule bases.
+        seeds: The seed of each run.
+        time: (samples,) [s], both ends included.
+        recorded: The arrays of robotics.simulation.channels.RECORDS, by name.
+        reference: (6, samples, robots): x [m], y [m], heading [rad], v [m/s], w [rad/s], s [m].
+        paths: Per robot (2, nodes): x and y of the path's nodes [m].
+        stopped: (runs, robots) int: the sample at which it diverged, or -1.
+        obstacles: Where obstacles were; its first axis is the samples, or 1 if all rest. None: there were none.
+    """
 
     about: About
     seeds: tuple[int, ...]
-    time: np.ndarray  # (samples,) s
-    recorded: dict[str, Recorded] = field(repr=False)  # the arrays of robotics.simulation.channels.RECORDS, by name
-    reference: np.ndarray = field(repr=False)  # (6, samples, robots): REFERENCE
-    paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m: the path's nodes
-    stopped: np.ndarray = field(repr=False)  # (runs, robots) int: the sample at which it diverged, or -1
-    obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the samples, or 1 if all rest
+    time: np.ndarray
+    recorded: dict[str, Recorded] = field(repr=False)
+    reference: np.ndarray = field(repr=False)
+    paths: tuple[np.ndarray, ...] = field(repr=False)
+    stopped: np.ndarray = field(repr=False)
+    obstacles: Geometry | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"Run({self.scenario!r} under {self.controller!r}: {self._counted()})"
@@ -136,7 +147,7 @@ class Run:
 
     @property
     def team(self) -> np.ndarray | None:
-        """The samples of TEAM_CHANNELS in a team's run, as :attr:`samples`; otherwise None."""
+        """The samples of TEAM_CHANNELS (samples, channels, runs, robots) in a team's run; otherwise None."""
         return self._values("team")
 
     @property
@@ -174,7 +185,8 @@ class Run:
 
     @property
     def messages(self) -> np.ndarray | None:
-        """What robots broadcast (samples, values of ``about.message``, runs, robots), or None if that is not kept.
+        """What robots broadcast (samples, values, runs, robots), named by ``about.message``, or None if that is not
+        kept.
 
         It is not-a-number in periods in which no message is due.
         """
@@ -206,13 +218,16 @@ class Run:
         return np.moveaxis(self.samples[:, list(CHANNELS).index(channel)], 0, -1)
 
     def with_recorded(self, **arrays: np.ndarray | None) -> "Run":
-        """The same run with other values of some recorded arrays, by name; None leaves one out."""
+        """The same run with other values of some recorded ``arrays``, by name, in the shapes of these (samples, ...);
+        None
+        leaves one out.
+        """
         kept = {name: record for name, record in self.recorded.items() if name not in arrays}
         changed = {n: Recorded(values, RECORDS[n].axes) for n, values in arrays.items() if values is not None}
         return replace(self, recorded=kept | changed)
 
     def only(self, seed: int) -> "Run":
-        """The part of one seed. Raises ValueError for a seed that was not run."""
+        """The part of one ``seed``. Raises ValueError for a seed that was not run."""
         place = self.seeds.index(seed)
         if len(self.seeds) == 1:
             return self  # and what was measured of it is known
@@ -230,7 +245,7 @@ class Run:
         return self.with_recorded(**arrays)
 
     def target(self, name: str) -> np.ndarray:
-        """One field of the reference (robots, samples): x, y, heading, v, w or s."""
+        """A field of the reference (robots, samples), by its ``name``: x, y, heading, v, w or s."""
         return self.reference[list(REFERENCE).index(name)].T
 
     @property
@@ -267,7 +282,8 @@ class Run:
     def save(self, path: str | Path) -> None:
         """Write the run to ``path`` (.npz), whole or not at all; :func:`load_run` reads it back without loss.
 
-        Raises RunError, also for a rule base that a .fis file cannot hold.
+        Raises:
+            RunError: The file cannot be written, or a .fis file cannot hold a rule base.
         """
         about = json.dumps(_as_json(self.about, str(path)))
         arrays: dict[str, Any] = {
@@ -297,7 +313,16 @@ def load_run(path: str | Path) -> Run:
     """Read the run from a file that :meth:`Run.save` of this version or an older one wrote.
 
     Nothing is unpacked before the sizes and shapes of all arrays fit together, and nothing is believed whose checksum
-    is not that of the contents; files of formats 1 and 2 have none. Raises RunError, naming the file.
+    is not that of the contents; files of formats 1 and 2 have none.
+
+    Args:
+        path: The file (.npz).
+
+    Returns:
+        The run, as it was saved.
+
+    Raises:
+        RunError: A file that holds no run; the message names it.
     """
     try:
         content = read_archive(path)

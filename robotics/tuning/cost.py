@@ -31,7 +31,11 @@ CONTACTS = "contacts"
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A metric in a cost: ``weight`` for each ``scale`` of it."""
+    """A metric in a cost: ``weight`` for each ``scale`` of it.
+
+    Attributes:
+        measure: Of a run: makes numbers (runs, robots), instead of a metric that has a name already.
+    """
 
     metric: str = described(
         "The metric: a name, or a function of your own, mycost.py:comfort.", example="rms_cross_track_under_way_m"
@@ -42,7 +46,7 @@ class Term:
         'To which objective it is added, such as "precision" and "effort"; a front is looked for between two.', "cost"
     )
 
-    measure: Callable[[Run], Any] | None = None  # of a run (runs, robots), instead of a metric that has a name already
+    measure: Callable[[Run], Any] | None = None
 
     def __post_init__(self) -> None:
         check_quantities(self, TuningError)
@@ -69,7 +73,15 @@ TERMS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """A sum of terms, and what a run costs that failed."""
+    """A sum of terms, and what a run costs that failed.
+
+    Attributes:
+        terms: The terms, whose sum it is.
+        failed: What a run costs in all in which a robot was stopped.
+
+    Raises:
+        TuningError: A cost without terms, or with ``failed`` not > 0.
+    """
 
     terms: tuple[Term, ...] = TERMS
     failed: float = FAILED
@@ -90,11 +102,18 @@ class Cost:
 
     @property
     def own(self) -> dict[str, Metric]:
-        """Those of the user's own, by name."""
+        """The metrics of the user's own, by name."""
         return {name: metric for term in self.terms for name, metric in term.own.items()}
 
     def weighted(self, factors: Mapping[str, float]) -> "Cost":
-        """The same cost with the weights of some metrics multiplied. Raises TuningError for one without a term."""
+        """The same cost with the weights of some metrics multiplied.
+
+        Args:
+            factors: The factors by the names of metrics.
+
+        Raises:
+            TuningError: A metric without a term.
+        """
         for metric in factors:
             if metric not in {t.metric for t in self.terms}:
                 raise TuningError(expected(metric, [t.metric for t in self.terms], "metric of the cost"))
@@ -102,10 +121,14 @@ class Cost:
         return replace(self, terms=tuple(terms))
 
     def objectives_of(self, metrics: Mapping[str, np.ndarray], stopped: np.ndarray) -> np.ndarray:
-        """What runs cost (..., objectives), from their metrics and whether robots were stopped, each (..., robots).
+        """What runs cost (..., objectives).
 
-        A metric is the mean of a run's robots. A run that failed, or costs more than one, costs ``failed`` in all:
-        each objective has an equal share of it.
+        A metric is the mean of a run's robots. A run that failed, or costs more than one, costs ``failed`` in all: each
+        objective has an equal share of it.
+
+        Args:
+            metrics: The metrics by name, each (..., robots).
+            stopped: Whether robots were stopped (..., robots) bool.
         """
         names = self.objectives
         found = np.zeros((*stopped.shape[:-1], len(names)))
@@ -122,7 +145,7 @@ class Cost:
         return found
 
     def of(self, metrics: Mapping[str, np.ndarray], stopped: np.ndarray) -> np.ndarray:
-        """What runs cost (...) in all; the arguments are those of :meth:`objectives_of`."""
+        """What runs cost (...,) in all; ``metrics`` and ``stopped`` are those of :meth:`objectives_of`."""
         return np.asarray(self.objectives_of(metrics, stopped).sum(axis=-1))
 
     def about(self) -> dict[str, Any]:

@@ -66,7 +66,17 @@ _FILES = TomlFiles("tunings", "tuning", TuningError)
 
 
 def load_tuning(name: str | Path) -> TuningFile:
-    """Read the tuning in a ``.toml`` file, or the packaged one of that name. Raises TuningError."""
+    """Read a tuning: a law, what of it may move, scenarios, a budget and a cost.
+
+    Args:
+        name: The name of one that comes with the package, or a ``.toml`` file.
+
+    Returns:
+        The tuning before it is done.
+
+    Raises:
+        TuningError: No such tuning, or a file that makes none; the message names file, line and key.
+    """
     found = _FILES.find(name)
     return parse_tuning(found.text, found.file, found.folder)
 

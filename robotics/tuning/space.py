@@ -30,7 +30,11 @@ FORMATION = "formation"  # the task of several systems together
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """From where to where a parameter may move, instead of what the rule says."""
+    """From where to where a parameter may move, instead of what the rule says.
+
+    Raises:
+        TuningError: An end that is no number, a low end above the high one, and a logarithm of what is not > 0.
+    """
 
     low: float = quantity(MISSING, "1", doc="The least value.", example=0.2)
     high: float = quantity(MISSING, "1", doc="The greatest value, above low.", example=1.0)
@@ -48,16 +52,26 @@ class Bound:
 class LawSpace:
     """A law and what of it may move; its :attr:`parameters` are searched, and :meth:`made` makes the law of values.
 
-    Raises TuningError for a part, a gain or a rule base that the law does not have, and where nothing may move.
+    Attributes:
+        law: The law as it is.
+        move: What may move: of "gains", "memberships", "consequents", "weights", "choices" and "rules".
+        gains: The gains that may move; None: all that the rule makes bounds for.
+        tasks: The tasks of the rule bases that may move; None: all.
+        bounds: By parameter.
+        fixed: Parameters that do not move.
+        symmetric: Whether a rule base that answers to both sides alike keeps doing so.
+
+    Raises:
+        TuningError: A part, a gain or a rule base that the law does not have, or nothing that may move.
     """
 
     law: Law[Any]
-    move: Collection[str] = PARTS_MOVED  # of PARTS
-    gains: Collection[str] | None = None  # the gains that may move; None: all that the rule makes bounds for
-    tasks: Collection[str] | None = None  # the tasks of the rule bases that may move; None: all
-    bounds: Mapping[str, Bound] = field(default_factory=dict)  # by parameter
-    fixed: Collection[str] = ()  # parameters that do not move
-    symmetric: bool = True  # whether a rule base that answers to both sides alike keeps doing so
+    move: Collection[str] = PARTS_MOVED
+    gains: Collection[str] | None = None
+    tasks: Collection[str] | None = None
+    bounds: Mapping[str, Bound] = field(default_factory=dict)
+    fixed: Collection[str] = ()
+    symmetric: bool = True
 
     def __post_init__(self) -> None:
         for part in self.move:
@@ -139,7 +153,8 @@ class LawSpace:
     def made(self, values: Sequence[float] | np.ndarray) -> Law[Any]:
         """The law that ``values`` (parameters,), in the order of :attr:`parameters`, make.
 
-        Raises InputError where the law does not accept them.
+        Raises:
+            InputError: The law does not accept them.
         """
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         gains = {p.name: told[p.name] for p in self._gains if p.name in told}
@@ -149,7 +164,7 @@ class LawSpace:
         return law
 
     def systems_of(self, values: Sequence[float] | np.ndarray) -> dict[str, Sugeno]:
-        """The rule bases that ``values`` make, by what the law calls them (``Law.fuzzy_systems``)."""
+        """The rule bases that ``values`` (parameters,) make, by what the law calls them (``Law.fuzzy_systems``)."""
         told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
         return {
             task: space.made([told.get(p.name, p.start) for p in space.parameters])
@@ -157,7 +172,7 @@ class LawSpace:
         }
 
     def gains_at(self, values: Sequence[float] | np.ndarray) -> dict[str, float]:
-        """The gains that ``values`` say, by name."""
+        """The gains that ``values`` (parameters,) say, by name."""
         own = {p.name for p in self._gains}
         return {p.name: float(v) for p, v in zip(self.parameters, values, strict=True) if p.name in own}
 

@@ -40,12 +40,19 @@ RUNS, EVALUATIONS, SEED = 20, 1000, 1
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """What tuning has found."""
+    """What tuning has found.
+
+    Attributes:
+        space: The law and what of it could move.
+        cost: What a run costs.
+        evaluated: All that was tried.
+        about: The provenance: all that determines the result.
+    """
 
     space: LawSpace
     cost: Cost = field(repr=False)
     evaluated: Evaluations = field(repr=False)
-    about: dict[str, Any] = field(repr=False)  # the provenance: all that determines the result
+    about: dict[str, Any] = field(repr=False)
 
     @property
     def before(self) -> float:
@@ -68,7 +75,7 @@ class Tuned:
         return self.law_at(self.evaluated.best)
 
     def law_at(self, place: int) -> Law[Any]:
-        """The law of an evaluation by its place, from 0."""
+        """The law of an evaluation by its ``place``, from 0."""
         return self.space.made(self.evaluated.values[place])
 
     @property
@@ -124,8 +131,14 @@ def tune(
         progress: Called after each generation with all evaluations so far; True ends the search, and what is best then
             is the result.
 
-    Raises TuningError where nothing can be tuned so, ControllerError and SimulationError as
-    :func:`robotics.simulate_many`; after Ctrl-C TuningInterrupt, which is a KeyboardInterrupt.
+    Returns:
+        The tuned law, its cost before and after on the tuning runs, and all that was tried.
+
+    Raises:
+        TuningError: Nothing can be tuned so.
+        ControllerError: As of :func:`robotics.simulate_many`.
+        SimulationError: Likewise.
+        TuningInterrupt: After Ctrl-C; a KeyboardInterrupt.
     """
     space = law if isinstance(law, LawSpace) else LawSpace(as_law(law))
     cost = cost or Cost()

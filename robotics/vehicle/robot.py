@@ -49,7 +49,10 @@ class Robot:
     """Parameters of one robot, in SI units. Axes: x forward, y left, heading counter-clockwise (REP 103).
 
     A number that is left out is derived by the ``rule`` in its field's metadata. ``dataclasses.replace`` keeps derived
-    numbers as they are; :meth:`changed` derives them anew. Raises RobotError for numbers that are missing or wrong.
+    numbers as they are; :meth:`changed` derives them anew.
+
+    Raises:
+        RobotError: Numbers that are missing or wrong.
     """
 
     # Body
@@ -212,7 +215,7 @@ class Robot:
         return {name: value for name, value in known.items() if value is not None and name not in left_out}
 
     def changed(self, **numbers: float) -> "Robot":
-        """This robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
+        """The same robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
         return type(self)(**merged(self.given, numbers))
 
     @property

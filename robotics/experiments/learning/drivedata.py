@@ -51,15 +51,25 @@ class DriveDataError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class DriveRecipe:
-    """How a table is made of drives."""
+    """How a table is made of drives.
 
-    inputs: tuple[str, ...] = ()  # the quantities that the rule base shall know; none: those that suit the log
-    period: float = 0.05  # s: from row to row
-    gap: float = 0.5  # s: the longest time without odometry, a command or a reference
-    delay: float = 0.0  # s: from a posture to the command that answers it
-    look_ahead: float = FuzzyTracking.look_ahead  # s: the target is that far ahead, as of the law fuzzy
-    driven: bool = False  # whether the way that was driven is the path, whatever the log says of another
-    whole: bool = False  # whether beginning and end stay, where nothing is commanded
+    Attributes:
+        inputs: The quantities that the rule base shall know; none: those that suit the log.
+        period: S: from row to row.
+        gap: S: the longest time without odometry, a command or a reference.
+        delay: S: from a posture to the command that answers it.
+        look_ahead: S: the target is that far ahead, as of the law fuzzy.
+        driven: Whether the way that was driven is the path, whatever the log says of another.
+        whole: Whether beginning and end stay, where nothing is commanded.
+    """
+
+    inputs: tuple[str, ...] = ()
+    period: float = 0.05
+    gap: float = 0.5
+    delay: float = 0.0
+    look_ahead: float = FuzzyTracking.look_ahead
+    driven: bool = False
+    whole: bool = False
 
 
 class DriveTable(NamedTuple):
@@ -84,9 +94,16 @@ class DriveTable(NamedTuple):
 
 
 def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[], None] | None = None) -> DriveTable:
-    """The table of all moments of ``drives``, made as the ``recipe`` says; ``advance`` is called after each drive.
+    """The table of all moments of drives, for learning.
 
-    Raises DriveDataError or LogError.
+    Args:
+        drives: The drives, such as :func:`read_drive` reads them.
+        recipe: How the table is made.
+        advance: Called after each drive.
+
+    Raises:
+        DriveDataError: A drive of which no such table can be made.
+        LogError: A drive that lacks what the recipe needs.
     """
     if not drives:
         raise DriveDataError("at least one drive is needed")
