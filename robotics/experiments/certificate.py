@@ -41,7 +41,18 @@ class CertificateError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class SectorModel:
-    """The tracking error under ``law``, and the ranges of its premises."""
+    """The tracking error under a law, and the ranges of its premises.
+
+    Attributes:
+        law: The law.
+        speed_low: The least speed v_r of the reference [m/s].
+        speed_high: The greatest speed of the reference [m/s].
+        reference_turn: The greatest |ω_r| of the reference [rad/s].
+        turn: The greatest |ω| that may be commanded [rad/s].
+        heading: The greatest |ψ| [rad].
+
+    Raises CertificateError for ranges that contradict each other.
+    """
 
     law: Lyapunov = field(default_factory=Lyapunov)
     speed_low: float = quantity(0.2, "m/s", above=0)  # v_r >= this: a reference at rest is not certified
@@ -111,7 +122,7 @@ class SectorModel:
     def grid(self, points: int) -> np.ndarray:
         """The matrices A (n, 3, 3) on a dense grid of the premises, with ``points`` values of each premise.
 
-        There are three premises, four where the law catches up: n is ``points``³ or ``points``⁴.
+        There are three premises, four where the law catches up: n is points³ or points⁴.
         """
         share = np.linspace(0, 1, points)
         v = self.speed_low + (self.speed_high - self.speed_low) * share
@@ -127,7 +138,14 @@ class SectorModel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Certificate:
-    """A region e'Pe <= 1 that no trajectory leaves, in which V = e'Pe falls as e^(−2 decay t) or faster."""
+    """A region e'Pe <= 1 that no trajectory leaves, in which V = e'Pe falls as e^(−2 decay t) or faster.
+
+    Attributes:
+        model: The law, and the ranges of the premises.
+        P: The matrix of V, (3, 3), symmetric, > 0; of errors in m, m and rad.
+        decay: The rate that this P proves [1/s].
+        fastest: The greatest rate that any common P gives [1/s].
+    """
 
     model: SectorModel
     P: np.ndarray  # (3, 3), symmetric, > 0
@@ -159,7 +177,7 @@ class Certificate:
         return np.einsum("...i,ij,...j->...", e, self.P, e)
 
     def boundary(self, directions: np.ndarray) -> np.ndarray:
-        """The errors (..., 3) with V = 1 to which directions (..., 3) other than 0 are mapped."""
+        """The errors (..., 3) with V = 1 to which ``directions`` (..., 3) other than 0 are mapped."""
         unit = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
         return unit @ np.linalg.cholesky(np.linalg.inv(self.P)).T
 
@@ -191,6 +209,9 @@ def certify(model: SectorModel, decay: float | None = None) -> Certificate:
     Args:
         model: The law, and the ranges of the premises.
         decay: The decay rate [1/s] that is asked for; None: 99 % of the greatest one.
+
+    Returns:
+        The certificate.
 
     Raises CertificateError where no common P exists or none has this rate, and without the extra ``certify``.
     """

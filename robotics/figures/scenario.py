@@ -28,6 +28,10 @@ def plot_scenario(scenario: Scenario, findings: Sequence[Finding] = ()) -> Figur
     A robot is solid where it starts and an outline at its goal; the cones of its range sensors are faint. Arrows on a
     path say which way it is driven, numbers at what time [s]. Findings that have a place are numbered there in the
     order in which they are given, by a cross (error), a triangle (warning) or a diamond (note).
+
+    Args:
+        scenario: The scenario.
+        findings: What ``robotics check`` finds in it.
     """
     with style():
         low, high = _extent(scenario)

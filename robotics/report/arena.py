@@ -175,7 +175,11 @@ def standings(outcome: Outcome) -> Standings:
 def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
     """Draw what came of an arena in one look: the laws from the least tuned cost down, as published and tuned.
 
-    ``width`` is the figure's in inches. Beside the costs stand what a law asks for and how many runs it failed.
+    Beside the costs stand what a law asks for and how many runs it failed.
+
+    Args:
+        outcome: What :func:`robotics.run_arena` gives.
+        width: The figure's width [inches].
     """
     return plot_ranking(standings(outcome), width)
 

@@ -45,7 +45,24 @@ class FormationDataError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class FormationRecipe:
-    """The recipe of a set: the same recipe gives the same numbers."""
+    """The recipe of a set: the same recipe gives the same numbers.
+
+    Attributes:
+        kind: "literal", the thesis's inputs; "well-posed", the lead, a bearing and a curvature in their place.
+        starts: The leader's x at the start [m], a formation each.
+        samples: The rows of each formation.
+        speed: The speed v_d [m/s]; the leader drives up to three times as fast.
+        coverage: The share of rows that is spread evenly over (x_l, dx); the rest lies along the runs.
+        jitter: The share of rows that is displaced from the path.
+        lateral: The largest displacement, to either side [m].
+        heading: The largest rotation, either way [rad].
+        lead: The largest change of dx, of rows along the runs [m].
+        reach: The farthest dx, either way [m].
+        seed: The seed of displacements and cover.
+        stream: Which of the seed's random sequences is used.
+
+    Raises FormationDataError for values out of their ranges.
+    """
 
     kind: Literal["literal", "well-posed"] = "literal"
     starts: tuple[float, ...] = STARTS  # m, the leader's x at the start; one formation each
@@ -99,9 +116,12 @@ class Table(NamedTuple):
 
 
 def checking_recipe(recipe: FormationRecipe) -> FormationRecipe:
-    """The recipe of the checking set that belongs to ``recipe``: one formation that ``recipe`` does not contain.
+    """The recipe of the checking set that belongs to another: one formation that this does not contain.
 
-    Its samples lie along that formation's run, whatever the coverage of ``recipe``.
+    Its samples lie along that formation's run, whatever the coverage.
+
+    Args:
+        recipe: The recipe of the set to learn from.
     """
     return replace(recipe, starts=CHECKING, stream=recipe.stream + 1, coverage=0.0)
 
@@ -116,7 +136,14 @@ FILES: dict[str, FormationRecipe] = {
 
 
 def formation_data(recipe: FormationRecipe) -> Table:
-    """Make the set that ``recipe`` describes: rows in the order of its formations, then the cover."""
+    """Make a set of formation data: rows in the order of the formations, then the cover.
+
+    Args:
+        recipe: What it is made of.
+
+    Returns:
+        The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
+    """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
     return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
 

@@ -58,7 +58,15 @@ class FormationLearningError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """One network: the search for its clusters, and the system before and after learning."""
+    """One network: the search for its clusters, and the system before and after learning.
+
+    Attributes:
+        output: What it says: v_l, w_l, v_f, w_f, or v_N and w_N of robot N.
+        search: All settings that were tried.
+        trial: The setting that was taken.
+        before: The clusters, with consequents by least squares.
+        training: The learning.
+    """
 
     output: str
     search: SearchResult
@@ -141,14 +149,19 @@ def learn_networks(
         names: The table's columns. For the thesis's four those of x_l, y_l, theta_l and dx that it has are the inputs,
             for the leader's networks also alpha_l, for the followers' kappa_f; for robot N all that end in _N.
         values: The table (samples, columns), in m, rad, m/s and rad/s.
-        check: A checking table with the same columns.
+        check: A checking table (samples, columns) with the same columns.
         rules: The wanted number of rules; the nearest that a setting gives is taken.
         options: How to learn, by default 60 epochs of hybrid learning.
         advance: Called after every setting of the search and every epoch: :func:`steps` times in all, unless training
             stops early; with several jobs for a whole network at once.
         jobs: The number of processes.
 
-    Raises FormationLearningError for a table without these columns, or where no setting gives about that many rules.
+    Returns:
+        The networks, in the order of the outputs.
+
+    Raises:
+        FormationLearningError: A table without these columns, or where no setting gives about that many rules.
+        WorkerError: A process fails.
     """
     outputs = outputs_of(names)
     if jobs == 1:
@@ -282,12 +295,15 @@ def nearest_trial(search: SearchResult, rules: int, around: float = _AROUND) -> 
 
 
 def write_networks(networks: Sequence[Learnt], folder: str | Path, data: str = "") -> Path:
-    """Write each trained network to ``folder``/<output>.fis and return the folder. Raises OSError.
+    """Write each trained network to ``folder``/<output>.fis. Raises OSError.
 
     Args:
         networks: What :func:`learn_networks` gives.
         folder: The folder; it is made where there is none.
         data: The name of the file that was learnt from, for the comment at the head of each file.
+
+    Returns:
+        The folder.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

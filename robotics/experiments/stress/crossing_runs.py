@@ -31,6 +31,9 @@ def stress_crossing(
         kind: Class of the crossings, "A" or "B".
         disturbance: What is wrong in every run.
         begin: Starts a bar of a progress display, by its text and total.
+
+    Returns:
+        What became of every run.
     """
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))

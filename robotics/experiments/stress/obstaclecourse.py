@@ -183,6 +183,9 @@ def stress_obstacles(
         disturbance: What is wrong in every run.
         moving: Number of discs that cross the lanes.
         lanes: Whether the lanes stay beside each other or cross.
+
+    Returns:
+        What became of every run.
     """
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
