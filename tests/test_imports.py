@@ -18,7 +18,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
+        lazynames notebookfigures extras errors naming shown sketch profile membershipfunction membership rule language system inference
         detached files compiled insight fitting mamdani tuning starts loop ccode shell figures designer commands
     """,
     "anfis": """
