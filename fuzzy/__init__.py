@@ -33,6 +33,7 @@ Each name is imported from its module when it is first used. What is wrong with 
 """
 
 from fuzzy.lazynames import lazy_names
+from fuzzy.notebookfigures import show_figures
 
 TYPE_CHECKING = False  # type checkers take it as true by its name; importing typing would double the time
 
@@ -222,6 +223,7 @@ _HOMES = {
 }
 if not TYPE_CHECKING:  # a type checker has the names above, and sees which there are not
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
+show_figures()
 
 __all__ = [
     "PID",

@@ -18,8 +18,9 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        lazynames extras errors naming shown sketch profile membershipfunction membership rule language system inference
-        detached files compiled insight fitting mamdani tuning starts loop ccode shell figures designer commands
+        lazynames notebookfigures extras errors naming shown sketch profile membershipfunction membership rule language
+        system inference detached files compiled insight fitting mamdani tuning starts loop ccode shell figures designer
+        commands
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
