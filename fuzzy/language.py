@@ -69,13 +69,13 @@ def parse_rule(text: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[
     The language is:
 
     - "if <clauses> then <consequents> [with <weight>]", or the weight in parentheses at the end; the clauses are joined
-    all by "and" or all by "or", the consequents by "and" or by commas. An input may be left out.
+      all by "and" or all by "or", the consequents by "and" or by commas. An input may be left out.
     - A clause is "<input> is [not] [hedges] <term>", with the hedges somewhat, very and extremely, whose powers
-    multiply, or "<term>^<power>". A consequent is "<output> is <term>".
+      multiply, or "<term>^<power>". A consequent is "<output> is <term>".
     - Parentheses may stand round clauses and consequents. "=" and "==" mean "is", "~=" means "is not".
     - A name in quotes may hold any character; a quote inside is doubled. A name without quotes is recognised by its
-    spelling. Where several names fit, a plain word is preferred to a longer name, and a hedge to a term that begins
-    with the same word. Upper and lower case count only between names that differ in nothing else.
+      spelling. Where several names fit, a plain word is preferred to a longer name, and a hedge to a term that begins
+      with the same word. Upper and lower case count only between names that differ in nothing else.
 
     Args:
         text: The sentence.

@@ -95,7 +95,10 @@ def _page_of(package: str, module: Any, name: str) -> str:
     home = getattr(thing, "__module__", package).partition(".")[0]
     if home != package and home in PACKAGES:
         return "\n".join([*rows, f"The same as :doc:`{home}.{name} <../{home}/{name}>`.", ""])
-    if inspect.isclass(thing):
+    if inspect.isclass(thing) and thing.__name__ != name and thing.__name__ in module.__all__:
+        call = f"``{name}{tuple(inspect.signature(thing).parameters)}``".replace("'", "")
+        rows += [f"MATLAB's name of :doc:`{package}.{thing.__name__} <{thing.__name__}>`: {call}.", ""]
+    elif inspect.isclass(thing):
         rows += [f".. autoclass:: {whole}", *_members(thing), "   :show-inheritance:", "", *_fields(thing)]
     elif inspect.isroutine(thing):
         rows += [f".. autofunction:: {whole}", ""]
