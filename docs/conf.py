@@ -76,6 +76,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "Fuzzyfleet"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_context = {"default_mode": "auto"}
 html_theme_options = {
     "navbar_align": "left",
     "navigation_with_keys": True,

@@ -133,6 +133,8 @@ class Links(HTMLParser):
 def test_every_link_leads_somewhere() -> None:
     pages = {}
     for file in SITE.rglob("*.html"):
+        if "_static" in file.relative_to(SITE).parts:  # templates of the theme
+            continue
         pages[file] = Links()
         pages[file].feed(file.read_text(encoding="utf-8"))
     assert len(pages) > 200
