@@ -8,7 +8,8 @@ classes included. The rules read signatures, annotations and the function's own 
 - a function that returns something has ``Returns:``, or begins with what that is: "The ...", "Whether ...", and
   "Draw ..." for a picture;
 - every error of ours that the body raises stands below ``Raises:``, or as "Raises NameOfError";
-- where an array is taken, given or held, its shape is named, such as (runs, robots) or (..., inputs).
+- where an array is taken, given or held, its shape is named, such as (runs, robots) or (..., inputs);
+- a parameter or a field with a name of :data:`PHYSICAL` has a unit, in brackets, in words, or in its metadata.
 """
 
 import ast
@@ -20,11 +21,21 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fuzzy.errors import InputError
 
 PACKAGES = ("fuzzy", "anfis", "robotics")
 NOUNS = ("A", "All", "An", "Each", "Every", "How", "L", "Sentences", "The", "What", "Whether")  # L: the Laplacian
 SHAPE = re.compile(r"\((?:\.\.\.|\w[\w +*]*)(?:, [\w +*.]+)*,?\)|of any shape|any shape")
+# Names of what is measured in a unit, and how a unit is said.
+PHYSICAL = (
+    "dead_time delay deviation divergence duration end error_rate error_sum frequencies gap heading latency length "
+    "look_ahead outage period ramp sample_time spacing speed start time times v v_max w w_max width x_rate"
+).split()
+UNIT = re.compile(
+    r"\[[^\]]*\b(?:m|s|rad|rad/s|m/s|1/s|N m)\b[^\]]*\]|\binches\b|\bunits?\b|\b(?:m/s|rad/s|rad|m|s)\b[:,]|real time"
+)
 # Members that the rules do not suit, each with the reason.
 EXCEPTIONS = {
     "grid": "a class's table of a grid's parameters, a lambda in its field",
@@ -176,8 +187,21 @@ def shapeless(told: Told) -> list[str]:
     return found
 
 
-def complaints() -> Iterator[str]:
-    for told in names():
+def unitless(told: Told) -> list[str]:
+    """The physical parameters and fields of numbers that have no unit."""
+    doc, thing = told.doc, told.thing
+    lines = dict(
+        re.findall(r"^    (\w+): ((?:.*\n?)(?:        .*\n?)*)", section(doc, "Attributes", "Args"), re.MULTILINE)
+    )
+    if inspect.isclass(thing):
+        asked = [n for n, m in fields(thing).items() if not (m.get("doc") or m.get("unit") or m.get("words"))]
+    else:
+        asked = [p.name for p in parameters(thing)]
+    return [n for n in asked if n in PHYSICAL and not UNIT.search(lines.get(n, doc))]
+
+
+def complaints(told_of: Iterator[Told]) -> Iterator[str]:
+    for told in told_of:
         if told.name.count(".") > 1 and told.name.rpartition(".")[2] in EXCEPTIONS:
             continue
         if len(told.doc) <= 10:
@@ -190,7 +214,53 @@ def complaints() -> Iterator[str]:
             yield f"{told.name}: does not say that it raises {', '.join(missing)}"
         if missing := shapeless(told):
             yield f"{told.name}: what shape has {', '.join(missing)}?"
+        if missing := unitless(told):
+            yield f"{told.name}: what unit has {', '.join(missing)}?"
 
 
 def test_every_public_name_says_what_it_takes_gives_and_refuses():
-    assert list(complaints()) == []
+    assert list(complaints(names())) == []
+
+
+def mute(x: np.ndarray, scale: float, speed: float) -> np.ndarray:
+    """Multiply the ``x``.
+
+    Args:
+        x: What is multiplied.
+        speed: How fast.
+    """
+    if scale == 0:
+        raise InputError("scale must not be 0")
+    return x * scale * speed
+
+
+@dataclasses.dataclass(frozen=True)
+class Mute:
+    """A pair.
+
+    Attributes:
+        values: Its numbers.
+    """
+
+    values: np.ndarray
+    unit: str
+
+    def at(self, place: int) -> float:
+        """Look up a number."""
+        return float(self.values[place])
+
+
+def test_the_rules_can_fail():
+    told = [Told("fuzzy.mute", mute, inspect.getdoc(mute) or ""), Told("fuzzy.Mute", Mute, inspect.getdoc(Mute) or "")]
+    told.append(Told("fuzzy.Mute.at", Mute.at, inspect.getdoc(Mute.at) or ""))
+    assert list(complaints(iter(told))) == [
+        "fuzzy.mute: what is scale?",
+        "fuzzy.mute: what does it return?",
+        "fuzzy.mute: does not say that it raises InputError",
+        "fuzzy.mute: what shape has what it returns, x?",
+        "fuzzy.mute: what unit has speed?",
+        "fuzzy.Mute: what is unit?",
+        "fuzzy.Mute: what shape has values?",
+        "fuzzy.Mute.at: what is place?",
+        "fuzzy.Mute.at: what does it return?",
+    ]

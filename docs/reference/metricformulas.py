@@ -1,4 +1,4 @@
-"""How each metric is defined, for the page of metrics; ``tests/test_reference.py`` holds both together.
+"""How each metric is defined, for the page of metrics; ``tests/test_reference_pages.py`` holds both together.
 
 Sums and means are over the samples of one robot in one run, T is the time that it was in play.
 """

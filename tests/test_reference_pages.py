@@ -1,0 +1,106 @@
+"""The pages of the reference that are kept, and what those that are made hold; what they say is true of the program."""
+
+import importlib
+import json
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+import fuzzy
+from benchmarks.__main__ import BENCHMARKS
+from fuzzy.files import fislines
+from fuzzy.membershipfunction import MATLAB_NAMES
+from robotics.commands.filekinds import KINDS
+from robotics.measures.registry import ALL_METRICS
+from robotics.scenario.reading import parse_scenario
+
+PAGES = Path(__file__).parent.parent / "docs" / "reference"
+# What the Fuzzy Logic Toolbox has: each name stands on the page, here or under what is not here.
+TOOLBOX = (
+    "addInput addMF addOutput addRule anfis anfisOptions anfisedit convertToSugeno convertToStruct convertToType1 "
+    "convertToType2 defuzz dsigmf evalfis evalfisOptions evalmf fcm fcmOptions findcluster fismf fisrule fistree "
+    "fisvar fuzarith fuzzyLogicDesigner gauss2mf gaussmf gbellmf genfis genfis1 genfis2 genfis3 genfisOptions gensurf "
+    "gensurfOptions getFISCodeGenerationData getTunableSettings linsmf linzmf mam2sug mamfis mamfistype2 mfedit newfis "
+    "parsrule pimf plotfis plotmf probor psigmf readfis removeInput removeMF removeOutput ruleedit ruleview setTunable "
+    "showfis showrule sigmf smf subclust sugfis sugfistype2 surfview trapmf trimf tunefis tunefisOptions writeFIS zmf"
+)
+BLOCKS = ("Fuzzy Logic Controller", "Fuzzy Logic Controller with Ruleviewer", "FIS Tree")
+
+
+@pytest.fixture(scope="module")
+def pages():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(PAGES)
+        yield importlib.import_module("pages")
+
+
+def test_every_name_of_the_toolbox_has_a_line_and_leads_to_names_that_there_are():
+    text = (PAGES / "matlab.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"\w+", " ".join(re.findall(r"`[^`]*`", text))))
+    assert set(TOOLBOX.split()) - named == set()
+    assert [block for block in BLOCKS if f"*{block}*" not in text] == []
+    for package, name in re.findall(r"\(made/(\w+)/(\w+)\)", text):
+        assert name in importlib.import_module(package).__all__, name
+    for program, command in re.findall(r"`(fuzzy|anfis|robotics) ([a-z]\w*)", text):
+        app = importlib.import_module(f"{program}.commands.application").app
+        assert command in typer.main.get_command(app).commands, f"{program} {command}"  # type: ignore[attr-defined]
+
+
+def test_the_page_of_the_dialect_runs_and_knows_every_key(capsys):
+    text = (PAGES / "fis.md").read_text(encoding="utf-8")
+    space: dict[str, Any] = {}
+    for cell in re.findall(r"```\{code-cell\} python\n(.*?)```", text, re.DOTALL):
+        exec(compile(cell, "fis.md", "exec"), space)
+    said = capsys.readouterr().out
+    assert "mine.fis:8: NumRules is 4, but the file has 3 rules" in said
+    assert "%! Unit='m'" in said
+    for key in (*fislines._SYSTEM_KEYS, *fislines._VARIABLE_KEYS, *fislines.SYSTEM_NOTES, *MATLAB_NAMES):
+        assert re.search(rf"`[^`]*\b{key}\b[^`]*`", text), key
+    hedged = re.findall(r"\| (bearing is .*?left) \| `([-\d.]+)`", text)
+    assert len(hedged) == 6
+    for sentence, index in hedged:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", fuzzy.FisFileWarning)
+            read = fuzzy.parse_fis(space["text"].replace("2 1, 2 (1)", f"2 {index}, 2 (1)")).rules[0]
+        assert str(read).startswith(f"if distance is far and {sentence} then")
+
+
+def test_every_metric_is_defined(pages):
+    assert set(pages.FORMULAS) == set(ALL_METRICS)
+    table = pages._tables()["metrics.md"]
+    rows = [line.replace(r"\|", "") for line in table.splitlines() if line.startswith("| `")]
+    assert {row.count("|") for row in rows} == {7}
+
+
+def test_fields_that_a_file_sets_stand_on_the_page_of_their_class(pages):
+    page = pages._page_of("robotics", importlib.import_module("robotics"), "Timing")
+    assert "      * - ``ramp``\n        - The time in which the speed rises" in page
+    assert "a finite number in s, >= 0; default ``0.0``" in page
+    bell = pages._page_of("fuzzy", fuzzy, "Bell")
+    assert "* - ``a``\n        - half-width a\n        - a length ≠ 0, in the unit of x" in bell
+
+
+def test_the_benchmarks_that_there_are_have_a_page_and_figures_say_where_they_are_from(pages, tmp_path):
+    names = pages.benchmark_names(PAGES.parent.parent / "benchmarks")
+    assert names == list(BENCHMARKS)
+    machine = {"processor": "a processor", "processors": 2, "python": "3.13.0", "load": [0.1, 1.9], "seconds": 61.5}
+    entry = {"date": "2026-01-31", **machine, "quick": True, "report": ["engine  us", "ours     3"]}
+    (tmp_path / "benchmarks.json").write_text(json.dumps({"learning": entry}), encoding="utf-8")
+    page = pages.benchmarks(tmp_path / "benchmarks.json")
+    assert "2026-01-31, a processor, 2 processors, Python 3.13.0, load 0.1 before and 1.9 after" in page
+    assert page.count("### Measured") == 1
+    assert page.index("benchmarks.learning`") < page.index("ours     3") < page.index("benchmarks.predictive`")
+    assert all(f"## `python -m benchmarks.{name}`" in page for name in names)
+
+
+def test_a_schema_of_each_kind_of_file_is_named_and_made():
+    text = (PAGES / "editors.md").read_text(encoding="utf-8")
+    kinds = re.search(r"names the kind of file: (.*?)\.", text)
+    assert kinds
+    assert re.findall(r"scenario|robot|sweep|tuning|study", kinds[1]) == list(KINDS)
+    (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    assert len(parse_scenario(example, "page").robots) == 1
