@@ -29,10 +29,37 @@ PACKAGES = ("fuzzy", "anfis", "robotics")
 NOUNS = ("A", "All", "An", "Each", "Every", "How", "L", "Sentences", "The", "What", "Whether")  # L: the Laplacian
 SHAPE = re.compile(r"\((?:\.\.\.|\w[\w +*]*)(?:, [\w +*.]+)*,?\)|of any shape|any shape")
 # Names of what is measured in a unit, and how a unit is said.
-PHYSICAL = (
-    "dead_time delay deviation divergence duration end error_rate error_sum frequencies gap heading latency length "
-    "look_ahead outage period ramp sample_time spacing speed start time times v v_max w w_max width x_rate"
-).split()
+PHYSICAL = [
+    "dead_time",
+    "delay",
+    "deviation",
+    "divergence",
+    "duration",
+    "end",
+    "error_rate",
+    "error_sum",
+    "frequencies",
+    "gap",
+    "heading",
+    "latency",
+    "length",
+    "look_ahead",
+    "outage",
+    "period",
+    "ramp",
+    "sample_time",
+    "spacing",
+    "speed",
+    "start",
+    "time",
+    "times",
+    "v",
+    "v_max",
+    "w",
+    "w_max",
+    "width",
+    "x_rate",
+]
 UNIT = re.compile(
     r"\[[^\]]*\b(?:m|s|rad|rad/s|m/s|1/s|N m)\b[^\]]*\]|\binches\b|\bunits?\b|\b(?:m/s|rad/s|rad|m|s)\b[:,]|real time"
 )
@@ -195,8 +222,9 @@ def unitless(told: Told) -> list[str]:
     )
     if inspect.isclass(thing):
         asked = [n for n, m in fields(thing).items() if not (m.get("doc") or m.get("unit") or m.get("words"))]
-    else:
-        asked = [p.name for p in parameters(thing)]
+    else:  # a start may be a system as well as a time
+        numbers = [p for p in parameters(thing) if not re.search(r"Sugeno|Callable", str(p.annotation))]
+        asked = [p.name for p in numbers]
     return [n for n in asked if n in PHYSICAL and not UNIT.search(lines.get(n, doc))]
 
 

@@ -24,7 +24,7 @@ def tuned_pid(plant: TransferFunction, sample_time: float) -> PID:
 
     Args:
         plant: The transfer function.
-        sample_time: In s.
+        sample_time: The period of the controller [s].
 
     Raises LoopError where neither rule applies, such as for an unstable plant.
     """

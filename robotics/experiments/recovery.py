@@ -38,7 +38,7 @@ class Recovery:
         recovered: (runs,) bool: whether the team is together again.
         after: (runs,) from the last fault's end to recovery [s]; infinite if there is none.
         deviation: (runs,) the largest distance of any robot from its path [m].
-        gap: (runs,) the largest s_i − s_j, a share of the paths.
+        gap: (runs,) the largest s_i − s_j, a share of the paths, without a unit.
     """
 
     controller: str

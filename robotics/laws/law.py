@@ -48,7 +48,7 @@ class Observation(NamedTuple):
     """All that the robots know at one time.
 
     Attributes:
-        time: S.
+        time: Since the start [s].
         x: (runs, robots) m, measured.
         y: (runs, robots) m, measured.
         heading: (runs, robots) rad, measured, not wrapped.

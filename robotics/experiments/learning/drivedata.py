@@ -55,10 +55,10 @@ class DriveRecipe:
 
     Attributes:
         inputs: The quantities that the rule base shall know; none: those that suit the log.
-        period: S: from row to row.
-        gap: S: the longest time without odometry, a command or a reference.
-        delay: S: from a posture to the command that answers it.
-        look_ahead: S: the target is that far ahead, as of the law fuzzy.
+        period: The time from row to row [s].
+        gap: The longest time [s] without odometry, a command or a reference.
+        delay: The time [s] from a posture to the command that answers it.
+        look_ahead: How far ahead the target is [s], as of the law fuzzy.
         driven: Whether the way that was driven is the path, whatever the log says of another.
         whole: Whether beginning and end stay, where nothing is commanded.
     """
