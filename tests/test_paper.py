@@ -6,6 +6,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+import robotics
+
 PAPER = Path(__file__).parent.parent / "docs" / "paper"
 TEXT = (PAPER / "paper.md").read_text(encoding="utf-8")
 
@@ -46,6 +48,31 @@ def test_its_numbers_of_the_arena_are_those_of_the_readme():
         assert number in arena
     assert "| fuzzy rule base | 4.62 |" in readme
     assert "4.62 as published" in arena
+    for said in ("keeps 4.7 mm from its reference", "1.6 mm"):
+        assert said in readme
+        assert said in " ".join(arena.split())
+
+
+def test_its_conditions_of_the_arena_are_those_of_the_packaged_one():
+    arena = robotics.load_arena("default")
+    words = {2: "two", 8: "eight", 12: "twelve"}
+    said = " ".join(TEXT.partition("# The arena")[2].partition("# Limits")[0].split()).lower()
+    assert f"{words[len(arena.laws)]} laws" in said
+    assert f"{words[len(arena.engines)]} engines" in said
+    assert f"{words[len(arena.test)]} random scenarios" in said
+    given = arena.conditions
+    noise = (
+        f"({1000 * given.position_noise:g} mm, {1000 * given.heading_noise:g} mrad, {1000 * given.latency:g} ms latency"
+    )
+    assert f"with {arena.testing_runs} noisy runs each {noise}" in said
+    assert [(t.metric, round(t.scale, 4)) for t in arena.cost] == [
+        ("rms_distance_late_m", 0.01),
+        ("rms_heading_late_rad", 0.0873),
+        ("w_variation_late_radps2", 1.0),
+    ]
+    assert (
+        "rms distance over 1 cm, the rms heading error over 5° and the variation of the turn rate over 1 rad/s²" in said
+    )
 
 
 def test_it_has_the_parts_of_an_article_of_software():
