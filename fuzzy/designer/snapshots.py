@@ -71,7 +71,7 @@ def keep(file: Path, design: Design, name: str, picture: dict[str, Any] | None =
     name, folder = _named(name), _folder(file)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        count = sum(1 for path in folder.iterdir() if path.suffix == ".json")
+        count = len(_files(folder))
     except OSError as error:
         raise DocumentError(f"the snapshot cannot be kept in {folder}: {error.strerror or error}") from None
     if count >= MOST:
@@ -91,13 +91,18 @@ def keep(file: Path, design: Design, name: str, picture: dict[str, Any] | None =
     return key
 
 
+def _files(folder: Path) -> list[Path]:
+    """The files of snapshots; what begins with a dot was being written when a process died."""
+    return sorted(path for path in folder.iterdir() if path.suffix == ".json" and not path.name.startswith("."))
+
+
 def listed(file: Path) -> Listing:
     """The snapshots of a .fis file, without their designs. Raises DocumentError for a folder that leads elsewhere."""
     folder = _folder(file)
     found: list[Snapshot] = []
     problems = []
     try:
-        paths = sorted(path for path in folder.iterdir() if path.suffix == ".json")
+        paths = _files(folder)
     except OSError:
         return Listing((), ())
     for path in paths[: 10 * MOST]:

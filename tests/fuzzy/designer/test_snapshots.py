@@ -169,6 +169,8 @@ def test_a_killed_process_leaves_whole_snapshots(file):
     told |= {line.strip() for line in process.stdout if len(line) == 17}
     process.wait()
     process.stdout.close()
+    folder = next((file.parent / ".fuzzy-design").glob("*.snapshots"))
+    (folder / ".0123456789abcdef-01234567.json").write_text('{"name": "half')  # as a process that dies leaves it
     listing = snapshots.listed(file)
     assert listing.problems == ()
     assert told <= {s.key for s in listing.snapshots}
