@@ -105,7 +105,7 @@ format-browser: node_modules/.installed
 	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
 docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
-	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/python -m sphinx -j 2 -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
 bench: $(VENV)/.peers ## speed, beside other packages
