@@ -123,7 +123,7 @@ def linearised(fis: Sugeno, at: Any) -> np.ndarray:
         at: The point (inputs,), in the inputs' units.
 
     Raises:
-        LoopError: A point of another shape, or not finite.
+        LoopError: A point of another shape.
     """
     x = np.asarray(at, dtype=float)
     if x.shape != (len(fis.inputs),):

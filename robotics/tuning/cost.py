@@ -77,10 +77,10 @@ class Cost:
 
     Attributes:
         terms: The terms, whose sum it is.
-        failed: What a run costs in all in which a robot was stopped.
+        failed: What a run costs in all in which a robot was stopped or touched something, and the most of any run.
 
     Raises:
-        TuningError: A cost without terms, or with ``failed`` not > 0.
+        TuningError: A cost without terms.
     """
 
     terms: tuple[Term, ...] = TERMS
