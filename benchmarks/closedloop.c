@@ -13,10 +13,10 @@ static const double PI = 3.14159265358979323846;
 typedef struct { /* in the order of the rows of plant.py's parameters */
     double mass, inertia, coupling, radius, half_axle, supply, kt, ke, torque_limit, friction, friction_speed;
     double counts_per_radian, kp, ki, kd, b0, b1, b2, a1, a2, v_max, w_max, wheel_max;
-    double odometry_right, odometry_left, odometry_half_axle, v_rate, w_rate;
+    double odometry_right, odometry_left, odometry_half_axle, v_rate, w_rate, loop_radius;
 } Parameters;
 
-typedef struct { double per_mass, per_inertia, per_radius, radian, slow, back; } Derived; /* divided once a run */
+typedef struct { double per_mass, per_inertia, per_radius, per_loop_radius, radian, slow, back; } Derived; /* divided once a run */
 
 typedef struct { double x, y, heading; } Pose;
 
@@ -129,7 +129,7 @@ static void step(const Parameters *p, const Derived *d, Robot *robot, Command co
     double most_v = p->v_rate * STEP, most_w = p->w_rate * STEP;
     v = least(greatest(v, robot->held_v - most_v), robot->held_v + most_v);
     w = least(greatest(w, robot->held_w - most_w), robot->held_w + most_w);
-    double right = (v + p->half_axle * w) * d->per_radius, left = (v - p->half_axle * w) * d->per_radius;
+    double right = (v + p->half_axle * w) * d->per_loop_radius, left = (v - p->half_axle * w) * d->per_loop_radius;
     double scale = least(1.0, p->wheel_max / greatest(greatest(fabs(right), fabs(left)), 1e-12));
     robot->held_v = v * scale;
     robot->held_w = w * scale;
@@ -187,7 +187,7 @@ void drive(ptrdiff_t first, ptrdiff_t last, ptrdiff_t robots, ptrdiff_t ticks, p
     for (ptrdiff_t run = first; run < last; run++) {
         for (ptrdiff_t i = 0; i < robots; i++) {
             const Parameters *p = &parameters[i];
-            Derived d = {1 / p->mass, 1 / p->inertia, 1 / p->radius, 1 / p->counts_per_radian,
+            Derived d = {1 / p->mass, 1 / p->inertia, 1 / p->radius, 1 / p->loop_radius, 1 / p->counts_per_radian,
                          p->friction_speed * p->friction_speed, p->ki / greatest(p->kp, 1e-12)};
             Robot robot = {.pose = starts[run * robots + i], .odometry = believed[run * robots + i]};
             Command orders[MOST_LATE + 1] = {{0}};

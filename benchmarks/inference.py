@@ -139,8 +139,8 @@ def measure() -> dict[str, Any]:
     everywhere: dict[str, list[float]] = {e.name: [] for e in engines if e.threaded}
     for _ in range(ROUNDS):
         for e in engines:
-            clear(X[:1000])
             with on_one_processor(e):
+                clear(X[:1000])
                 many[e.name].append(e.time_many())
             if e.threaded:
                 clear(X[:1000])

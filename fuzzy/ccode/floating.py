@@ -21,14 +21,10 @@ static REAL spline(REAL distance, REAL width) {
     return z < 0.5 ? 2.0 * (z * z) : 1.0 - 2.0 * ((1.0 - z) * (1.0 - z));
 }
 """),
-    ("possible", (), """
-/* A logarithm, or what stands for that of 0. */
-static REAL possible(REAL logarithm) { return logarithm < NEVER ? NEVER : logarithm; }
-"""),
-    ("log_gauss", ("possible",), """
+    ("log_gauss", (), """
 static REAL log_gauss(REAL distance, REAL sigma) {
     const REAL z = distance / sigma;
-    return possible(-0.5 * (z * z));
+    return -0.5 * (z * z);
 }
 """),
     ("log_shoulders", ("log_gauss",), """
@@ -37,9 +33,9 @@ static REAL log_shoulders(REAL from_left, REAL s1, REAL from_right, REAL s2) {
     return log_gauss(from_left < 0.0 ? from_left : 0.0, s1) + log_gauss(from_right > 0.0 ? from_right : 0.0, s2);
 }
 """),
-    ("log_sigmoid", ("possible",), """
+    ("log_sigmoid", (), """
 /* The logarithm of 1 / (1 + e^-z), in a form that does not overflow. */
-static REAL log_sigmoid(REAL z) { return possible(-((z < 0.0 ? -z : 0.0) + log1p(exp(-fabs(z))))); }
+static REAL log_sigmoid(REAL z) { return -((z < 0.0 ? -z : 0.0) + log1p(exp(-fabs(z)))); }
 """),
     ("log_bell", ("log_sigmoid",), """
 /* The logarithm of 1 / (1 + |z|^2b). */
@@ -127,4 +123,4 @@ static REAL hedged(REAL degree, REAL power) { return degree > 0.0 ? pow(degree, 
 
 def pieces(needed: set[str], number: Floating) -> str:
     """The functions that are ``needed``, and those that they need, in a type of numbers."""
-    return number.typed(chosen(_PIECES, needed)).replace("NEVER", number.constant(number.never))
+    return number.typed(chosen(_PIECES, needed))

@@ -20,7 +20,7 @@ _WORDS = (
     # what the code calls its own
     "x y w r k p top total told unknown degree strength value clause halvings fires fewest fired said proposal "
     "behind share whole either one other rule_end rule_or clause_term clause_power clause_negated weight_of "
-    "least most both limited rise possible hedged shifted line times spline exponential gauss log_gauss logarithm "
+    "least most both limited rise hedged shifted line times spline exponential gauss log_gauss logarithm "
     "log_sigmoid sigmoid bell difference root strength_of"
 )
 _TAKEN = {*_WORDS.split(), *(f"{log}{name}" for log in ("", "log_") for name in _FUNCTIONS)}
