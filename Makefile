@@ -65,7 +65,7 @@ design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 	$(BIN)/fuzzy design $(FILE)
 
 # Types and scripts are checked while the tests run; what was found is printed after them. Two workers at once would
-# compile every kernel twice, so one run compiles them first.
+# compile every kernel twice, here and for the site, so one run compiles them first.
 test: $(VENV)/.development lint-style ## lint, types and tests: the gate of every commit
 	@$(MAKE) --no-print-directory lint-types lint-scripts > $(VENV)/lint.log 2>&1 & lint=$$!; \
 	$(BIN)/robotics run trap-u --quiet > /dev/null; \
@@ -105,6 +105,7 @@ format-browser: node_modules/.installed
 	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
 docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
+	@$(BIN)/robotics run trap-u --quiet > /dev/null
 	$(BIN)/python -m sphinx -j 2 -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 

@@ -1,15 +1,35 @@
-"""The figures of the article: ``python docs/paper/figures.py FOLDER`` writes crossings.png and noise.png."""
+"""The figures of the article: ``python docs/paper/figures.py FOLDER`` writes crossings.png, noise.png and ranking.png.
+
+The first two are of runs made now; the ranking is of ``docs/reference/arena.csv``, the summary.csv of a
+``robotics arena``.
+"""
 
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 import robotics
 
+ARENA = Path(__file__).parent.parent / "reference" / "arena.csv"
+NAMES = {
+    "mppi": "MPPI",
+    "nmpc": "predictive control",
+    "esm": "exponential sliding mode",
+    "csm": "conventional sliding mode",
+    "qssm": "quasi-continuous",
+    "assm": "arbitrary second order",
+    "pdc": "parallel compensation",
+    "lqr": "LQR",
+    "lyapunov": "Lyapunov",
+    "pid": "PID",
+    "fuzzy": "fuzzy rule base",
+    "pursuit": "pure pursuit",
+}
 LAWS = {"rules of right of way": "right-of-way", "printed rules": "crash-literal", "no such rules": "virtual-structure"}
 
 
@@ -48,7 +68,36 @@ def noise(seeds: int = 10) -> Figure:
     return figure
 
 
-FIGURES = {"crossings.png": crossings, "noise.png": noise}
+def ranking() -> Figure:
+    """The arena's laws by their cost over that of tuned predictive control, as published and tuned."""
+    table = pd.read_csv(ARENA)
+    places = np.arange(len(table))
+    figure = Figure(figsize=(5.2, 3.2), layout="constrained")
+    ax = figure.subplots()
+    for name, colour, said in (("published", "white", "as published"), ("tuned", "black", "tuned")):
+        middle, low, high = (table[f"{name}_ratio{end}"].to_numpy() for end in ("", "_low", "_high"))
+        ax.errorbar(
+            middle,
+            places,
+            xerr=[middle - low, high - middle],
+            fmt="o",
+            color="black",
+            markerfacecolor=colour,
+            label=said,
+        )
+    ax.axvline(1.0, color="0.7", linewidth=0.8)
+    ax.set_xscale("log")
+    ticks = [0.7, 1, 2, 3, 5, 10]
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.set_xticks([], minor=True)
+    ax.set_yticks(places, [NAMES[law.partition(":")[0]] for law in table["law"]])
+    ax.invert_yaxis()
+    ax.set_xlabel("cost over that of tuned predictive control")
+    ax.legend(loc="upper right")
+    return figure
+
+
+FIGURES = {"crossings.png": crossings, "ranking.png": ranking, "noise.png": noise}
 
 
 def write(folder: Path) -> None:
