@@ -76,11 +76,10 @@ class Recorder:
         Raises ControllerError where its inputs are not those of its rule bases.
         """
         expected = self.law.rule_inputs
-        if self.rule_bases and command.inputs is not None and len(command.inputs) != expected:
-            raise ControllerError(
-                f"{name}: the rule bases {', '.join(self.rule_bases)} have {expected} inputs in all, and the law's "
-                f"commands carry {len(command.inputs)}"
-            )
+        if command.inputs is not None and len(command.inputs) != expected:
+            own = ", ".join(self.rule_bases)
+            has = f"the rule bases {own} have {expected} inputs in all" if own else "fuzzy_systems names no rule bases"
+            raise ControllerError(f"{name}: {has}, and the law's commands carry {len(command.inputs)}")
         seen = {"modes": command.mode, "guarded": command.guarded}
         new = [name for name, value in seen.items() if value is not None and name not in self.arrays]
         if self.nothing or not new:

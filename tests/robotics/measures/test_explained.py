@@ -124,6 +124,17 @@ def test_a_law_whose_inputs_do_not_fit_its_rule_bases_is_refused():
         simulate(replace(load_scenario("table-2-1"), duration=0.1), Forgetful())
 
 
+class Silent(Forgetful):
+    """A law that has another one below it, and does not say that it has its rule bases."""
+
+    fuzzy_systems = {}  # noqa: RUF012
+
+
+def test_a_law_whose_inputs_are_of_no_rule_base_is_refused():
+    with pytest.raises(ControllerError, match=r"fuzzy_systems names no rule bases, .* carry 4"):
+        simulate(replace(load_scenario("table-2-1"), duration=0.1), Silent())
+
+
 # Firing strengths ---------------------------------------------------------------------------------------------------
 
 
