@@ -67,9 +67,8 @@ def _library(source: Path, flags: list[str], compilers: tuple[str, ...]) -> ctyp
         options = ["-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC"]
         made = subprocess.run([compiler, *options, str(source), "-o", str(target), *flags], capture_output=True)
         if made.returncode:
-            raise ImportError(
-                next((line for line in made.stderr.decode().splitlines() if "error" in line), "no message")
-            )
+            said = next((line for line in made.stderr.decode().splitlines() if "error" in line), "no message")
+            raise ImportError(said.replace(f"{source.parent}/", ""))
         return ctypes.CDLL(str(target))
 
 
