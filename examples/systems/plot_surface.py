@@ -2,7 +2,7 @@
 A rule base and its surface
 ===========================
 
-Two inputs, three rules: what the system answers over its whole universe of discourse.
+Two inputs, three rules: a robot drives fast where its way is free and its target ahead.
 """
 
 import fuzzy
@@ -19,4 +19,14 @@ go = fuzzy.Sugeno(
         "if bearing is very left then v is stop with 0.5",
     ],
 )
+memberships = fuzzy.plot_memberships(go)
+
+# %%
+# What it answers over its whole universe of discourse. With a target far to the left it is slower than with one to the
+# right: there the third rule, which counts half, says stop.
+
 figure = fuzzy.plot_surface(go)
+print(f"0.5 m before it, ahead: v = {go([0.5, 0.0])[0]:.2f} m/s")
+print(
+    f"0.5 m before it, 2 rad to the left: v = {go([0.5, 2.0])[0]:.2f} m/s, to the right: {go([0.5, -2.0])[0]:.2f} m/s"
+)
