@@ -339,6 +339,7 @@ __all__ = [
     "sigmf",
     "smf",
     "step_response",
+    "style",
     "subtractive_clusters",
     "surface",
     "to_nlsys",

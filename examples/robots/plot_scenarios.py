@@ -52,8 +52,8 @@ one = driven("tracking")
 formations = driven("formation")
 
 # %%
-# Teams. Where a robot is off its path for good, the scenario is there to show it: ``outage-20s`` has a failure and a late
-# radio, ``trap-u`` and ``trap-u-middle`` have traps, and the second is driven by the rules as the thesis prints them.
+# Teams. Where a robot does not come to its end, the scenario is there to show it: in ``trap-u-middle`` the rules as the
+# thesis prints them drive, and robot 2 stays in the trap.
 
 teams = driven("team")
 

@@ -27,6 +27,5 @@ memberships = fuzzy.plot_memberships(go)
 
 figure = fuzzy.plot_surface(go)
 print(f"0.5 m before it, ahead: v = {go([0.5, 0.0])[0]:.2f} m/s")
-print(
-    f"0.5 m before it, 2 rad to the left: v = {go([0.5, 2.0])[0]:.2f} m/s, to the right: {go([0.5, -2.0])[0]:.2f} m/s"
-)
+for side, bearing in (("left", 2.0), ("right", -2.0)):
+    print(f"0.5 m before it, 2 rad to the {side}: v = {go([0.5, bearing])[0]:.2f} m/s")

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.figures.drawing import PlotError, draw_legend, page_title
-from robotics.figures.faults import shade_faults
+from robotics.figures.faults import FEW, shade_faults
 from robotics.figures.team import draw_differences, draw_team_channel
 from robotics.simulation.run import Run
 from robotics.simulation.spans import fault_spans, seed_place
