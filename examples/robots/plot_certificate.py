@@ -2,9 +2,9 @@
 A certificate of stability
 ==========================
 
-The Lyapunov law, for references that drive at 0.2 to 0.4 m/s while it commands turn rates up to 3.5 rad/s: from
-everywhere inside the black ellipse it converges at least as fast as the black line falls. One quadratic function
-proves it. Thin lines are simulated errors under references that jump about in these ranges; they fall faster.
+The Lyapunov law, for references that drive at 0.2 to 0.4 m/s and turn at up to 1 rad/s: from everywhere inside an
+ellipsoid, whose shadows are drawn in black, it converges at least as fast as the black line falls. One quadratic
+function proves it. Thin lines are simulated errors under references that jump about in these ranges; they fall faster.
 """
 
 import robotics
