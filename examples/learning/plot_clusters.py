@@ -3,7 +3,8 @@ Rules from data: subtractive clusters
 =====================================
 
 Chiu's subtractive clustering finds where data are dense. Each cluster becomes a rule: a Gaussian round its
-center, and a line that least squares fits. No grid, and no number of rules to choose, only how far a center reaches.
+center, and a line; least squares fits the lines so that their average comes near the data. There is no grid, and no
+number of rules to choose, only how far a center reaches.
 """
 
 import numpy as np
@@ -18,22 +19,21 @@ clusters = fuzzy.subtractive_clusters(np.column_stack([x, y]), radius=0.4)
 system = fuzzy.identify(x[:, None], y, "subtractive", radius=0.4, input_names=["x"], output_names=["y"])
 
 with fuzzy.style():
-    figure = Figure(figsize=(4.6, 3.4), layout="constrained")
-    ax = figure.subplots()
-    ax.plot(x, y, ".", color="0.6", label="data")
-    layers = fuzzy.infer(system, x[:, None])
-    for rule, center in enumerate(clusters.centers):
-        near = abs(x - center[0]) < clusters.sigma[0]
-        ax.plot(x[near], layers.rule_outputs[near, rule, 0], "-C0", label=None if rule else "what each rule says")
-    ax.plot(x, layers.output, "--k", label="the system")
-    ax.plot(*clusters.centers.T, "PC1", markersize=8, label="centers")
-    ax.set_xlabel("x")
-    ax.set_ylabel("y")
-    figure.legend(loc="outside upper center", ncols=2)
+    figure = Figure(figsize=(4.6, 3.8), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    above.plot(x, y, ".", color="0.6", label="data")
+    above.plot(x, system(x[:, None]), "-k", label="the system")
+    above.plot(*clusters.centers.T, "PC1", markersize=8, label="centers")
+    above.set_ylabel("y")
+    for term in system.inputs[0].terms.values():
+        below.plot(x, term(x))
+    below.set_ylabel("degree [1]")
+    below.set_xlabel("x")
+    figure.legend(loc="outside upper center", ncols=3)
 
 # %%
-# The system that came of it, and its error; the noise in the data is 0.1:
+# The rules that came of it, and the error; the noise in the data is 0.1:
 
-for rule in system.rules:
-    print(rule)
+for near, line in zip(system.inputs[0].terms.values(), system.outputs[0].terms.values(), strict=True):
+    print(f"if x is about {near.c:.1f} then y = {line.slopes[0]:+.2f} x {line.constant:+.2f}")
 print(f"RMSE {np.sqrt(np.mean((system(x[:, None])[:, 0] - y) ** 2)):.3f}")

@@ -36,8 +36,8 @@ with fuzzy.style():
         ax.set_title(f"{name}\n({', '.join(map(str, parameters))})")
         ax.set_xticks([0, 5, 10])
     for ax in axes.flat[len(functions) :]:
-        ax.set_visible(False)
-    axes[-1, 0].legend(["degree", "not"], loc="center left", bbox_to_anchor=(1.2, 0.5))
+        ax.axis("off")
+    axes[-1, 1].legend(axes[0, 0].lines, ["degree", "not"], loc="center")
     figure.supxlabel("x")
     figure.supylabel("degree of membership [1]")
 

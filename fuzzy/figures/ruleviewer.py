@@ -214,7 +214,7 @@ def _ends_only(ax: Axes, low: float, high: float, inches: float) -> None:
     """
     words = [number(low), number((low + high) / 2), number(high)]
     ends, middle = (text_width(word, 7) for word in (max(words[::2], key=len), words[1]))
-    if ends + middle / 2 + 0.04 > inches / 2:
+    if ends + middle / 2 + 0.06 > inches / 2:
         words[1] = ""
     ax.set_xticks([low, (low + high) / 2, high], words)
     labels = ax.get_xticklabels()
@@ -292,7 +292,7 @@ def _output_column(
     bottom.set_yticks([])
     bottom.grid(False)
     bottom.spines["left"].set_visible(False)
-    _ends_only(bottom, low + margin, high - margin, inches)
+    _ends_only(bottom, low + margin, high - margin, inches * (1 - 2 * margin / (high - low)))
     if np.isfinite(value):
         bottom.plot([value] * 2, [0, 1.15], color=HIGHLIGHT, linestyle="-", linewidth=1.2)
     said = f"= {quantity(value, output)}" if np.isfinite(value) else "not a number"
