@@ -3,7 +3,7 @@ What chatter costs
 ==================
 
 Four sliding modes, from the conventional to the exponential one, on the thesis's reference with 3 mm and 3 mrad of
-noise. The paths differ by millimetres; the speeds of the conventional one never come to rest.
+noise. All keep within two millimetres of the path; what differs is what they ask of the motors.
 """
 
 import robotics

@@ -3,7 +3,7 @@ A comparison with intervals
 ===========================
 
 Four laws on two scenarios, ten seeds each: every seed is a mark, the cross is the mean with its 95 % interval. Which
-law is best depends on what is asked for. First an S-curve, from a metre and a half off it:
+law is best depends on what is asked for. First an S-curve, from off its beginning:
 """
 
 import robotics
@@ -21,4 +21,4 @@ circle = robotics.plot_comparison(comparison, "lyapunov-circle")
 # The numbers behind one panel:
 
 summary = robotics.summarise(comparison.table)
-print(summary[summary["metric"] == "rms_cross_track_m"].to_string(index=False))
+print(summary[summary["metric"] == "rms_cross_track_under_way_m"].to_string(index=False))

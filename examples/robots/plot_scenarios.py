@@ -25,7 +25,7 @@ def driven(kind):
     with fuzzy.style():
         figure = Figure(figsize=(6, 1.8 * rows + 0.2), layout="constrained")
         axes = figure.subplots(rows, 3, squeeze=False).flat
-        for ax, scenario in zip(axes, chosen, strict=False):
+        for ax, scenario in zip(axes[: len(chosen)], chosen, strict=True):
             law = scenario.controller or usual[kind]
             run = robotics.simulate(scenario, law, seeds=[1])
             for thing in scenario.obstacles:
@@ -37,7 +37,7 @@ def driven(kind):
             ax.set_title(scenario.name)
             ax.set_aspect("equal", adjustable="datalim")
             print(f"{scenario.name:25} {law:26} {scenario.title}")
-        for ax in list(axes):  # those that are left
+        for ax in axes[len(chosen) :]:
             ax.set_visible(False)
         figure.supxlabel("x [m]", fontsize=8)
         figure.supylabel("y [m]", fontsize=8)
