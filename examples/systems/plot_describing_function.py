@@ -26,7 +26,9 @@ predicted = np.interp(2, gain[::-1], amplitudes[::-1])
 
 figure = fuzzy.plot_describing_function(relay, amplitudes)
 figure.axes[0].plot([0, predicted, predicted], [2, 2, 0], ":k", linewidth=1)
-figure.axes[0].annotate(f"N = 2 at A = {predicted:.2f}", (predicted, 2), xytext=(6, 6), textcoords="offset points", size=8)
+figure.axes[0].annotate(
+    f"N = 2 at A = {predicted:.2f}", (predicted, 2), xytext=(6, 6), textcoords="offset points", size=8
+)
 
 # %%
 # The loop with this relay after a step of its reference from 0 to 1. It oscillates about as predicted, a little wider and

@@ -12,7 +12,8 @@ run = robotics.simulate(robotics.load_scenario("formation-triangle"), "virtual-s
 figure = robotics.plot_team(run)
 
 # %%
-# How far they were ever apart in progress, and off their paths:
+# When the last one arrived, how long after the first, and how near two of them ever came:
 
-for name, value in robotics.measure_team(run).items():
-    print(f"{name:32} {value.mean():.4g}")
+found = robotics.measure_team(run)
+print(f"arrival {found['arrival_time_s'].max():.1f} s, spread {found['arrival_spread_s'].max():.1f} s")
+print(f"least distance {found['min_distance_m'].min():.2f} m")
