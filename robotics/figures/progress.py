@@ -43,5 +43,5 @@ def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
         figure.draw_without_rendering()  # the names of faults need the widths of the panels
         figure.set_layout_engine("none")
         for ax in (above, below):
-            shade_faults(ax, faults, float(run.time[0]), end, named=ax is below and len(faults) <= FEW)
+            shade_faults(ax, faults, float(run.time[0]), end, named=ax is above and len(faults) <= FEW)
         return figure
