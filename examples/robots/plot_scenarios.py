@@ -52,8 +52,8 @@ one = driven("tracking")
 formations = driven("formation")
 
 # %%
-# Teams. Where a robot does not come to its end, the scenario is there to show it: in ``trap-u-middle`` the rules as the
-# thesis prints them drive, and robot 2 stays in the trap.
+# Teams. In the outages one robot fails and another holds its last command, under a law that does not wait. In
+# ``trap-u-middle`` the rules as the thesis prints them drive, and robot 2 stays in the trap.
 
 teams = driven("team")
 

@@ -25,14 +25,13 @@ predicted = np.interp(2, gain[::-1], amplitudes[::-1])
 # The plant 1/(s (s + 1)²) turns by 180° at 1 rad/s, where its gain is 1/2: there is a limit cycle where N(A) = 2.
 
 figure = fuzzy.plot_describing_function(relay, amplitudes)
-figure.axes[0].plot([0, predicted, predicted], [2, 2, 0], ":k", linewidth=1)
-figure.axes[0].annotate(
-    f"N = 2 at A = {predicted:.2f}", (predicted, 2), xytext=(6, 6), textcoords="offset points", size=8
-)
+(ax,) = figure.axes
+ax.plot([0, predicted, predicted], [2, 2, 0], ":k", linewidth=1)
+ax.annotate(f"N = 2 at A = {predicted:.2f}", (predicted, 2), xytext=(6, 6), textcoords="offset points", fontsize=8)
 
 # %%
-# The loop with this relay after a step of its reference from 0 to 1. It oscillates about as predicted, a little wider and
-# slower: the prediction takes the oscillation for a sine.
+# The loop with this relay after a step of its reference from 0 to 1. It oscillates about as predicted, a little wider
+# and slower: the prediction takes the oscillation for a sine.
 
 plant = fuzzy.TransferFunction([1], [1, 2, 1, 0])
 response = fuzzy.step_response(relay, plant, duration=60, sample_time=0.01)
