@@ -3,8 +3,8 @@ Radio faults
 ============
 
 A team that keeps together over the radio. Robot 1 measures its position with 10 % noise for 30 s. Hatched: robot 2
-fails for 20 s, and robot 3 is held up for 20 s, in which it hears and sends nothing. The law waits, and the team goes on
-together.
+fails for 20 s, and robot 3 is held up for 20 s, in which it hears and sends nothing. The law waits, and the team goes
+on together.
 """
 
 import robotics
