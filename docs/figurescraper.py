@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
 ALTERNATIVES = Path(__file__).parent.parent / "examples" / "alt.toml"
-PIXELS = 90  # of the page for an inch of a picture, at least: letters of 7 points are then 9 pixels high
+PIXELS = 76  # of the page for an inch of a picture, at least: 4.6 inches fit a phone, wider ones scroll there
 _SCROLLING = """
 .. raw:: html
 

@@ -102,8 +102,41 @@ def test_a_membership_function_is_dragged_from_a_disk(browser: Any, tmp_path: Pa
     for _ in range(5):
         page.keyboard.press("ArrowRight")
     page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
-    page.get_by_role("button", name="Add term").click()
-    assert "the designer itself does that" in page.locator(".fd-problem").first.inner_text()
+    # What only the designer does is not offered, in whichever variable is chosen.
+    for variable in ("distance", "w"):
+        page.get_by_role("button", name=variable, exact=True).click()
+        assert page.locator(".fd-row").count() >= 2
+        assert not page.get_by_role("button", name=re.compile("Add term|remove")).count()
+        assert page.get_by_label(re.compile("^name of")).first.is_disabled()
+        assert page.get_by_label(re.compile("^type of")).first.is_disabled()
+    assert problems == []
+
+
+def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path) -> None:
+    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
+    file = tmp_path / "designer.html"
+    file.write_text(f"{head}<body>{interactive().designer()}</body></html>", encoding="utf-8")
+    page, problems = opened(browser, file, viewport={"width": 900, "height": 1400})
+    told = page.locator(".fd-told")
+    before = told.inner_text()
+
+    def drag(name: str, by: float) -> None:
+        box = page.get_by_role("slider", name=name, exact=True).bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + by, y, steps=5)
+        page.mouse.up()
+
+    drag("bearing", -120)  # to the right of the robot: it turns right
+    page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
+    turned = float(re.sub(".*w = ([−\\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
+    assert turned < 0
+    drag("right: shoulder", -80)  # the term is narrower: it turns less
+    page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=told.inner_text())
+    less = float(re.sub(".*w = ([−\\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
+    assert turned < less < 0
     assert problems == []
 
 

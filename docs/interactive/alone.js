@@ -112,6 +112,15 @@ export function modelOf(values) {
   return model;
 }
 
+/** What needs the designer itself is not offered: names, types, ranges, and terms more or fewer. */
+function narrow(part) {
+  const kept = 'input[aria-label^="now"]';
+  for (const field of part.querySelectorAll('[aria-label="Variable"] > *'))
+    if (!field.querySelector(kept)) field.hidden = true;
+  for (const one of part.querySelectorAll(".fd-actions, .fd-row > button")) one.hidden = true;
+  for (const one of part.querySelectorAll('[aria-label^="name of "], [aria-label^="type of "]')) one.disabled = true;
+}
+
 /** Put both views into an element. */
 export function begin(el, values) {
   const model = modelOf(values);
@@ -123,6 +132,9 @@ export function begin(el, values) {
     part.setAttribute("aria-label", name);
     el.append(part);
     view.render({ model, el: part });
+    const again = () => narrow(part);
+    new MutationObserver(again).observe(part, { childList: true, subtree: true });
+    again();
   }
   return model;
 }

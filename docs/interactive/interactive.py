@@ -77,7 +77,7 @@ def _json(value: object) -> str:
 def designer() -> str:
     """The membership and rule views of a small system, as a part of a page."""
     fis = system()
-    looks = themed((STATIC / "designer.css").read_text(encoding="utf-8"))
+    looks = themed((STATIC / "designer.css").read_text(encoding="utf-8")) + "\n.alone { margin-bottom: 1.5rem; }"
     start = f'entry.begin(document.getElementById("alone"), {_json(values(fis))});'
     script = composed(HERE / "alone.js", start)
     return f'<style>{looks}</style>\n<div id="alone" class="alone"></div>\n<script type="module">\n{script}</script>\n'
@@ -95,7 +95,9 @@ def players() -> str:
             robotics.simulate(robotics.load_scenario("obstacles-on-two-paths"), "fuzzy-team", seeds=[1]),
         ),
     ]
-    parts = [f"<style>{themed('')}</style>"]
+    # The site lays its tables out as blocks that scroll; those of a player are as wide as it is.
+    room = ".fleet { margin-bottom: 1.5rem; }\n.fleet .fleet-player table { display: table; }"
+    parts = [f"<style>{themed('')}\n{room}</style>"]
     for title, run in runs:
         parts.append(f'<h2>{title}</h2>\n<div class="fleet">{player_fragment(run)}</div>')
     return "\n".join([*parts, player_script()])
