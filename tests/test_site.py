@@ -129,14 +129,15 @@ def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path
         page.mouse.move(x + by, y, steps=5)
         page.mouse.up()
 
-    drag("bearing", -120)  # to the right of the robot: it turns right
-    page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
-    turned = float(re.sub(".*w = ([−\\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
+    def turn(before: str) -> float:
+        page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
+        return float(re.sub(r".*w = ([−\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
+
+    drag("bearing", -40)  # to the right of the robot: it turns right
+    turned, before = turn(before), told.inner_text()
     assert turned < 0
-    drag("right: shoulder", -80)  # the term is narrower: it turns less
-    page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=told.inner_text())
-    less = float(re.sub(".*w = ([−\\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
-    assert turned < less < 0
+    drag("right: shoulder", -80)  # the term begins later: it turns less
+    assert turned < turn(before) < 0
     assert problems == []
 
 

@@ -22,7 +22,12 @@ export function evaluated(design, point) {
     });
     const proposed = outputs.map((output) => {
       const named = rule.then.find(({ variable }) => variable === output.name);
-      return named ? consequent(output.terms.find(({ name }) => name === named.term), at) : null;
+      return named
+        ? consequent(
+            output.terms.find(({ name }) => name === named.term),
+            at,
+          )
+        : null;
     });
     return { key: rule.key, degrees, firing: strengthOf(rule, degrees, choices), proposed };
   });
@@ -47,9 +52,7 @@ export function evaluated(design, point) {
   ];
   return {
     point: at,
-    memberships: inputs.map((variable, i) =>
-      variable.terms.map((term) => degree(term.type, at[i], term.parameters)),
-    ),
+    memberships: inputs.map((variable, i) => variable.terms.map((term) => degree(term.type, at[i], term.parameters))),
     rules: rows,
     output,
     fired,
@@ -77,8 +80,7 @@ export function modelOf(values) {
     },
     save_changes() {},
     on(events, listener) {
-      for (const event of events.split(" "))
-        listeners.set(event, new Set([...(listeners.get(event) ?? []), listener]));
+      for (const event of events.split(" ")) listeners.set(event, new Set([...(listeners.get(event) ?? []), listener]));
     },
     off(events, listener) {
       if (!events) listeners.clear();
