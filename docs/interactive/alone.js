@@ -6,7 +6,8 @@ import terms from "../../fuzzy/designer/static/terms.js";
 import viewer from "../../fuzzy/designer/static/viewer.js";
 
 const clamped = (value, { low, high }) => Math.min(high, Math.max(low, value));
-const said = (value) => String(Number(value.toPrecision(4)));
+const said = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
+const strength = (value) => (value < 0.01 ? "less than 0.01" : value.toFixed(2));
 
 /** What each rule does at a point, as viewer_data of fuzzy/designer/views.py tells it. */
 export function evaluated(design, point) {
@@ -47,7 +48,10 @@ export function evaluated(design, point) {
     ...rows
       .filter(({ firing }) => firing > 0)
       .sort((a, b) => b.firing - a.firing)
-      .map(({ key, firing }) => `fires ${said(firing)}: ${design.rules.find((rule) => rule.key === key).text}`),
+      .map(({ key, firing }) => {
+        const place = design.rules.findIndex((rule) => rule.key === key);
+        return `rule ${place + 1} fires ${strength(firing)}: ${design.rules[place].text}`;
+      }),
     ...outputs.map(({ name, unit }, j) => `${name} = ${said(output[j])} ${unit}`.trim()),
   ];
   return {

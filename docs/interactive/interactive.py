@@ -78,6 +78,7 @@ def designer() -> str:
     """The membership and rule views of a small system, as a part of a page."""
     fis = system()
     looks = themed((STATIC / "designer.css").read_text(encoding="utf-8")) + "\n.alone { margin-bottom: 1.5rem; }"
+    looks += "\n.alone .fd input:disabled, .alone .fd select:disabled { opacity: 0.8; border-color: transparent; }"
     start = f'entry.begin(document.getElementById("alone"), {_json(values(fis))});'
     script = composed(HERE / "alone.js", start)
     return f'<style>{looks}</style>\n<div id="alone" class="alone"></div>\n<script type="module">\n{script}</script>\n'
