@@ -1,7 +1,7 @@
 """How the gallery finds the pictures of an example: every matplotlib figure that a block has named, or ends with.
 
-What a picture shows is said in words in examples/alt.toml, for those who do not see it; the examples have there the order
-in which they are shown.
+What a picture shows is said in words in examples/alt.toml, for those who do not see it. The examples have there the
+order in which they are shown.
 """
 
 import tomllib
