@@ -18,6 +18,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+import robotics
 from fuzzy.designer.design import design_of
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.views import design_data
@@ -138,6 +139,29 @@ def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path
     assert turned < 0
     drag("right: shoulder", -80)  # the term begins later: it turns less
     assert turned < turn(before) < 0
+    assert problems == []
+
+
+def test_a_player_follows_the_theme_of_its_page(browser: Any, tmp_path: Path) -> None:
+    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
+    run = robotics.simulate(robotics.load_scenario("fuzzy-on-path"), "fuzzy", seeds=[1])
+    file = tmp_path / "player.html"
+    file.write_text(f"{head}<body>{interactive().players([('A run', run)])}</body></html>", encoding="utf-8")
+    page, problems = opened(browser, file, color_scheme="dark")
+    page.get_by_role("button", name="Play").wait_for()
+    looks = """() => {
+        const player = document.querySelector(".fleet-player"),
+          [view, strip] = [player.querySelector("canvas"), player.querySelector("canvas.rs-shares")];
+        return [view.toDataURL(), strip.toDataURL(), getComputedStyle(player).colorScheme];
+    }"""
+    found = []
+    for theme in ("dark", "light", "dark"):
+        page.evaluate("(theme) => { document.documentElement.dataset.theme = theme; }", theme)
+        page.wait_for_timeout(200)
+        found.append(page.evaluate(looks))
+    dark, light, again = found
+    assert again == dark
+    assert all(one != other for one, other in zip(dark, light, strict=True))
     assert problems == []
 
 

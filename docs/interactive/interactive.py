@@ -84,11 +84,11 @@ def designer() -> str:
     return f'<style>{looks}</style>\n<div id="alone" class="alone"></div>\n<script type="module">\n{script}</script>\n'
 
 
-def players() -> str:
-    """Three runs in motion, as a part of a page."""
+def runs() -> list[tuple[str, robotics.Run]]:
+    """Three runs with their titles."""
     noise = robotics.Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
     sine = replace(robotics.load_scenario("lyapunov-sine"), sensing=noise)
-    runs = [
+    return [
         ("A rule base on a sine", robotics.simulate(sine, "fuzzy", seeds=[1])),
         ("Three paths that cross", robotics.simulate(robotics.load_scenario("three-cross"), "right-of-way", seeds=[1])),
         (
@@ -96,8 +96,14 @@ def players() -> str:
             robotics.simulate(robotics.load_scenario("obstacles-on-two-paths"), "fuzzy-team", seeds=[1]),
         ),
     ]
+
+
+def players(runs: list[tuple[str, robotics.Run]]) -> str:
+    """Runs in motion, as a part of a page."""
     # The site lays its tables out as blocks that scroll; those of a player are as wide as it is.
     room = ".fleet { margin-bottom: 1.5rem; }\n.fleet .fleet-player table { display: table; }"
+    for scheme in ("light", "dark"):
+        room += f'\nhtml[data-theme="{scheme}"] .fleet-player {{ color-scheme: {scheme}; }}'
     parts = [f"<style>{themed('')}\n{room}</style>"]
     for title, run in runs:
         parts.append(f'<h2>{title}</h2>\n<div class="fleet">{player_fragment(run)}</div>')
@@ -108,5 +114,5 @@ def write(folder: Path) -> None:
     """Write the fragments below ``folder``."""
     made = folder / "made"
     made.mkdir(exist_ok=True)
-    for name, text in (("designer.html", designer()), ("players.html", players())):
+    for name, text in (("designer.html", designer()), ("players.html", players(runs()))):
         (made / name).write_text(text, encoding="utf-8")
