@@ -7,6 +7,7 @@ check, two bells for each input, 16 rules. The error on the pairs to check falls
 learned by heart.
 """
 
+# sphinx_gallery_thumbnail_number = 2
 from dataclasses import replace
 
 import numpy as np

@@ -7,6 +7,7 @@ has it, and second order, from the same start. The points between those say whic
 ends with no error where it has learned, and with a greater one between.
 """
 
+# sphinx_gallery_thumbnail_number = 2
 import numpy as np
 
 import anfis

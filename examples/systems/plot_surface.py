@@ -5,6 +5,7 @@ A rule base and its surface
 Two inputs, three rules: a robot drives fast where its way is free and its target ahead.
 """
 
+# sphinx_gallery_thumbnail_number = 2
 import fuzzy
 
 go = fuzzy.Sugeno(
