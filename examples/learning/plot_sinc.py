@@ -20,11 +20,11 @@ def samples(side):
     return x, np.prod(np.sinc(x / np.pi), axis=1)
 
 
-x, z = samples(np.linspace(-10, 10, 11))
+x, f = samples(np.linspace(-10, 10, 11))
 between = samples(np.linspace(-9, 9, 10))
-start = fuzzy.identify(x, z, "grid", mfs=4, kind="gbellmf", input_names=["x", "y"], output_names=["z"])
+start = fuzzy.identify(x, f, "grid", mfs=4, kind="gbellmf", input_names=["x", "y"], output_names=["f"])
 for method in ("hybrid", "second-order"):
-    trained = anfis.train(start, x, z, anfis.Options(method=method, epochs=60), check=between)
+    trained = anfis.train(start, x, f, anfis.Options(method=method, epochs=60), check=between)
     print(f"{method}: epoch {trained.best} is kept, RMSE {trained.rmse:.4f}, between {trained.check_rmse:.4f}")
 figure = anfis.plot_training(trained.history)
 
