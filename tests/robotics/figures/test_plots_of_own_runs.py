@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 import robotics
 from fuzzy.inference import infer
@@ -150,7 +151,7 @@ def test_progress_says_who_is_at_fault_and_when() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["robot 1", "robot 2", "robot 3"]
     assert [text.get_text() for text in above.texts] == ["2: failure", "3: delay"]
     for ax in (above, below):
-        spans = [patch for patch in ax.patches if patch.get_hatch()]
+        spans = [patch for patch in ax.patches if isinstance(patch, Rectangle) and patch.get_hatch()]
         assert [(patch.get_x(), patch.get_width()) for patch in spans] == [(15.0, 20.0), (30.0, 20.0)]
 
 
