@@ -2,9 +2,9 @@
 Hybrid against second order
 ===========================
 
-The same start and the same data, three ways to learn. Second order (variable projection, Levenberg-Marquardt)
-needs a few epochs where hybrid learning needs many; an epoch of it costs more. What is below the noise is noise learned
-by heart.
+The same data and the same start, where least squares alone ends, and three ways to go on. Second order (variable
+projection, Levenberg-Marquardt) needs a few epochs where hybrid learning needs many; an epoch of it costs more. What is
+below the noise is noise learned by heart.
 """
 
 from time import perf_counter
