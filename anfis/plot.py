@@ -210,6 +210,6 @@ def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
             residuals.hist(residual[np.isfinite(residual)], bins="auto", color=COLORS[0])
             residuals.set_xlabel(f"system − data{unit}", parse_math=False)
             residuals.set_ylabel("samples")
-            residuals.xaxis.set_major_locator(MaxNLocator(4))
+            residuals.xaxis.set_major_locator(MaxNLocator(2, symmetric=True))  # their numbers may be long
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
         return figure

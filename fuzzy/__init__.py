@@ -27,7 +27,8 @@ Close the loop with one's own plant:
     plot_describing_function; of a search plot_search, plot_front
 Look and understand:
     explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
-    save_figure, write_figures; MATLAB's names plotmf, plotfis, gensurf, ruleview; editor, the designer in a notebook
+    save_figure, write_figures; style, for figures of one's own; MATLAB's names plotmf, plotfis, gensurf, ruleview;
+    editor, the designer in a notebook
 
 Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
     from fuzzy.designer.notebook import editor
     from fuzzy.errors import InputError
+    from fuzzy.figures.drawing import style
     from fuzzy.figures.figureset import write_figures
     from fuzzy.figures.frequency import plot_bode, plot_describing_function
     from fuzzy.figures.plot import (
@@ -138,6 +140,7 @@ _HOMES = {
     "fuzzy.compiled.sugeno": ("CompiledSugeno", "compile_sugeno"),
     "fuzzy.designer.notebook": ("editor",),
     "fuzzy.errors": ("InputError",),
+    "fuzzy.figures.drawing": ("style",),
     "fuzzy.figures.figureset": ("write_figures",),
     "fuzzy.figures.frequency": ("plot_bode", "plot_describing_function"),
     "fuzzy.figures.plot": (
@@ -336,6 +339,7 @@ __all__ = [
     "sigmf",
     "smf",
     "step_response",
+    "style",
     "subtractive_clusters",
     "surface",
     "to_nlsys",

@@ -3,13 +3,21 @@
 import ast
 import re
 import runpy
+import tomllib
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import rgb_to_hsv, to_hex, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fuzzy.figures.palette import COLORS, ROLES, STRONG
 
 ROOT = Path(__file__).parent.parent
 SCRIPTS = sorted((ROOT / "examples").glob("*/plot_*.py"))
+IN_WORDS = tomllib.loads((ROOT / "examples" / "alt.toml").read_text(encoding="utf-8"))
+# The hues of the palette: a name may stand in a darker shade of its line's.
+HUES = [rgb_to_hsv(to_rgb(c))[0] for c in (*COLORS, *STRONG.values(), *(shade.light for shade in ROLES.values()))]
 # More than two seconds: these run with the long tests and whenever the site is made.
 SLOW = {"plot_arena", "plot_describing_function", "plot_obstacles", "plot_random_crossings", "plot_scenarios"}
 SLOW |= {"plot_second_order", "plot_random_fields"}
@@ -27,6 +35,10 @@ def test_it_runs_and_its_pictures_have_labelled_axes(script):
     for figure in figures.values():
         said = [ax.get_xlabel() or ax.get_ylabel() or ax.get_title() for ax in figure.axes if ax.axison]
         assert any(said) or figure.get_supxlabel() or not said, script.stem
+        for color in {to_hex(line.get_color()) for line in figure.findobj(Line2D)}:
+            hue, colored, _ = rgb_to_hsv(to_rgb(color))
+            assert not colored or min(abs(hue - known) for known in HUES) < 0.003, f"{color} is not of the palette"
+    assert len(figures) == len(IN_WORDS[script.stem])
 
 
 def test_there_is_one_of_everything_and_each_has_a_title_of_its_own():
@@ -36,8 +48,13 @@ def test_there_is_one_of_everything_and_each_has_a_title_of_its_own():
     assert len({*titles}) == len(titles)
     assert 25 <= len(SCRIPTS) <= 30
     assert {script.stem for script in SCRIPTS} >= SLOW
+    assert {*IN_WORDS} == {script.stem for script in SCRIPTS}
+    words = [text for texts in IN_WORDS.values() for text in texts]
+    assert len({*words}) == len(words)
+    assert all(text.endswith(".") and len(text) > 30 for text in words)
     for script in SCRIPTS:
         text = script.read_text(encoding="utf-8")
         assert re.match(r'"""\n(.+)\n=+\n\n[A-Z0-9].+', text), f"{script.name}: a title, its line, and a sentence"
         parts = re.findall(r"^(?:from|import) ((?:fuzzy|anfis|robotics)\.[\w.]+)", text, re.MULTILINE)
         assert not parts, f"{script.name} uses {parts}, which a user's program need not know"
+        assert not re.search("#[0-9A-Fa-f]{6}", text), f"{script.name} has a colour of its own"

@@ -18,6 +18,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+import robotics
 from fuzzy.designer.design import design_of
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.views import design_data
@@ -102,8 +103,65 @@ def test_a_membership_function_is_dragged_from_a_disk(browser: Any, tmp_path: Pa
     for _ in range(5):
         page.keyboard.press("ArrowRight")
     page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
-    page.get_by_role("button", name="Add term").click()
-    assert "the designer itself does that" in page.locator(".fd-problem").first.inner_text()
+    # What only the designer does is not offered, in whichever variable is chosen.
+    for variable in ("distance", "w"):
+        page.get_by_role("button", name=variable, exact=True).click()
+        assert page.locator(".fd-row").count() >= 2
+        assert not page.get_by_role("button", name=re.compile("Add term|remove")).count()
+        assert page.get_by_label(re.compile("^name of")).first.is_disabled()
+        assert page.get_by_label(re.compile("^type of")).first.is_disabled()
+    assert problems == []
+
+
+def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path) -> None:
+    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
+    file = tmp_path / "designer.html"
+    file.write_text(f"{head}<body>{interactive().designer()}</body></html>", encoding="utf-8")
+    page, problems = opened(browser, file, viewport={"width": 900, "height": 1400})
+    told = page.locator(".fd-told")
+    before = told.inner_text()
+
+    def drag(name: str, by: float) -> None:
+        box = page.get_by_role("slider", name=name, exact=True).bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + by, y, steps=5)
+        page.mouse.up()
+
+    def turn(before: str) -> float:
+        page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
+        return float(re.sub(r".*w = ([−\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
+
+    drag("bearing", -40)  # to the right of the robot: it turns right
+    turned, before = turn(before), told.inner_text()
+    assert turned < 0
+    drag("right: shoulder", -80)  # the term begins later: it turns less
+    assert turned < turn(before) < 0
+    assert problems == []
+
+
+def test_a_player_follows_the_theme_of_its_page(browser: Any, tmp_path: Path) -> None:
+    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
+    run = robotics.simulate(robotics.load_scenario("fuzzy-on-path"), "fuzzy", seeds=[1])
+    file = tmp_path / "player.html"
+    file.write_text(f"{head}<body>{interactive().players([('A run', run)])}</body></html>", encoding="utf-8")
+    page, problems = opened(browser, file, color_scheme="dark")
+    page.get_by_role("button", name="Play").wait_for()
+    looks = """() => {
+        const player = document.querySelector(".fleet-player"),
+          [view, strip] = [player.querySelector("canvas"), player.querySelector("canvas.rs-shares")];
+        return [view.toDataURL(), strip.toDataURL(), getComputedStyle(player).colorScheme];
+    }"""
+    found = []
+    for theme in ("dark", "light", "dark"):
+        page.evaluate("(theme) => { document.documentElement.dataset.theme = theme; }", theme)
+        page.wait_for_timeout(200)
+        found.append(page.evaluate(looks))
+    dark, light, again = found
+    assert again == dark
+    assert all(one != other for one, other in zip(dark, light, strict=True))
     assert problems == []
 
 

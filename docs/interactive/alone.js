@@ -6,7 +6,8 @@ import terms from "../../fuzzy/designer/static/terms.js";
 import viewer from "../../fuzzy/designer/static/viewer.js";
 
 const clamped = (value, { low, high }) => Math.min(high, Math.max(low, value));
-const said = (value) => String(Number(value.toPrecision(4)));
+const said = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
+const strength = (value) => (value < 0.01 ? "less than 0.01" : value.toFixed(2));
 
 /** What each rule does at a point, as viewer_data of fuzzy/designer/views.py tells it. */
 export function evaluated(design, point) {
@@ -22,7 +23,12 @@ export function evaluated(design, point) {
     });
     const proposed = outputs.map((output) => {
       const named = rule.then.find(({ variable }) => variable === output.name);
-      return named ? consequent(output.terms.find(({ name }) => name === named.term), at) : null;
+      return named
+        ? consequent(
+            output.terms.find(({ name }) => name === named.term),
+            at,
+          )
+        : null;
     });
     return { key: rule.key, degrees, firing: strengthOf(rule, degrees, choices), proposed };
   });
@@ -42,14 +48,15 @@ export function evaluated(design, point) {
     ...rows
       .filter(({ firing }) => firing > 0)
       .sort((a, b) => b.firing - a.firing)
-      .map(({ key, firing }) => `fires ${said(firing)}: ${design.rules.find((rule) => rule.key === key).text}`),
+      .map(({ key, firing }) => {
+        const place = design.rules.findIndex((rule) => rule.key === key);
+        return `rule ${place + 1} fires ${strength(firing)}: ${design.rules[place].text}`;
+      }),
     ...outputs.map(({ name, unit }, j) => `${name} = ${said(output[j])} ${unit}`.trim()),
   ];
   return {
     point: at,
-    memberships: inputs.map((variable, i) =>
-      variable.terms.map((term) => degree(term.type, at[i], term.parameters)),
-    ),
+    memberships: inputs.map((variable, i) => variable.terms.map((term) => degree(term.type, at[i], term.parameters))),
     rules: rows,
     output,
     fired,
@@ -77,8 +84,7 @@ export function modelOf(values) {
     },
     save_changes() {},
     on(events, listener) {
-      for (const event of events.split(" "))
-        listeners.set(event, new Set([...(listeners.get(event) ?? []), listener]));
+      for (const event of events.split(" ")) listeners.set(event, new Set([...(listeners.get(event) ?? []), listener]));
     },
     off(events, listener) {
       if (!events) listeners.clear();
@@ -112,6 +118,15 @@ export function modelOf(values) {
   return model;
 }
 
+/** What needs the designer itself is not offered: names, types, ranges, and terms more or fewer. */
+function narrow(part) {
+  const kept = 'input[aria-label^="now"]';
+  for (const field of part.querySelectorAll('[aria-label="Variable"] > *'))
+    if (!field.querySelector(kept)) field.hidden = true;
+  for (const one of part.querySelectorAll(".fd-actions, .fd-row > button")) one.hidden = true;
+  for (const one of part.querySelectorAll('[aria-label^="name of "], [aria-label^="type of "]')) one.disabled = true;
+}
+
 /** Put both views into an element. */
 export function begin(el, values) {
   const model = modelOf(values);
@@ -123,6 +138,9 @@ export function begin(el, values) {
     part.setAttribute("aria-label", name);
     el.append(part);
     view.render({ model, el: part });
+    const again = () => narrow(part);
+    new MutationObserver(again).observe(part, { childList: true, subtree: true });
+    again();
   }
   return model;
 }

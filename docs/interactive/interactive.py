@@ -77,17 +77,18 @@ def _json(value: object) -> str:
 def designer() -> str:
     """The membership and rule views of a small system, as a part of a page."""
     fis = system()
-    looks = themed((STATIC / "designer.css").read_text(encoding="utf-8"))
+    looks = themed((STATIC / "designer.css").read_text(encoding="utf-8")) + "\n.alone { margin-bottom: 1.5rem; }"
+    looks += "\n.alone .fd input:disabled, .alone .fd select:disabled { opacity: 0.8; border-color: transparent; }"
     start = f'entry.begin(document.getElementById("alone"), {_json(values(fis))});'
     script = composed(HERE / "alone.js", start)
     return f'<style>{looks}</style>\n<div id="alone" class="alone"></div>\n<script type="module">\n{script}</script>\n'
 
 
-def players() -> str:
-    """Three runs in motion, as a part of a page."""
+def runs() -> list[tuple[str, robotics.Run]]:
+    """Three runs with their titles."""
     noise = robotics.Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
     sine = replace(robotics.load_scenario("lyapunov-sine"), sensing=noise)
-    runs = [
+    return [
         ("A rule base on a sine", robotics.simulate(sine, "fuzzy", seeds=[1])),
         ("Three paths that cross", robotics.simulate(robotics.load_scenario("three-cross"), "right-of-way", seeds=[1])),
         (
@@ -95,7 +96,15 @@ def players() -> str:
             robotics.simulate(robotics.load_scenario("obstacles-on-two-paths"), "fuzzy-team", seeds=[1]),
         ),
     ]
-    parts = [f"<style>{themed('')}</style>"]
+
+
+def players(runs: list[tuple[str, robotics.Run]]) -> str:
+    """Runs in motion, as a part of a page."""
+    # The site lays its tables out as blocks that scroll; those of a player are as wide as it is.
+    room = ".fleet { margin-bottom: 1.5rem; }\n.fleet .fleet-player table { display: table; }"
+    for scheme in ("light", "dark"):
+        room += f'\nhtml[data-theme="{scheme}"] .fleet-player {{ color-scheme: {scheme}; }}'
+    parts = [f"<style>{themed('')}\n{room}</style>"]
     for title, run in runs:
         parts.append(f'<h2>{title}</h2>\n<div class="fleet">{player_fragment(run)}</div>')
     return "\n".join([*parts, player_script()])
@@ -105,5 +114,5 @@ def write(folder: Path) -> None:
     """Write the fragments below ``folder``."""
     made = folder / "made"
     made.mkdir(exist_ok=True)
-    for name, text in (("designer.html", designer()), ("players.html", players())):
+    for name, text in (("designer.html", designer()), ("players.html", players(runs()))):
         (made / name).write_text(text, encoding="utf-8")

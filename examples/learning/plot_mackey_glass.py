@@ -2,10 +2,12 @@
 Mackey-Glass: a chaotic series, predicted
 =========================================
 
-Jang's benchmark: x(t + 6) from x(t - 18), x(t - 12), x(t - 6) and x(t); 500 pairs to learn, 500 to check, 16
-rules.
+Jang's benchmark: x(t + 6) from x(t - 18), x(t - 12), x(t - 6) and x(t); 500 pairs to learn from, the next 500 to
+check, two bells for each input, 16 rules. The error on the pairs to check falls as that on the others does: nothing is
+learned by heart.
 """
 
+# sphinx_gallery_thumbnail_number = 2
 from dataclasses import replace
 
 import numpy as np
@@ -44,16 +46,17 @@ trained = anfis.train(start, x[:500], y[:500], anfis.Options(epochs=40), check=(
 figure = anfis.plot_training(trained.history)
 
 # %%
-# The prediction of what it has not seen, and its error:
+# The prediction of what it has not learned from, and its error. NDEI is the error over the series' standard deviation.
 
 said = trained.system(x[500:])[:, 0]
 print(f"NDEI on the checking pairs: {np.sqrt(np.mean((said - y[500:]) ** 2)) / np.std(y[500:]):.4f}")
-prediction = Figure(figsize=(7, 3.6), layout="constrained")
-above, below = prediction.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-above.plot(t[500:], y[500:], color="black", linewidth=1, label="series")
-above.plot(t[500:], said, color="#D55E00", linestyle="--", linewidth=1, label="predicted 6 ahead")
-below.plot(t[500:], 1e3 * (said - y[500:]), color="#0072B2", linewidth=0.8)
-above.set_ylabel("x(t + 6)")
-above.legend(ncols=2)
-below.set_ylabel("error [10⁻³]")
-below.set_xlabel("t")
+with fuzzy.style():
+    prediction = Figure(figsize=(4.6, 3.6), layout="constrained")
+    above, below = prediction.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    above.plot(t[500:] + 6, y[500:], "-k", label="series")
+    above.plot(t[500:] + 6, said, "--C1", label="predicted 6 ahead")
+    below.plot(t[500:] + 6, 1e3 * (said - y[500:]), "-C0", linewidth=0.8)
+    above.set_ylabel("x")
+    below.set_ylabel("error [10⁻³]")
+    below.set_xlabel("t")
+    prediction.legend(loc="outside upper center", ncols=2)

@@ -2,8 +2,8 @@
 How many rules?
 ===============
 
-A grid has too many rules. Pruning takes away those that contribute least, and data that have not taught say
-when to stop.
+A grid has too many rules. Pruning takes away those that contribute least, and the rest learns again; data that it has
+not learned from say when to stop.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ import fuzzy
 rng = np.random.default_rng(1)
 x = rng.uniform(-1, 1, (240, 2))
 y = np.sin(3 * x[:, 0]) * x[:, 1] + 0.05 * rng.normal(size=240)
-pruned = anfis.prune(
-    fuzzy.identify(x, y, "grid", mfs=5), x[:160], y[:160], anfis.Options(epochs=5), check=(x[160:], y[160:])
-)
+grid = fuzzy.identify(x, y, "grid", mfs=5)
+pruned = anfis.prune(grid, x[:160], y[:160], anfis.Options(epochs=5), check=(x[160:], y[160:]))
 figure = anfis.plot_pruning(pruned)
+print(f"{len(grid.rules)} rules before, {len(pruned.training.system.rules)} after")

@@ -2,8 +2,8 @@
 Tuning in the closed loop
 =========================
 
-Sixty laws tried on two scenarios, four seeds each, by CMA-ES. Whether the best one is better is another
-question: it is asked on a path and on seeds that the search has not seen.
+CMA-ES tries sixty sets of gains on two scenarios, four seeds each. Dots are their costs, the line is the best so far.
+Whether the best is better is another question: it is asked on a path and on seeds that the search has not seen.
 """
 
 import numpy as np

@@ -3,7 +3,7 @@ Very, somewhat, not: hedges in a sentence
 =========================================
 
 A rule is an English sentence. Hedges change the degree of membership: "very" squares it, "somewhat" takes its
-root.
+root, and "not" is what is missing to 1.
 """
 
 import numpy as np
@@ -12,13 +12,14 @@ from matplotlib.figure import Figure
 import fuzzy
 
 warm = fuzzy.Variable("temperature", (0, 40), {"warm": fuzzy.Gaussian(6, 24)}, unit="°C")
-fan = fuzzy.Variable("fan", (0, 1), {"on": 1.0, "off": 0.0})
-t = np.linspace(0, 40, 200)  # not at 24 itself, where "not warm" does not fire
-figure = Figure(figsize=(6, 3.2), layout="constrained")
-ax = figure.subplots()
-for words, style in (("warm", "-"), ("very warm", "--"), ("somewhat warm", "-."), ("not warm", ":")):
-    system = fuzzy.Sugeno([warm], [fan], [f"if temperature is {words} then fan is on"])
-    ax.plot(t, fuzzy.infer(system, t[:, None]).firing[:, 0], linestyle=style, label=words)
-ax.set_xlabel("temperature [°C]")
-ax.set_ylabel("firing strength")
-ax.legend()
+fan = fuzzy.Variable("fan", (0, 1), {"on": 1.0})
+t = np.linspace(0, 40, 200)  # not at 24 °C itself, where "not warm" does not fire
+with fuzzy.style():
+    figure = Figure(figsize=(4.6, 2.8), layout="constrained")
+    ax = figure.subplots()
+    for words in ("warm", "very warm", "somewhat warm", "not warm"):
+        system = fuzzy.Sugeno([warm], [fan], [f"if temperature is {words} then fan is on"])
+        ax.plot(t, fuzzy.infer(system, t[:, None]).firing[:, 0], label=words)
+    ax.set_xlabel("temperature [°C]")
+    ax.set_ylabel("firing strength [1]")
+    figure.legend(loc="outside upper center", ncols=4)

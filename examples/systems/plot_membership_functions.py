@@ -2,8 +2,8 @@
 The thirteen membership functions
 =================================
 
-Every membership function of MATLAB is a class, and a function by MATLAB's name. The dashed one is the
-complement, "not".
+Every membership function of MATLAB's Fuzzy Logic Toolbox, with its parameters in MATLAB's order. Dashed is what
+"not" makes of it: 1 - μ.
 """
 
 import numpy as np
@@ -12,27 +12,37 @@ from matplotlib.figure import Figure
 import fuzzy
 
 functions = {
-    "trimf": fuzzy.trimf(2, 5, 8),
-    "trapmf": fuzzy.trapmf(1, 4, 6, 9),
-    "gaussmf": fuzzy.gaussmf(1.5, 5),
-    "gauss2mf": fuzzy.gauss2mf(1, 4, 2, 6),
-    "gbellmf": fuzzy.gbellmf(2, 4, 5),
-    "sigmf": fuzzy.sigmf(2, 5),
-    "dsigmf": fuzzy.dsigmf(4, 3, 4, 7),
-    "psigmf": fuzzy.psigmf(3, 3, -3, 7),
-    "zmf": fuzzy.zmf(3, 7),
-    "smf": fuzzy.smf(3, 7),
-    "pimf": fuzzy.pimf(1, 4, 6, 9),
-    "linzmf": fuzzy.linzmf(3, 7),
-    "linsmf": fuzzy.linsmf(3, 7),
+    "trimf": (2, 5, 8),
+    "trapmf": (1, 4, 6, 9),
+    "gaussmf": (1.5, 5),
+    "gauss2mf": (1, 4, 2, 6),
+    "gbellmf": (2, 4, 5),
+    "sigmf": (2, 5),
+    "dsigmf": (4, 3, 4, 7),
+    "psigmf": (3, 3, -3, 7),
+    "zmf": (3, 7),
+    "smf": (3, 7),
+    "pimf": (1, 4, 6, 9),
+    "linzmf": (3, 7),
+    "linsmf": (3, 7),
 }
 x = np.linspace(0, 10, 401)
-figure = Figure(figsize=(8, 6), layout="constrained")
-for ax, (name, function) in zip(figure.subplots(4, 4, sharex=True, sharey=True).flat, functions.items(), strict=False):
-    ax.plot(x, function(x), color="#0072B2")
-    ax.plot(x, 1 - function(x), color="#0072B2", linestyle="--", linewidth=0.7)
-    ax.set_title(name, fontsize=9)
-for ax in figure.axes[13:]:
-    ax.set_visible(False)
-figure.supxlabel("x")
-figure.supylabel("degree of membership")
+with fuzzy.style():
+    figure = Figure(figsize=(4.6, 6.4), layout="constrained")
+    axes = figure.subplots(5, 3, sharey=True)
+    for ax, (name, parameters) in zip(axes.flat, functions.items(), strict=False):
+        degree = fuzzy.membership_function(name, parameters)(x)
+        ax.plot(x, degree, "-C0", x, 1 - degree, "--C0", linewidth=1)
+        ax.set_title(f"{name}\n({', '.join(map(str, parameters))})")
+        ax.set_xticks([0, 5, 10])
+    for ax in axes.flat[len(functions) :]:
+        ax.axis("off")
+    axes[-1, 1].legend(axes[0, 0].lines, ["degree", "not"], loc="center")
+    figure.supxlabel("x")
+    figure.supylabel("degree of membership [1]")
+
+# %%
+# Each is a class, whose fields say which parameter is which; ``fuzzy.trimf(2, 5, 8)`` is ``fuzzy.Triangle(2, 5, 8)``.
+
+for name, parameters in functions.items():
+    print(f"{name:8}", fuzzy.membership_function(name, parameters))

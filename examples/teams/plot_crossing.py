@@ -2,7 +2,8 @@
 Paths that cross
 ================
 
-Three robots whose paths meet; right of way is agreed over the radio.
+Three robots would meet in one point. They agree on a right of way over the radio: two wait, each before the path of
+the one that goes first. Drawn is where each pair comes nearest.
 """
 
 import robotics
@@ -11,5 +12,6 @@ run = robotics.simulate(robotics.load_scenario("three-cross"), "right-of-way", s
 figure = robotics.plot_meetings(run)
 
 # %%
-# The distances between them:
+# The distances between their centers, and the one that the rule keeps; in the grey they would touch however they stand.
+
 distances = robotics.plot_distances(run)

@@ -3,7 +3,7 @@ A formation that was learned
 ============================
 
 Four ANFIS networks, learned from generated formation data as in chapter 5 of the thesis, drive a leader that
-starts three metres behind its followers until it has caught up; then all keep level.
+starts three metres behind its followers. It hurries, they drive slowly until it has caught up; then all keep level.
 """
 
 import robotics

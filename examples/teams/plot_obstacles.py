@@ -2,7 +2,8 @@
 Obstacles that nobody knows
 ===========================
 
-Sonars see them; five rule bases, blended by urgency, go round.
+Two of three robots meet an obstacle. Their sonars see it; five rule bases, blended by urgency, take them round it, and
+the others wait meanwhile, so that the team goes on together.
 """
 
 import robotics
@@ -11,5 +12,6 @@ run = robotics.simulate(robotics.load_scenario("obstacles-on-two-paths"), "fuzzy
 figure = robotics.plot_avoidance(run)
 
 # %%
-# What the sonars read:
+# What the sonars read, and how far the nearest obstacle truly was. They see the other robots, too.
+
 sonar = robotics.plot_sonar(run)

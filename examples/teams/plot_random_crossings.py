@@ -9,33 +9,36 @@ prints them, and with no rule against crashes: in how many runs robots touch, an
 import numpy as np
 from matplotlib.figure import Figure
 
+import fuzzy
 import robotics
 
 laws = {"right of way": "right-of-way", "as printed": "crash-literal", "no such rule": "virtual-structure"}
 outcomes = [robotics.stress_crossing(law, 3, range(200)) for law in laws.values()]
+touched = [int(outcome.collided.sum()) for outcome in outcomes]
+late = [int((outcome.deadlocked & ~outcome.collided).sum()) for outcome in outcomes]
 
-figure = Figure(figsize=(6, 2.6), layout="constrained")
-ax = figure.subplots()
-places = np.arange(len(laws))
-touched = np.array([outcome.collided.sum() for outcome in outcomes])
-late = np.array([(outcome.deadlocked & ~outcome.collided).sum() for outcome in outcomes])
-ax.barh(places + 0.2, touched, 0.38, label="robots touch")
-ax.barh(places - 0.2, late, 0.38, label="not all arrive")
-for place, counts in enumerate(zip(touched, late, strict=True)):
-    for count, shift in zip(counts, (0.2, -0.2), strict=True):
-        ax.annotate(str(count), (count, place + shift), xytext=(3, 0), textcoords="offset points", va="center")
-ax.set_yticks(places, laws)
-ax.invert_yaxis()
-ax.set_xlabel("runs of 200")
-ax.legend()
+with fuzzy.style():
+    figure = Figure(figsize=(4.6, 2.6), layout="constrained")
+    ax = figure.subplots()
+    places = np.arange(len(laws))
+    for counts, shift, color, label in ((touched, -0.2, "C0", "robots touch"), (late, 0.2, "C5", "not all arrive")):
+        bars = ax.barh(places + shift, counts, 0.38, color=color, label=label)
+        ax.bar_label(bars, padding=3)
+    ax.set_yticks(places, laws)
+    ax.invert_yaxis()
+    ax.set_xlim(0, 200)
+    ax.set_xlabel("runs of 200")
+    ax.legend(loc="upper right")
 
 # %%
-# The nearest that two robots' centers came, run by run:
+# The least distance between two robots' centers, run by run, as the share of runs in which it was no more. The rule
+# keeps half a metre.
 
-nearest = Figure(figsize=(6, 3), layout="constrained")
-ax = nearest.subplots()
-for name, outcome, style in zip(laws, outcomes, ("-", "--", ":"), strict=True):
-    ax.plot(np.sort(outcome.min_distance), np.linspace(0, 1, 200), style, label=name)
-ax.set_xlabel("least distance between two robots [m]")
-ax.set_ylabel("share of the runs")
-ax.legend()
+with fuzzy.style():
+    nearest = Figure(figsize=(4.6, 2.8), layout="constrained")
+    ax = nearest.subplots()
+    for name, outcome in zip(laws, outcomes, strict=True):
+        ax.ecdf(outcome.min_distance, label=name)
+    ax.set_xlabel("least distance between two robots [m]")
+    ax.set_ylabel("share of the runs [1]")
+    nearest.legend(loc="outside upper center", ncols=3)

@@ -174,7 +174,7 @@ def _input_column(ax: Axes, fis: Sugeno, i: int, value: float, shown: Sequence[i
     if np.isfinite(inside):
         ax.axvline(inside, color=HIGHLIGHT, linestyle="-" if inside == value else ":", linewidth=1.0, zorder=3)
     ax.set_xlim((low, high) if high > low else (low - 0.5, high + 0.5))
-    _ends_only(ax, low, high)
+    _ends_only(ax, low, high, inches)
 
 
 def _label_where_free(
@@ -207,9 +207,16 @@ def _label_where_free(
     )
 
 
-def _ends_only(ax: Axes, low: float, high: float) -> None:
-    """Ticks at the two ends and the middle, the end labels inside the column so that neighbours do not meet."""
-    ax.set_xticks([low, (low + high) / 2, high], [number(low), number((low + high) / 2), number(high)])
+def _ends_only(ax: Axes, low: float, high: float, inches: float) -> None:
+    """Ticks at the two ends and the middle, the end labels inside the column so that neighbours do not meet.
+
+    Where the middle's label has no room between them, its tick has none.
+    """
+    words = [number(low), number((low + high) / 2), number(high)]
+    ends, middle = (text_width(word, 7) for word in (max(words[::2], key=len), words[1]))
+    if ends + middle / 2 + 0.06 > inches / 2:
+        words[1] = ""
+    ax.set_xticks([low, (low + high) / 2, high], words)
     labels = ax.get_xticklabels()
     labels[0].set_horizontalalignment("left")
     labels[-1].set_horizontalalignment("right")
@@ -285,7 +292,7 @@ def _output_column(
     bottom.set_yticks([])
     bottom.grid(False)
     bottom.spines["left"].set_visible(False)
-    _ends_only(bottom, low + margin, high - margin)
+    _ends_only(bottom, low + margin, high - margin, inches * (1 - 2 * margin / (high - low)))
     if np.isfinite(value):
         bottom.plot([value] * 2, [0, 1.15], color=HIGHLIGHT, linestyle="-", linewidth=1.2)
     said = f"= {quantity(value, output)}" if np.isfinite(value) else "not a number"

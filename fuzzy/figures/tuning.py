@@ -40,9 +40,10 @@ def plot_search(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> 
         ax.plot(numbers, np.minimum.accumulate(costs), color=COLORS[1], drawstyle="steps-post", label="best so far")
         best = found.best
         ax.plot(numbers[best], costs[best], "o", markersize=4, color=HIGHLIGHT, zorder=3)
+        late = best > 0.85 * len(costs)  # a number in the middle below would reach beyond the axes
         ax.annotate(
-            number(costs[best]), (numbers[best], costs[best]), xytext=(0, -4), textcoords="offset points", ha="center",
-            va="top", color=HIGHLIGHT,
+            number(costs[best]), (numbers[best], costs[best]), xytext=(4 if late else 0, -4),
+            textcoords="offset points", ha="right" if late else "center", va="top", color=HIGHLIGHT,
         )  # fmt: skip
         lowest = float(np.min(costs))
         if lowest > 0 and top / lowest > _DECADE:

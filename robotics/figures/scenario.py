@@ -41,13 +41,16 @@ def plot_scenario(scenario: Scenario, findings: Sequence[Finding] = ()) -> Figur
         _draw_obstacles(ax, scenario)
         times = np.linspace(0.0, min(scenario.duration, float(scenario.trajectory.ends.max())), 1201)
         on = sampled(scenario.trajectory, times)
-        few = len(scenario.robots) <= FEW
+        few, written = len(scenario.robots) <= FEW, list[tuple[float, float]]()
         for i, path in enumerate(scenario.trajectory.paths):
             color = COLORS[i % len(COLORS)]
             look = {"color": color, "linestyle": LINES[i % 7] if few else "-", "linewidth": 1.1 if few else 0.6}
             ax.plot(*strided(path.table[0], path.table[1]), **look, label=f"robot {i + 1}" if few else None)  # type: ignore[arg-type]
             if few:
-                _draw_times(ax, times, on.x[:, i], on.y[:, i], float(scenario.trajectory.ends[i]), color)
+                apart = 0.03 * float(max(high - low))
+                _draw_times(
+                    ax, times, on.x[:, i], on.y[:, i], float(scenario.trajectory.ends[i]), color, written, apart
+                )
         _draw_robots(ax, scenario, sensors=few)
         _draw_findings(ax, findings)
         ax.set_xlim(low[0], high[0])
@@ -84,8 +87,20 @@ def _draw_obstacles(ax: Axes, scenario: Scenario) -> None:
             ax.plot(path.table[0], path.table[1], color="0.3", linestyle=":", linewidth=0.8)
 
 
-def _draw_times(ax: Axes, times: np.ndarray, x: np.ndarray, y: np.ndarray, end: float, color: str) -> None:
-    """Draw arrows along a reference, with the times at which it is there."""
+def _draw_times(
+    ax: Axes,
+    times: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    end: float,
+    color: str,
+    written: list[tuple[float, float]],
+    apart: float,
+) -> None:
+    """Draw arrows along a reference, and to the left of it the times at which it is there.
+
+    Where a time is ``written`` already within ``apart`` [m], as where robots meet, there is no second one.
+    """
     last = min(float(times[-1]), end)
     for share in np.arange(1, MARKS + 1) / (MARKS + 1):
         k = int(np.searchsorted(times, share * last))
@@ -93,15 +108,20 @@ def _draw_times(ax: Axes, times: np.ndarray, x: np.ndarray, y: np.ndarray, end: 
         if np.hypot(x[k] - x[j], y[k] - y[j]) > 0:
             arrow = {"arrowstyle": "-|>", "color": color, "lw": 0.0, "mutation_scale": 9}
             ax.annotate("", (x[k], y[k]), (x[j], y[j]), arrowprops=arrow, zorder=4)
-            ax.annotate(
-                f"{times[k]:.0f} s",
-                (x[k], y[k]),
-                (3, 4),
-                textcoords="offset points",
-                fontsize=6,
-                color="0.25",
-                zorder=4,
-            )
+            if all(np.hypot(x[k] - a, y[k] - b) > apart for a, b in written):
+                written.append((float(x[k]), float(y[k])))
+                left = np.array([y[j] - y[k], x[k] - x[j]]) / np.hypot(x[k] - x[j], y[k] - y[j])
+                ax.annotate(
+                    f"{times[k]:.0f} s",
+                    (x[k], y[k]),
+                    (7 + 4 * abs(left[0])) * left,
+                    textcoords="offset points",
+                    ha="center",
+                    va="center",
+                    fontsize=6,
+                    color="0.25",
+                    zorder=4,
+                )
 
 
 def _draw_robots(ax: Axes, scenario: Scenario, sensors: bool) -> None:

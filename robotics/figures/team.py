@@ -179,7 +179,7 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultS
     draw_legend(ax, ("path", "start", "end", "contact"))
 
 
-def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) -> None:
+def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], named: bool = False) -> None:
     """Draw one channel over time: a line for each robot, a band and a median for many.
 
     Args:
@@ -187,6 +187,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) 
         run: The run.
         values: The channel (runs, robots, samples).
         order: The places of the seeds that are drawn, the first one boldly.
+        named: Whether a legend is to know few robots' lines.
     """
     rows, first = values[order[0]], order[0]
     if rows.shape[0] > FEW:
@@ -196,7 +197,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int]) 
         for r in reversed(order):
             alpha, width = (1.0, _width(i, rows.shape[0])) if r == first else (_FAINT, 0.5)
             look = {"color": _color(i), "linestyle": LINES[i % 7], "alpha": alpha, "linewidth": width}
-            draw_line(ax, run.time, values[r, i], **look)
+            draw_line(ax, run.time, values[r, i], **look, label=f"robot {i + 1}" if named and r == first else None)
             if run.diverged[r, i] and (k := last_known(values[r, i])) >= 0:
                 mark_stop(ax, run.time[k], values[r, i, k], _color(i))
 

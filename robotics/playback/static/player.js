@@ -959,6 +959,8 @@ function mount(model, el, time) {
   let seenWidth = el.clientWidth;
   observer.observe(el);
   dark.addEventListener("change", layout);
+  const scheme = new MutationObserver(layout); // of a page that has a light and a dark theme of its own
+  scheme.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
   calm.addEventListener("change", layout);
   layout();
   const remove = () => {
@@ -966,6 +968,7 @@ function mount(model, el, time) {
     observer.disconnect();
     hands.removeEventListener("keydown", onKey);
     dark.removeEventListener("change", layout);
+    scheme.disconnect();
     calm.removeEventListener("change", layout);
     rules?.end();
     root.remove();

@@ -165,5 +165,11 @@ export function ruleStrip({ seek, open }) {
   }
 
   dark.addEventListener("change", paint);
-  return { node, update, at, end: () => dark.removeEventListener("change", paint) };
+  const scheme = new MutationObserver(paint); // as in player.js
+  scheme.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
+  const end = () => {
+    dark.removeEventListener("change", paint);
+    scheme.disconnect();
+  };
+  return { node, update, at, end };
 }

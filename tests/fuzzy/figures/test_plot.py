@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from itertools import pairwise
 
 import matplotlib as mpl
 import numpy as np
@@ -228,6 +229,19 @@ def test_rows_of_the_rule_viewer_stay_readable(rules: int) -> None:
     assert height / rules >= 0.26
     numbers = boxes(figure, [str(n + 1) for n in range(rules)])
     assert len(numbers) >= rules / 3
+
+
+@pytest.mark.parametrize("high", [1.0, 11.48, 123.4, 1234.0])
+def test_numbers_under_a_column_of_the_rule_viewer_do_not_meet(high: float) -> None:
+    terms = {"low": Triangle(-high, -high, high), "high": Triangle(-high, high, high)}
+    inputs = [Variable(name, (-high, high), terms) for name in "abcd"]
+    outputs = [Variable(name, (-high, high), {"down": -high, "up": high}) for name in "uv"]
+    fis = Sugeno(inputs, outputs, ["if a is low then u is down and v is up", "if a is high then u is up and v is down"])
+    figure = plot_rules(fis, [0.1, 0.2, 0.3, 0.4])
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        boxes = [label.get_window_extent() for label in ax.get_xticklabels() if label.get_text()]
+        assert all(right.x0 > left.x1 for left, right in pairwise(boxes)), [b.x0 for b in boxes]
 
 
 def test_structure_shows_every_name_and_joins_terms_to_their_rules() -> None:

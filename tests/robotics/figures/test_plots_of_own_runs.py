@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 import robotics
 from fuzzy.inference import infer
@@ -140,6 +141,24 @@ def test_distances_are_those_between_the_centers(folder: Path) -> None:
     obstacles = run_of(folder, "obstacles")
     drawn = y_of(clear.get_lines()[0])
     np.testing.assert_allclose(drawn, clearances(obstacles, 0)[0][: len(drawn)])
+
+
+def test_progress_says_who_is_at_fault_and_when() -> None:
+    run = robotics.simulate(robotics.load_scenario("outage-20s"), "virtual-structure", seeds=[1])
+    above, below = robotics.plot_progress(run).axes
+    legend = above.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["robot 1", "robot 2", "robot 3"]
+    assert [text.get_text() for text in above.texts] == ["2: failure", "3: delay"]
+    for ax in (above, below):
+        spans = [patch for patch in ax.patches if isinstance(patch, Rectangle) and patch.get_hatch()]
+        assert [(patch.get_x(), patch.get_width()) for patch in spans] == [(15.0, 20.0), (30.0, 20.0)]
+
+
+def test_times_on_a_scenario_are_written_once_where_robots_meet() -> None:
+    (ax,) = robotics.plot_scenario(robotics.load_scenario("three-cross")).axes
+    times = [text.get_text() for text in ax.texts if text.get_text()]
+    assert [times.count(time) for time in ("7 s", "15 s", "22 s", "30 s", "37 s")] == [3, 3, 1, 3, 3]
 
 
 def test_sonar_and_modes_are_those_recorded(folder: Path) -> None:
