@@ -71,6 +71,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("figurescraper.scrape",),
     "capture_repr": (),
     "subsection_order": [f"../examples/{part}" for part in ("systems", "learning", "robots", "teams")],
+    "within_subsection_order": "figurescraper.InReadingOrder",
     "min_reported_time": 1e9,
 }
 
