@@ -2,8 +2,8 @@
 
     ro ≤ ro_min  ⇒  α** = α + Θ(ro)                                      (6.7)
 
-with ro the nearest front reading and Θ the rule base ``theta``, 0 at ro_min. The thesis prints the condition as ≥ in
-one place, and gives no sign; here the robot turns away from the smaller of the two front readings.
+with ro the nearest front reading and Θ the rule base ``theta``, 0 at ro_min. The thesis prints ≤ also where it means
+that the way is free, and gives no sign; here the robot turns away from the smaller of the two front readings.
 
 "literal": the thesis's two modes. While ro ≤ ro_min the robot turns by Θ; a side reading below ``push_range`` turns it
 ``push`` away; v is reduced to ro / ro_min of itself (at least a quarter; 0 below 0.12 m). Otherwise the robot tracks.
