@@ -22,7 +22,7 @@ NAMES = {
     "fuzzy rule base": "fuzzy",
     "regulated pure pursuit": "pursuit",
 }
-PAGES = {"README.md": 12}
+PAGES = {"README.md": 12, "docs/tutorials/fair-comparison.md": 4}
 
 
 def said(number):
