@@ -9,9 +9,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
+
+# A busy machine is no fault of the code.
+settings.register_profile("without a clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("without a clock")
 
 # A shell ignores Ctrl-C for what it starts in the background; the tests of interruptions send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

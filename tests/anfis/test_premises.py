@@ -131,7 +131,7 @@ def test_parameters_survive_the_scaling(kind):
 
 
 @pytest.mark.parametrize("kind", mf.FUNCTIONS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10_000), size=st.sampled_from([0.1, 1.0, 1e3, 1e8]))
 def test_a_huge_step_makes_a_legal_system_with_bounded_widths(kind, seed, size):
     fis = system_of(kind)
@@ -149,7 +149,7 @@ def test_a_huge_step_makes_a_legal_system_with_bounded_widths(kind, seed, size):
 
 
 @pytest.mark.parametrize("kind", [mf.Gaussian, mf.Bell])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10_000), size=st.floats(0, 5))
 def test_keep_order_keeps_order_and_coverage(kind, seed, size):
     centers = np.linspace(-2, 3, 4)

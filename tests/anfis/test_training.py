@@ -23,7 +23,7 @@ torch.set_num_threads(1)
 # What comes back ----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 10_000),
     kind=st.sampled_from(["gaussmf", "gbellmf", "trimf", "pimf", "psigmf", "dsigmf", "trapmf", "gauss2mf"]),

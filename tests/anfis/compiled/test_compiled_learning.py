@@ -69,7 +69,7 @@ def errors_and_slopes(fis: Sugeno, seed: int):
 
 
 @pytest.mark.parametrize("kind", mf.FUNCTIONS)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(data=st.data(), seed=st.integers(0, 10_000))
 def test_the_gradient_is_torchs_for_every_function(kind, data, seed):
     terms = [data.draw(functions((kind,))) for _ in range(2)]
@@ -87,7 +87,7 @@ def test_the_gradient_is_torchs_for_every_function(kind, data, seed):
         np.testing.assert_allclose(own, other, rtol=1e-9, atol=1e-9 * max(largest, 1.0))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(fis=systems(), seed=st.integers(0, 10_000))
 def test_the_gradient_is_torchs_for_every_rule(fis, seed):
     """Hedges, "not", "or", weights, minimum, rules that leave an output out, weighted sums."""
@@ -101,7 +101,7 @@ def test_the_gradient_is_torchs_for_every_rule(fis, seed):
         np.testing.assert_allclose(own, other, rtol=1e-5, atol=1e-6 * max(largest, 1.0))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(fis=systems(), seed=st.integers(0, 10_000), ridge=st.sampled_from([0.0, 0.1]), block=st.sampled_from([7, 1000]))
 def test_the_jacobian_is_torchs(fis, seed, ridge, block):
     own, other = both(fis, ridge, block)

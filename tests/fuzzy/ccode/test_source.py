@@ -98,7 +98,7 @@ def test_double_has_the_bits_of_the_compiled_inference_where_no_library_is_asked
 
 @needs_compiler
 @pytest.mark.parametrize("number", LIMIT)
-@settings(max_examples=4, deadline=None, phases=(Phase.generate,))  # what fails says all there is to say
+@settings(max_examples=4, phases=(Phase.generate,))  # what fails says all there is to say
 @given(some=st.lists(systems(), min_size=5, max_size=5), seed=st.integers(0, 99))
 def test_random_systems(number, some, seed, tmp_path_factory):
     library = Library(some, number, tmp_path_factory.mktemp("c"))

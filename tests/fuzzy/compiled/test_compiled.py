@@ -32,7 +32,7 @@ from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 from tests.fuzzy.random_systems import PARAMETERS, POSITIVE, conditioning, systems, systems_with_points
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
-law = settings(deadline=None, max_examples=150)
+law = settings(max_examples=150)
 
 
 @njit
@@ -67,7 +67,6 @@ def test_exponential_of_a_number_does_not_depend_on_its_place(count):
 
 
 @given(st.floats(0, 1))
-@settings(deadline=None)
 def test_logarithm_of_one_plus_a_unit_number(u):
     np.testing.assert_allclose(log1p_unit(u), np.log1p(u), rtol=5e-16, atol=5e-324)
 
@@ -119,7 +118,7 @@ def largest_products(variable, x):
 @quiet
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.data())
 def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data):
     """A NaN degree was "no rule fires" for one and unknown for the other; so were strengths below e^(-1e294)."""
@@ -139,7 +138,7 @@ def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data
 
 @quiet
 @pytest.mark.parametrize("kind", FUNCTIONS, ids=lambda kind: kind.__name__)
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(data=st.data())
 def test_every_function_on_its_own(kind, data):
     function = kind(*data.draw(PARAMETERS[kind]))
@@ -258,7 +257,6 @@ def test_the_point_function_serves_other_compiled_functions():
     assert total_by_point(compile_sugeno(fis).system, x) == pytest.approx(infer(fis, x).output.sum(), rel=1e-12)
 
 
-@settings(deadline=None)
 @given(arrays(np.float64, (5, 3), elements=st.floats(-1, 1) | st.just(np.nan)))
 def test_not_a_number_stays_in_its_point(x):
     fis = example()
@@ -421,7 +419,7 @@ def interpreted(systems: list[tuple[CompiledSugeno, np.ndarray]]) -> list[np.nda
 def test_without_numba_the_same_code_gives_the_same_numbers():
     systems = []
 
-    @settings(deadline=None, max_examples=60, database=None, derandomize=True)
+    @settings(max_examples=60, database=None, derandomize=True)
     @given(systems_with_points(shape=(4,)))
     def collect(drawn):
         systems.append(drawn)

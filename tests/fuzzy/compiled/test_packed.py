@@ -26,7 +26,7 @@ def by_point(fis: Sugeno, x: np.ndarray) -> np.ndarray:
 
 
 @quiet
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(systems_with_points(shape=(5,)) | systems_with_points(kinds=POSITIVE, plain=True, shape=(5,)))
 def test_bits_are_those_of_the_compiled_system(drawn):
     fis, x = drawn
@@ -35,7 +35,7 @@ def test_bits_are_those_of_the_compiled_system(drawn):
 
 @quiet
 @pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_bits_are_the_same_for_extreme_numbers(kinds, data):
     fis = data.draw(systems(kinds=kinds, plain=kinds is POSITIVE))

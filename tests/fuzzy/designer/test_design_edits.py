@@ -221,7 +221,7 @@ def test_a_shoulder_stays_one_within_the_universe(source, kind):
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_every_function_becomes_every_other(data):
     old, new = data.draw(st.sampled_from(FUNCTIONS)), data.draw(st.sampled_from(FUNCTIONS))
     count = len(old.roles)
@@ -469,7 +469,7 @@ def test_every_edit_is_in_the_random_messages():
 
 
 @given(st.lists(messages(), max_size=12))
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 def test_no_sequence_of_messages_breaks_a_design(sequence):
     d, problems = design_of(system()), []
     for message in sequence:
@@ -490,7 +490,7 @@ def test_no_sequence_of_messages_breaks_a_design(sequence):
 
 
 @given(JUNK)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_what_is_no_message_is_refused(junk):
     for message in (junk, {"edit": junk}, {"look": "point", "point": [junk]}):
         with pytest.raises(EditError):

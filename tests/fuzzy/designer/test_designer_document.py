@@ -117,7 +117,7 @@ def test_all_who_look_are_told(file):
 
 
 @given(st.lists(st.tuples(messages(), st.none() | st.integers(0, 1)), max_size=12))
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=25, suppress_health_check=list(HealthCheck))
 def test_undoing_everything_gives_the_first_bytes(tmp_path_factory, sequence):
     path = tmp_path_factory.getbasetemp() / "random.fis"
     if not path.exists():
@@ -151,7 +151,7 @@ def made(path, sequence):
     st.lists(st.tuples(messages(), st.none() | st.integers(0, 1)), max_size=12),
     st.lists(st.floats(0, 1), min_size=1, max_size=4),
 )
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=25, suppress_health_check=list(HealthCheck))
 def test_going_to_an_edit_is_as_many_undos_or_redos(tmp_path_factory, sequence, ways):
     path = tmp_path_factory.getbasetemp() / "random.fis"
     if not path.exists():

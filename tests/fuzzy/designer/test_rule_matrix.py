@@ -66,7 +66,7 @@ def message_of(cells: dict) -> list:
 
 
 @given(tables(), st.lists(st.tuples(st.floats(0, 2), st.floats(0, 2)), min_size=1, max_size=4))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_filled_matrix_is_read_back_and_infers_as_it_says(table, points):
     sizes, old, new = table
     d = fill(fill(design_of(grid(sizes, 5)), *message_of(old), variable="z"), *message_of(new), variable="z")

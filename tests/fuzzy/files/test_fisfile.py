@@ -328,7 +328,7 @@ def test_a_folder_and_a_missing_file(tmp_path):
         read_fis("nul\0.fis")
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.integers(0, len(TIP)), st.integers(0, 6), st.text("[]()'=:,%! \n0123456789.-eMFx", max_size=4))
 def test_any_damage_is_read_or_refused(place, length, new):
     with warnings.catch_warnings():
@@ -409,7 +409,7 @@ def systems(draw):
     )
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(systems())
 def test_every_system_reads_back_to_the_last_bit(fis):
     text = format_fis(fis)

@@ -50,7 +50,7 @@ def carried(fis: fuzzy.Sugeno) -> fuzzy.Sugeno:
     return replace(fis, inputs=tuple(map(bent_variable, fis.inputs)), rules=rules)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(fis=systems().map(carried))
 def test_random_systems_there_and_back(fis):
     text = format_fll(fis)

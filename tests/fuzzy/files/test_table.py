@@ -148,7 +148,7 @@ NAME = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_s
 UNIT = st.text("abm/s²°C()·,; ", max_size=6).map(str.strip).filter(lambda u: u.count("(") == u.count(")") == 0)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(data=st.data())
 def test_what_is_written_is_read_back(data) -> None:
     """Names of any characters, with units, quotation marks and separators."""
@@ -161,7 +161,7 @@ def test_what_is_written_is_read_back(data) -> None:
     assert np.array_equal(table.values, values)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(data=st.data())
 def test_one_table_however_it_is_written(data) -> None:
     """Separator, decimal mark, line ends, quotation marks and encoding do not matter."""

@@ -74,7 +74,7 @@ def test_equals_two_other_implementations(path) -> None:
     assert (data[found.rows] == found.centers).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 2**32 - 1),
     samples=st.integers(2, 40),
@@ -125,7 +125,7 @@ def test_ranges_scale_and_clip() -> None:
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     data=arrays(float, (12, 2), elements=st.integers(-5, 5).map(float)),
     scale=st.sampled_from([2.0**-20, 8.0]),

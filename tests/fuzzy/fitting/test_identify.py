@@ -186,7 +186,7 @@ def test_fcm_of_fewer_places_than_clusters_says_so() -> None:
 # Least squares ----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
     rules=st.integers(1, 5),

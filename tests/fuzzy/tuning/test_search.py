@@ -72,7 +72,7 @@ def test_choices_alone_are_searched(engine):
     assert found.costs.min() == 0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.sampled_from(sorted(ENGINES)), st.integers(0, 2**32), st.booleans())
 def test_points_stay_within_the_bounds(engine, seed, mixed):
     space = MIXED if mixed else SPACE

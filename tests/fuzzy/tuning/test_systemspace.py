@@ -77,7 +77,7 @@ def greatest(variable, x):
 
 
 @pytest.mark.filterwarnings("ignore::fuzzy.files.fisfile.FisFileWarning")  # of what MATLAB reads otherwise
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(systems(), st.integers(0, 2**32))
 def test_every_point_of_the_space_makes_a_system_that_a_file_can_hold(fis, seed):
     space = SystemSpace(fis, MOVABLE)

@@ -209,7 +209,7 @@ def test_a_path_that_cannot_be_driven_names_the_obstacle():
     assert caught.value.at[:3] == ("obstacles", 0, "timing")
 
 
-@settings(deadline=None, max_examples=300, derandomize=True, database=None)
+@settings(max_examples=300, derandomize=True, database=None)
 @given(st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3)), min_size=3, max_size=7, unique=True))
 def test_a_polygon_is_taken_exactly_if_it_is_simple(corners):
     corners = tuple((float(x), float(y)) for x, y in corners)

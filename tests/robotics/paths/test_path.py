@@ -189,7 +189,7 @@ tangent = st.tuples(st.floats(0.5, 6), st.floats(-pi, pi)).map(lambda t: (t[0] *
 
 
 @given(st.tuples(coordinate, coordinate), st.tuples(coordinate, coordinate), tangent, tangent)
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_random_quintics_are_parametrised_by_their_arc_length(start, end, t0, t1):
     assume(hypot(end[0] - start[0], end[1] - start[1]) > 0.5)
     shape = Quintic(start=start, end=end, start_tangent=t0, end_tangent=t1)

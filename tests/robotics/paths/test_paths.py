@@ -79,7 +79,7 @@ def brute_force(path, x, y, low, high):
     around=st.floats(0, 1),
     share=st.sampled_from([0.02, 0.05, 0.25, 1.0]),
 )
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_nearest_points_are_those_of_a_dense_search_within_the_window(name, place, off, around, share):
     path = COMPILED[name]
     here = path.at(place * path.length)
@@ -102,7 +102,7 @@ def test_nearest_points_are_those_of_a_dense_search_within_the_window(name, plac
     off=st.floats(-0.1, 0.1),
     stale=st.floats(-0.04, 0.04),
 )
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_the_foot_of_a_normal_is_found_again(name, place, off, stale):
     """Closed form: a point beside the path by less than its radius of curvature has its foot where it came from."""
     path = COMPILED[name]

@@ -74,7 +74,7 @@ def arrived(age):
     burst=st.sampled_from([0.0, 0.1]),
     seed=st.integers(0, 2**32),
 )
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_what_is_heard_is_what_was_said_then(graph, robots, every, latency, jitter, loss, burst, seed):
     radio = Radio(graph=graph, period=every * TICK, latency=latency, jitter=jitter, loss=loss, burst_start=burst)
     values, age = talk(radio, robots, (seed, 7))
@@ -262,7 +262,7 @@ def test_range_is_by_the_places_when_the_message_is_sent():
 
 
 @given(st.integers(0, 2**32), st.floats(0.1, 2.0))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_range_and_graph_both_limit(seed, reach):
     spots = np.random.default_rng(seed).uniform(-1, 1, (2, 2, 6))  # two runs with places of their own
     _, age = talk(Radio(graph="ring", range=reach), 6, (0, 1), periods=3, place=lambda t: spots)
@@ -281,7 +281,7 @@ def test_on_the_very_limit_of_the_range_one_is_heard():
 
 
 @given(st.integers(0, 2**32), st.integers(1, 9), st.integers(1, 3))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_values_are_brought_up_to_date_summed_and_compared_over_those_heard(seed, robots, runs):
     """Link by link: what was not heard counts for nothing, and a rate is believed for half a second."""
     rng = np.random.default_rng(seed)
@@ -435,7 +435,7 @@ def test_the_preset_fits_three_robots_and_not_twenty():
 
 
 @given(st.integers(1, 60), st.integers(1, 12), st.integers(0, 20), st.sampled_from([1200.0, 9600.0, 115200.0]))
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_the_period_that_an_error_names_is_the_least_that_fits(robots, values, header, baud):
     radio = Radio(baud=baud, period=0.01, header_bytes=header)
     try:

@@ -177,7 +177,7 @@ straights = st.builds(
 )  # shorter than one looks
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(straights, straights, st.floats(0, 0.9), st.floats(0, 0.9))
 def test_on_straight_paths_the_way_is_that_of_a_closed_form(
     mine: Straight, other: Straight, at: float, theirs_at: float

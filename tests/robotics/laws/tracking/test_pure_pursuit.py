@@ -42,7 +42,7 @@ def decide(law, y, heading, behind=0.0, v=0.3, time=5.0, scenario=ON_A_LINE):
 
 
 @given(st.floats(-0.25, 0.25), st.floats(-0.15, 0.15))
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_the_arc_leads_through_the_carrot(y, heading):
     """Driven for as long as it is, in small steps, the commanded arc ends where the look-ahead circle cuts the path."""
     v, w = decide(LAW, y, heading)
