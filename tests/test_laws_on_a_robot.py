@@ -47,10 +47,9 @@ def test_the_states_hold_what_the_page_says(tmp_path):
     assert len(rows) == 3
     for laws, size, said in rows:
         for law in re.findall(r"`(\w+)`", laws):
-            header = write_c_law(law, load_scenario("table-2-1"), tmp_path / law, number="float").header
-            state = (
-                header.read_text(encoding="utf-8").partition(f"}} {law}_state;")[0].rpartition("typedef struct {")[2]
-            )
+            write_c_law(law, load_scenario("table-2-1"), tmp_path, number="float")
+            header = (tmp_path / f"{law}.h").read_text(encoding="utf-8")
+            state = header.partition(f"}} {law}_state;")[0].rpartition("typedef struct {")[2]
             fields = re.findall(r"^    (?:float|int) (\w+);", state, re.MULTILINE)
             assert 4 * len(fields) == int(size), law
             assert set(re.findall(r"`(\w+)`", said)) - {"int"} <= set(fields)
