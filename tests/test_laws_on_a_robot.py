@@ -1,13 +1,20 @@
 """The page docs/laws-on-a-robot.md: its commands and its Python run as written."""
 
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from fuzzy.ccode.compiler import CompilerError, find_compiler
+from fuzzy.ccode.compiler import STRICT, CompilerError, find_compiler
+from robotics import load_scenario, write_c_law
 from tests.snippets import run_commands, run_python, snippets
 
 DOCS = Path(__file__).parent.parent / "docs"
+ROBOT = (
+    "double odometry_x(void);\ndouble odometry_y(void);\ndouble odometry_heading(void);\nvoid stop(void);\n"
+    "void set_wheel_speeds(double right, double left);\nvoid start(void);\nvoid every_period(void);\n"
+)
 
 
 def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
@@ -23,7 +30,26 @@ def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
             run_commands(text)
         elif kind == "python":
             run_python(text, "laws-on-a-robot.md")
+        else:
+            (tmp_path / "task.c").write_text(ROBOT + text, encoding="utf-8")
+            line = [*find_compiler().command, *STRICT, "-Iout", "-c", "task.c", "-o", "task.o"]
+            done = subprocess.run(line, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr
     assert kinds == ["sh", "python", "c"]
     said = capsys.readouterr().out
     assert said.splitlines()[-1] == "0e+00 m apart: the same"
     assert (tmp_path / "out" / "fuzzy_rules.c").stat().st_size > 1000
+
+
+def test_the_states_hold_what_the_page_says(tmp_path):
+    page = (DOCS / "laws-on-a-robot.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[^|]+) \| (\d+) \| ([^|]+) \|$", page, re.MULTILINE)
+    assert len(rows) == 3
+    for laws, size, said in rows:
+        for law in re.findall(r"`(\w+)`", laws):
+            write_c_law(law, load_scenario("table-2-1"), tmp_path, number="float")
+            header = (tmp_path / f"{law}.h").read_text(encoding="utf-8")
+            state = header.partition(f"}} {law}_state;")[0].rpartition("typedef struct {")[2]
+            fields = re.findall(r"^    (?:float|int) (\w+);", state, re.MULTILINE)
+            assert 4 * len(fields) == int(size), law
+            assert set(re.findall(r"`(\w+)`", said)) - {"int"} <= set(fields)

@@ -61,6 +61,7 @@ class Controller(Node):
         self.waited = 0  # ns: how long the robot has stood since
         self.order: Order | None = None
         self.lost = ""  # why it is stopped for good
+        self.over = ""  # why it stands until another path comes
         self.opened: set[str] = set()  # topics of tasks
         self._open()
         if self.task:
@@ -97,7 +98,7 @@ class Controller(Node):
         """Take up a task, which begins with the next odometry."""
         task.rehearse()
         self.task, self.memory, self.received = task, task.begin(), task.silence()
-        self.begin, self.waited, self.order, self.lost = None, 0, None, ""
+        self.begin, self.waited, self.order, self.lost, self.over = None, 0, None, "", ""
         self.wanted = list(self.law.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
             self._listen(Range, f"{self.values.text('range_topic')}/{token(name)}", self._on_range(name))
@@ -238,7 +239,8 @@ class Controller(Node):
         if self.lockstep:
             time = round(time / period) * period  # to the last bit
         if time > task.duration + 1e-6:
-            self._stand(f"the task is over after {task.duration:.4g} s", now)
+            self.over = f"the task is over after {task.duration:.4g} s"
+            self._stand(self.over, now)
             return
         received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
@@ -254,6 +256,8 @@ class Controller(Node):
         """Why the robot must stand; nothing: it may drive."""
         if self.lost:
             return f"it is stopped for good: {self.lost}"
+        if self.over:
+            return self.over
         if missing:
             return f"it waits for the odometry of {robot_name(missing[0])}, which its law reads"
         return self.standing.reason(self.law.needs)
@@ -261,7 +265,7 @@ class Controller(Node):
     def _begin(self, now: int) -> None:
         """Begin the task where the robot is now."""
         assert self.task is not None
-        self.begin, known = now, self.known[self.own]
+        self.begin, self.last, known = now, now, self.known[self.own]  # what it stood for before is no waiting
         if self.values.text("origin") == "start":
             frame = self.task.start.frame_of(known.posture)
             self.frame = frame.inside(self.frame) if self.frame != HERE else frame

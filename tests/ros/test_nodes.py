@@ -264,6 +264,28 @@ def test_a_controller_that_goes_by_the_simulators_clock_begins_and_drives():
         assert other.begin < 60e9  # ns, by that clock
 
 
+def test_a_path_that_is_driven_is_over_once_and_another_one_begins(probe):
+    from nav_msgs.msg import Odometry, Path
+
+    from fuzzyfleet_ros import messages
+    from fuzzyfleet_ros.frames import Posture
+
+    with spun(probe, controller(path_speed=0.5, path_ramp=0.0, rate=20.0)) as ((own, node), until):
+        told: list[str] = []
+        node.get_logger = lambda: SimpleNamespace(warning=told.append, info=told.append, error=told.append)
+        moves, paths = own.create_publisher(Odometry, "odom", 10), own.create_publisher(Path, "path", 1)
+        own.create_timer(0.02, lambda: moves.publish(odometry(x=0.05, y=0.0)))
+        assert until(lambda: paths.get_subscription_count() and node.known)
+        for drives in (1, 2):
+            paths.publish(messages.path(0, "odom", [Posture(x, 0.0, 0.0) for x in (0.0, 0.05, 0.1)]))
+            assert until(lambda n=drives: sum("is over" in said for said in told) == n), told
+            later = own.get_clock().now().nanoseconds + 500_000_000
+            assert until(lambda at=later: own.get_clock().now().nanoseconds > at)
+            assert node.waited == 0
+            assert sum("is over" in said for said in told) == drives
+            assert sum("drives on" in said for said in told) == drives - 1  # for another path alone
+
+
 def test_frames_are_told_where_tf2_is_installed(probe, monkeypatch):
     """Its wheels are not on PyPI: a module of the test's own stands in for it."""
     from fuzzyfleet_ros.frames import Posture

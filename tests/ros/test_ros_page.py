@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from robotics import ScenarioError, measure, simulate
 from robotics.laws.catalogue import make_controller
 from tests.snippets import run_commands, run_python, snippets
 
@@ -16,7 +17,7 @@ PAGE = ROOT / "docs" / "ros.md"
 def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     found = snippets(PAGE)
-    assert [kind for kind, _ in found] == ["sh", "python"]
+    assert [kind for kind, _ in found] == ["sh", "python", "toml"]
     run_commands(found[0][1])
     assert (tmp_path / "drive.png").stat().st_size > 10_000
     capsys.readouterr()
@@ -24,6 +25,17 @@ def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, cap
     apart, said = capsys.readouterr().out.split(maxsplit=1)
     assert float(apart) < 1e-9
     assert said == "m apart\n"
+
+
+def test_a_burger_can_drive_on_the_floor_of_the_page_and_not_the_default(tmp_path):
+    from fuzzyfleet_ros.names import scenario_of
+
+    floor = tmp_path / "floor.toml"
+    floor.write_text(dict(snippets(PAGE))["toml"], encoding="utf-8")
+    run = simulate(scenario_of(str(floor), "turtlebot3-burger"), "fuzzy", [0])
+    assert measure(run)["rms_cross_track_m"].max() < 0.01
+    with pytest.raises(ScenarioError, match="infeasible"):
+        simulate(scenario_of("reference", "turtlebot3-burger"), "fuzzy", [0])
 
 
 def test_the_files_that_the_page_names_are_there():
