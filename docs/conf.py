@@ -37,6 +37,11 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+# Kernels of this build talk to it alone: that their sockets are not encrypted need not be said for each page.
+os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
+kernel_settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"
+kernel_settings.parent.mkdir(parents=True, exist_ok=True)
+kernel_settings.write_text("get_config().IPKernelApp.log_level = 'ERROR'\n", encoding="utf-8")
 nb_merge_streams = True  # lines that are printed one by one are one box
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"

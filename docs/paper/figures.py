@@ -13,6 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
+import fuzzy
 import robotics
 
 ARENA = Path(__file__).parent.parent / "reference" / "arena.csv"
@@ -40,7 +41,7 @@ def crossings(runs: int = 200) -> Figure:
     for place, law in enumerate(LAWS.values()):
         count = int(robotics.stress_crossing(law, 3, range(runs)).collided.sum())
         low, high = binomtest(count, runs).proportion_ci(method="wilson")
-        ax.plot([100 * low, 100 * high], [place, place], color="0.5")
+        ax.plot([100 * low, 100 * high], [place, place], "-", color="0.5")
         ax.plot(100 * count / runs, place, "o", color="black")
     ax.set_yticks(np.arange(len(LAWS)), list(LAWS))
     ax.set_ylim(len(LAWS) - 0.5, -0.5)
@@ -103,8 +104,9 @@ FIGURES = {"crossings.png": crossings, "ranking.png": ranking, "noise.png": nois
 def write(folder: Path) -> None:
     """Write all figures into ``folder``, which is made where there is none."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in FIGURES.items():
-        draw().savefig(folder / name, dpi=200)
+    with fuzzy.style():
+        for name, draw in FIGURES.items():
+            draw().savefig(folder / name, dpi=200)
 
 
 if __name__ == "__main__":
