@@ -270,7 +270,7 @@ def test_a_path_that_is_driven_is_over_once_and_another_one_begins(probe):
     from fuzzyfleet_ros import messages
     from fuzzyfleet_ros.frames import Posture
 
-    with spun(probe, controller(path_speed=0.5, path_ramp=0.0, rate=20.0)) as ((own, node), until):
+    with spun(probe, controller(path_speed=0.5, path_ramp=0.0, rate=20.0, odom_timeout=0.0)) as ((own, node), until):
         told: list[str] = []
         node.get_logger = lambda: SimpleNamespace(warning=told.append, info=told.append, error=told.append)
         moves, paths = own.create_publisher(Odometry, "odom", 10), own.create_publisher(Path, "path", 1)
