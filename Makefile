@@ -43,7 +43,8 @@ $(VENV)/.notebooks: $(VENV)/.development
 
 $(VENV)/.docs: $(VENV)/.runtime
 	@echo "installing Sphinx"
-	@$(PIP) install -c constraints.txt -e '.[docs]'
+	@$(BIN)/robotics run trap-u --quiet > /dev/null 2>&1 & \
+	$(PIP) install -c constraints.txt -e '.[docs]'; installed=$$?; wait; exit $$installed
 	@touch $@
 
 $(VENV)/.designer: $(VENV)/.runtime
