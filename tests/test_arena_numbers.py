@@ -45,6 +45,16 @@ def test_a_table_of_the_arena_holds_the_numbers_of_its_last_run(page):
             assert (low, high) == (said(row["tuned_ratio_low"]), said(row["tuned_ratio_high"]))
 
 
+def test_what_the_readme_says_beside_its_table_is_of_the_same_run():
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    rows = TABLE.set_index("law")
+    distance, effort = 1000 * rows["rms_distance_late_m"], rows["w_variation_late_radps2"]
+    assert f"keeps {distance['fuzzy']:.1f} mm from its reference" in text
+    assert f"({effort['fuzzy']:.2f} rad/s²), the exponential sliding mode {distance['esm']:.1f} mm" in text
+    assert f"{distance['esm']:.1f} mm and {effort['esm']:.2f}" in text
+    assert f"that is {rows['cost']['fuzzy'] / rows['cost']['esm']:.1f} times the cost" in text
+
+
 def test_the_arena_of_the_file_is_the_packaged_one():
     import robotics
 

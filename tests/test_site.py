@@ -88,10 +88,16 @@ def opened(browser: Any, file: Path, **options: Any) -> tuple[Any, list[str]]:
     return page, problems
 
 
+def written(folder: Path, theme: str, part: str) -> Path:
+    """A page of a theme that holds only a part of the site's."""
+    head = f'<!doctype html><html lang="en" data-theme="{theme}"><meta charset="utf-8"><title>t</title>'
+    file = folder / "page.html"
+    file.write_text(f"{head}<body>{part}</body></html>", encoding="utf-8")
+    return file
+
+
 def test_a_membership_function_is_dragged_from_a_disk(browser: Any, tmp_path: Path) -> None:
-    head = '<!doctype html><html lang="en" data-theme="light"><meta charset="utf-8"><title>t</title>'
-    file = tmp_path / "designer.html"
-    file.write_text(f"{head}<body>{interactive().designer()}</body></html>", encoding="utf-8")
+    file = written(tmp_path, "light", interactive().designer())
     page, problems = opened(browser, file, viewport={"width": 900, "height": 1400})
     told = page.locator(".fd-told")
     before = told.inner_text()
@@ -114,9 +120,7 @@ def test_a_membership_function_is_dragged_from_a_disk(browser: Any, tmp_path: Pa
 
 
 def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path) -> None:
-    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
-    file = tmp_path / "designer.html"
-    file.write_text(f"{head}<body>{interactive().designer()}</body></html>", encoding="utf-8")
+    file = written(tmp_path, "dark", interactive().designer())
     page, problems = opened(browser, file, viewport={"width": 900, "height": 1400})
     told = page.locator(".fd-told")
     before = told.inner_text()
@@ -143,10 +147,8 @@ def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path
 
 
 def test_a_player_follows_the_theme_of_its_page(browser: Any, tmp_path: Path) -> None:
-    head = '<!doctype html><html lang="en" data-theme="dark"><meta charset="utf-8"><title>t</title>'
     run = robotics.simulate(robotics.load_scenario("fuzzy-on-path"), "fuzzy", seeds=[1])
-    file = tmp_path / "player.html"
-    file.write_text(f"{head}<body>{interactive().players([('A run', run)])}</body></html>", encoding="utf-8")
+    file = written(tmp_path, "dark", interactive().players([("A run", run)]))
     page, problems = opened(browser, file, color_scheme="dark")
     page.get_by_role("button", name="Play").wait_for()
     looks = """() => {
