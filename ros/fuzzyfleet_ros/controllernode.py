@@ -60,8 +60,7 @@ class Controller(Node):
         self.last = 0  # ns: when the last decision was made
         self.waited = 0  # ns: how long the robot has stood since
         self.order: Order | None = None
-        self.lost = ""  # why it is stopped for good
-        self.over = ""  # why it stands until another path comes
+        self.ended = ""  # why it stands until another task comes
         self.opened: set[str] = set()  # topics of tasks
         self._open()
         if self.task:
@@ -98,7 +97,7 @@ class Controller(Node):
         """Take up a task, which begins with the next odometry."""
         task.rehearse()
         self.task, self.memory, self.received = task, task.begin(), task.silence()
-        self.begin, self.waited, self.order, self.lost, self.over = None, 0, None, "", ""
+        self.begin, self.waited, self.order, self.ended = None, 0, None, ""
         self.wanted = list(self.law.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
             self._listen(Range, f"{self.values.text('range_topic')}/{token(name)}", self._on_range(name))
@@ -239,8 +238,8 @@ class Controller(Node):
         if self.lockstep:
             time = round(time / period) * period  # to the last bit
         if time > task.duration + 1e-6:
-            self.over = f"the task is over after {task.duration:.4g} s"
-            self._stand(self.over, now)
+            self.ended = f"the task is over after {task.duration:.4g} s"
+            self._stand(self.ended, now)
             return
         received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
@@ -248,16 +247,14 @@ class Controller(Node):
         self.order, self.memory = task.step(time, self.known[self.own], others, received, ranges, self.memory)
         self.last = now
         if self.order.lost:
-            self.lost = self.order.lost
-            self._stand(f"it is stopped for good: {self.lost}", now)
+            self.ended = f"it is stopped for good: {self.order.lost}"
+            self._stand(self.ended, now)
         self._send(now)
 
     def _reason(self, missing: Sequence[int]) -> str:
         """Why the robot must stand; nothing: it may drive."""
-        if self.lost:
-            return f"it is stopped for good: {self.lost}"
-        if self.over:
-            return self.over
+        if self.ended:
+            return self.ended
         if missing:
             return f"it waits for the odometry of {robot_name(missing[0])}, which its law reads"
         return self.standing.reason(self.law.needs)
