@@ -3,8 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 NODE := node_modules/.bin
+NOTES := $(VENV)/notes
+AGAIN := -p tests.again --notes $(NOTES)
 BROWSER := '{anfis,fuzzy,robotics}/**/*.{js,css}' eslint.config.js
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# Tests and examples start Python more than a hundred times: each time it would read every module's text anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 # JavaScript and CSS are checked where there is a Node.js that eslint runs on: nothing else needs it.
 NEW_ENOUGH := const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b > 18) ? 0 : 1)
@@ -26,7 +30,8 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 
 $(VENV)/.development: $(VENV)/.runtime
 	@echo "installing the tools of the tests"
-	@$(PIP) install -c constraints.txt -e '.[test]'
+	@$(BIN)/robotics run trap-u --quiet > /dev/null 2>&1 & \
+	$(PIP) install -c constraints.txt -e '.[test]'; installed=$$?; wait; exit $$installed
 	@$(PIP) install -c constraints.txt -e '.[ros]' 2> $(VENV)/ros.log || \
 		echo "ROS 2 cannot be installed here, and the tests that need it will be skipped: see $(VENV)/ros.log"
 	@touch $@
@@ -40,6 +45,11 @@ $(VENV)/.notebooks: $(VENV)/.development
 	@echo "installing JupyterLab"
 	@$(PIP) install -c constraints.txt -e '.[jupyter]'
 	@touch $@
+
+$(VENV)/.everything: $(VENV)/.development
+	@echo "installing what the long tests need: Sphinx, JupyterLab, CasADi"
+	@$(PIP) install -c constraints.txt -e '.[docs,jupyter,mpc]'
+	@touch $@ $(VENV)/.docs $(VENV)/.notebooks
 
 $(VENV)/.docs: $(VENV)/.runtime
 	@echo "installing Sphinx"
@@ -70,14 +80,18 @@ design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 test: $(VENV)/.development lint-style ## lint, types and tests: the gate of every commit
 	@$(MAKE) --no-print-directory lint-types lint-scripts > $(VENV)/lint.log 2>&1 & lint=$$!; \
 	$(BIN)/robotics run trap-u --quiet > /dev/null; \
-	$(BIN)/python -m pytest; tested=$$?; \
+	$(BIN)/python -m pytest $(NOTED); tested=$$?; \
 	wait $$lint; linted=$$?; cat $(VENV)/lint.log; exit $$((tested | linted))
 
 test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/designer/test_jupyterlab.py
 
-check-all: test ## make test, and the tests marked long: before a release, or when an issue is called resolved
-	$(BIN)/python -m pytest -m long
+# A browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
+check-all: $(VENV)/.everything ## make test, the site and the tests marked long: what CI runs
+	@rm -f $(NOTES) && touch $(NOTES)
+	@$(MAKE) --no-print-directory test NOTED='$(AGAIN)'
+	@$(MAKE) --no-print-directory docs
+	$(BIN)/python -m pytest $(AGAIN) -m long; tested=$$?; $(BIN)/python -m tests.again $(NOTES); exit $$tested
 
 lint: $(VENV)/.development ## what the tools say: ruff, mypy, prettier, eslint
 	@$(MAKE) --no-print-directory lint-style

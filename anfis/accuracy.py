@@ -47,8 +47,7 @@ def total_rmse(fis: Sugeno, x: Any, y: Any) -> float:
     """
     quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     total = 0.0
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
         for start in range(0, len(x), _PORTION):
             rows = slice(start, start + _PORTION)
             total += float(np.sum((np.asarray(quiet(np.asarray(x[rows]))) - np.asarray(y[rows])) ** 2))

@@ -10,27 +10,26 @@ from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import ZipFile
 
 import numpy as np
 from array_api_compat import is_torch_array
 
-from anfis.data import Samples
+from anfis.data import SampleArrays
 from anfis.methods.options import Options, TrainingError
 from anfis.point import Array, Point
-from anfis.state import Epoch, State
-from fuzzy.files.atomic import replacing
+from anfis.state import Epoch, TrainingState
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 
 if TYPE_CHECKING:
     from anfis.compiled.network import CompiledNetwork
     from anfis.network import Network
 
-_FORMAT = 2  # 1, of versions before, has no checksum
+_FORMAT = 2
 _POINTS = ("point", "best_train", "best_check")
 
 
-def dump(state: State, options: Options, fingerprint: str) -> dict[str, Any]:
+def dump(state: TrainingState, options: Options, fingerprint: str) -> dict[str, Any]:
     """The state as plain values and arrays of its own."""
     points = {
         name: {"free": list(getattr(state, name).free), "values": list(getattr(state, name).values)} for name in _POINTS
@@ -56,12 +55,11 @@ def restore(
     fingerprint: str,
     like: Point | None = None,
     array: Callable[[Any], Array] | None = None,
-) -> State:
+) -> TrainingState:
     """The state that :func:`dump` made. Raises TrainingError if it is damaged, or belongs to another problem.
 
     Args:
-        source: The state, or the file that :func:`save` wrote; one of a version that wrote no checksums is accepted
-            where the checksums of the archive itself are right.
+        source: The state, or the file that :func:`save` wrote.
         options: The options of the training that goes on.
         fingerprint: That of its problem, as :func:`fingerprint_of` makes it.
         like: A point of its network, with whose shapes and types the saved ones are compared.
@@ -84,7 +82,7 @@ def restore(
         if array is not None:
             points = {name: Point(*_converted(tuple(point), array)) for name, point in points.items()}
         memory = saved["memory"] if array is None else _converted(saved["memory"], array)
-        return State(
+        return TrainingState(
             epoch=saved["epoch"],
             step=saved["step"],
             history=history,
@@ -147,7 +145,7 @@ def _converted(value: Any, array: Callable[[Any], Array]) -> Any:
     return array(value)
 
 
-def fingerprint_of(network: "Network | CompiledNetwork", data: Samples, checking: Samples | None) -> str:
+def fingerprint_of(network: "Network | CompiledNetwork", data: SampleArrays, checking: SampleArrays | None) -> str:
     """What must be the same to go on: the system's structure, what is scaled by what, and the data."""
     fis = network.fis
     structure = (
@@ -178,8 +176,7 @@ def save(state: dict[str, Any], path: str | Path) -> None:
 
     content = io.BytesIO()
     torch.save(with_tensors(state), content)
-    with replacing(path) as temporary:
-        temporary.write_bytes(sealed_archive(content.getvalue()))
+    write_whole(path, sealed_archive(content.getvalue()))
 
 
 def _load(path: str | Path) -> dict[str, Any]:
@@ -192,13 +189,9 @@ def _load(path: str | Path) -> dict[str, Any]:
     if is_sealed(content) and not intact(content):
         raise TrainingError(f"{path}: this checkpoint is damaged: its checksum is not that of its contents")
     try:
-        with ZipFile(io.BytesIO(content)) as archive:
-            whole = archive.testzip() is None  # torch does not look
-        saved = torch.load(io.BytesIO(content), weights_only=True) if whole else None
+        saved = torch.load(io.BytesIO(content), weights_only=True) if is_sealed(content) else None
     except Exception:  # what pickle and torch raise for bytes that are none of theirs has no end
         raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one") from None
-    if not whole:
-        raise TrainingError(f"{path}: this checkpoint is damaged: the checksum of a part is not that of its contents")
-    if not isinstance(saved, dict) or (saved.get("format") != 1 and not is_sealed(content)):
+    if not isinstance(saved, dict) or saved.get("format") != _FORMAT:
         raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one")
     return saved

@@ -12,13 +12,13 @@ from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
 from fuzzy.system import Sugeno
 
-__all__ = ["DataError", "DataWarning", "Samples", "samples"]
+__all__ = ["DataError", "DataWarning", "SampleArrays", "samples"]
 
 _PORTION = 1_000_000  # rows looked at together, so that data on disk are never in memory as a whole
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class SampleArrays:
     """Inputs (samples, inputs) and outputs (samples, outputs), in their own units.
 
     Arrays that lie on disk (numpy.memmap) stay there; a block is read when it is asked for.
@@ -34,15 +34,15 @@ class Samples:
         """How many samples there are."""
         return len(self.x)
 
-    def to(self, dtype: Any, device: str) -> "Samples":
+    def to(self, dtype: Any, device: str) -> "SampleArrays":
         """The same samples as tensors of torch's ``dtype`` on ``device``, all at once unless they lie on disk."""
         import torch
 
         if isinstance(self.x, np.memmap):
-            return Samples(self.x, self.y, dtype, device)
+            return SampleArrays(self.x, self.y, dtype, device)
         # torch shares memory with an array, but not with one that is read-only or runs backwards.
         x, y = (torch.as_tensor(np.require(a, requirements=["C", "W"])) for a in (self.x, self.y))
-        return Samples(x.to(device, dtype), y.to(device, dtype), dtype, device)
+        return SampleArrays(x.to(device, dtype), y.to(device, dtype), dtype, device)
 
     def rows(self, which: Any) -> tuple[Any, Any]:
         """Inputs and outputs of the rows ``which`` (a slice or an index): tensors, or arrays in one piece."""
@@ -66,7 +66,7 @@ class Samples:
         return digest.digest()
 
 
-def samples(fis: Sugeno, x: Any, y: Any, what: str) -> Samples:
+def samples(fis: Sugeno, x: Any, y: Any, what: str) -> SampleArrays:
     """Check ``x`` (samples, inputs) and ``y`` (samples,) or (samples, outputs) against ``fis``.
 
     Raises DataError naming the row and the column of the first value that is not finite, or the shape that was
@@ -111,7 +111,7 @@ def samples(fis: Sugeno, x: Any, y: Any, what: str) -> Samples:
                     DataWarning,
                     stacklevel=3,
                 )
-    return Samples(x, y)
+    return SampleArrays(x, y)
 
 
 def _array(values: Any, what: str) -> Any:

@@ -23,8 +23,8 @@ from anfis.consequents import (
     solve,
     weights_gradient,
 )
-from anfis.data import Samples
-from anfis.point import Fit, Point, numbers
+from anfis.data import SampleArrays
+from anfis.point import Point, PointFit, numbers
 from anfis.premises import Premises, premises
 from anfis.proposals import consequent_terms, present_values
 from fuzzy.inference import rule_weights
@@ -50,8 +50,8 @@ class Network:
     ridge: float  # without a unit, see fuzzy.fitting.consequents
     block: int  # samples at a time
     # Samples of a single block are scaled once, not once an epoch.
-    _scaled: WeakKeyDictionary[Samples, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
-    _ranges: WeakKeyDictionary[Samples, tuple[torch.Tensor, torch.Tensor]] = field(
+    _scaled: WeakKeyDictionary[SampleArrays, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
+    _ranges: WeakKeyDictionary[SampleArrays, tuple[torch.Tensor, torch.Tensor]] = field(
         default_factory=WeakKeyDictionary, init=False, repr=False
     )
 
@@ -65,7 +65,7 @@ class Network:
         """The number of parameters of the largest of the least squares."""
         return max(len(g.columns) for g in self.groups)
 
-    def samples(self, data: Samples) -> Samples:
+    def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as tensors, as this network takes them."""
         low = self.premises.low
         return data.to(low.dtype, str(low.device))
@@ -158,7 +158,7 @@ class Network:
             output = torch.cat(parts, dim=1)[:, place]
         return output if silent is None else output + silent
 
-    def _blocks(self, data: Samples) -> Iterator[Block]:
+    def _blocks(self, data: SampleArrays) -> Iterator[Block]:
         if data.count <= self.block:
             if data not in self._scaled:
                 self._scaled[data] = self._scale(data, slice(None))
@@ -167,12 +167,12 @@ class Network:
         for start in range(0, data.count, self.block):
             yield self._scale(data, slice(start, start + self.block))
 
-    def _scale(self, data: Samples, rows: slice) -> Block:
+    def _scale(self, data: SampleArrays, rows: slice) -> Block:
         x, y = data.rows(rows)
         u = self.premises.scale(x)
         return Block(u, _with_one(u), y)
 
-    def _range(self, data: Samples) -> tuple[torch.Tensor, torch.Tensor]:
+    def _range(self, data: SampleArrays) -> tuple[torch.Tensor, torch.Tensor]:
         """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
         if data not in self._ranges:
             ends = [torch.stack(block.u.aminmax(dim=0)) for block in self._blocks(data)]
@@ -181,7 +181,7 @@ class Network:
         return self._ranges[data]
 
     def _ridge_rows(
-        self, data: Samples, sums: Sequence[NormalEquations], fires: Sequence[int]
+        self, data: SampleArrays, sums: Sequence[NormalEquations], fires: Sequence[int]
     ) -> list[tuple[torch.Tensor, torch.Tensor]]:
         """The ridge as more samples, for each group; ``fires`` counts the samples where a rule of the group fires."""
         return [
@@ -189,7 +189,7 @@ class Network:
             for g, normal, n in zip(self.groups, sums, fires, strict=True)
         ]
 
-    def fit(self, free: Sequence[torch.Tensor], data: Samples, gradient: bool = False) -> Fit:
+    def fit(self, free: Sequence[torch.Tensor], data: SampleArrays, gradient: bool = False) -> PointFit:
         """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
 
         The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
@@ -238,7 +238,9 @@ class Network:
                 parts = _gradients(firing, weights, leaves, pull)
                 gradients = parts if whole else [g + p for g, p in zip(gradients, parts, strict=True)]
         gradients = self.premises.free_gradient([p.detach() for p in leaves], gradients)
-        return Fit(solutions, (total / (data.count * len(self.fis.outputs))) ** 0.5, gradients if gradient else None)
+        return PointFit(
+            solutions, (total / (data.count * len(self.fis.outputs))) ** 0.5, gradients if gradient else None
+        )
 
     def _pull(
         self, weights: torch.Tensor, x1: torch.Tensor, values: Sequence[torch.Tensor], error: torch.Tensor
@@ -253,7 +255,7 @@ class Network:
         return parts[0] if len(parts) == 1 else torch.stack(parts).sum(dim=0)
 
     @torch.no_grad()
-    def rmse(self, point: Point, data: Samples) -> float:
+    def rmse(self, point: Point, data: SampleArrays) -> float:
         """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
         total = 0.0
         for block in self._blocks(data):
@@ -262,7 +264,7 @@ class Network:
         return (total / (data.count * len(self.fis.outputs))) ** 0.5
 
     @torch.no_grad()
-    def silent(self, free: Sequence[torch.Tensor], data: Samples) -> int:
+    def silent(self, free: Sequence[torch.Tensor], data: SampleArrays) -> int:
         """The number of samples at which no rule fires for some output."""
         count = 0
         for block in self._blocks(data):
@@ -270,7 +272,7 @@ class Network:
             count += int(silent.any(dim=1).sum()) if silent is not None else 0
         return count
 
-    def reduced(self, point: Point, data: Samples) -> tuple[torch.Tensor, torch.Tensor]:
+    def reduced(self, point: Point, data: SampleArrays) -> tuple[torch.Tensor, torch.Tensor]:
         """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated   [Kaufman 1975].
 
         J is the Jacobian of the output to the free premises with the consequents held, less what the consequents can
@@ -306,7 +308,11 @@ class Network:
         return sum(p[0] for p in parts), sum(p[1] for p in parts)  # type: ignore[return-value]
 
     def _with_ridge(
-        self, data: Samples, triangles: Sequence[torch.Tensor], values: Sequence[torch.Tensor], fires: Sequence[int]
+        self,
+        data: SampleArrays,
+        triangles: Sequence[torch.Tensor],
+        values: Sequence[torch.Tensor],
+        fires: Sequence[int],
     ) -> list[torch.Tensor]:
         """The triangles [A, J, r] of :meth:`reduced` with the ridge's rows [a, 0, t − a · values] below."""
         sums = []

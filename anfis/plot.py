@@ -8,16 +8,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from anfis.data import samples
 from anfis.pruning import Pruned
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, log_y, new_figure, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
@@ -48,18 +49,10 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
     with style():
         figure = new_figure(COLUMN, 3.8)
         errors, steps = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        errors.plot(epochs, [row.train for row in history], color=COLORS[0], label="training")
-        marked, label = [row.train for row in history], "training"
-        if np.isfinite([row.check for row in history]).any():
-            marked, label = [row.check for row in history], "checking"
-            errors.plot(epochs, marked, color=COLORS[1], linestyle="--", label="checking")
+        marked, label = draw_errors(errors, history)
         best = int(np.nanargmin(marked))
         said = f"least {label} error: {marked[best]:.3g}, epoch {epochs[best]}"
         errors.plot(epochs[best], marked[best], "o", color="black", label=said, clip_on=False, zorder=3)
-        if min(row.train for row in history) > 0 and not min(marked) <= 0:
-            errors.set_yscale("log")
-            # Less than a decade has no powers of ten to label: then those between are.
-            errors.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
         errors.set_ylabel("RMSE [unit of the output]")
         figure.legend(loc="outside upper left")
         steps.plot(epochs, [row.step for row in history], color="0.3", drawstyle="steps-mid")
@@ -67,6 +60,21 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
         steps.set_ylabel("step")
         steps.set_xlabel("epoch")
         return figure
+
+
+def draw_errors(ax: Axes, history: Sequence[Epoch]) -> tuple[list[float], str]:
+    """Draw training and checking errors over the epochs, logarithmic unless one is 0.
+
+    Returns the errors that count, those of checking if there are any, and what they are called.
+    """
+    epochs, train, check = zip(*((row.epoch, row.train, row.check) for row in history), strict=True)
+    ax.plot(epochs, train, color=COLORS[0], linestyle="-", label="training")
+    checked = bool(np.isfinite(check).any())
+    if checked:
+        ax.plot(epochs, check, color=COLORS[1], linestyle="--", label="checking")
+    if min(train) > 0 and not np.nanmin(check if checked else train) <= 0:
+        log_y(ax)
+    return (list(check), "checking") if checked else (list(train), "training")
 
 
 def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
@@ -102,8 +110,7 @@ def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
             zorder=4,
         )
         if min(min(values) for _, values in drawn) > 0:
-            ax.set_yscale("log")
-            ax.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
+            log_y(ax)
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True, min_n_ticks=1))
         ax.set_xlabel("number of rules")
         ax.set_ylabel(f"RMSE [{unit}]" if unit else "RMSE [unit of the output]", parse_math=False)

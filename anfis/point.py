@@ -22,7 +22,7 @@ class Solution(NamedTuple):
     rank: int
 
 
-class Fit(NamedTuple):
+class PointFit(NamedTuple):
     """The least-squares consequents for given premises, and the error that they leave."""
 
     solutions: list[Solution]  # one a group

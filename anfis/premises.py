@@ -19,7 +19,7 @@ from anfis.point import Array
 from fuzzy.errors import InputError
 from fuzzy.inference import premise_parameters
 from fuzzy.membership import Bell, Gaussian
-from fuzzy.system import Kind, Sugeno, Variable
+from fuzzy.system import Sugeno, TermKind, Variable
 
 Arrays = tuple[Array, ...]
 
@@ -109,7 +109,7 @@ class Premises:
             result.append(natural)
         return result
 
-    def _universes(self, kind: Kind) -> tuple[Array, Array]:
+    def _universes(self, kind: TermKind) -> tuple[Array, Array]:
         """Low ends and spans (terms,) of the universes of a kind's terms."""
         inputs = self._xp.asarray(kind.inputs, device=device(self.low))
         return self.low[inputs], self.span[inputs]

@@ -15,7 +15,7 @@ import numpy as np
 
 from anfis.accuracy import total_rmse
 from anfis.compiled.threads import one_for_linear_algebra
-from anfis.data import DataError, DataWarning, Samples, samples
+from anfis.data import DataError, DataWarning, SampleArrays, samples
 from anfis.methods.method import make_method
 from anfis.methods.options import Options, TrainingError
 from anfis.state import Epoch
@@ -142,7 +142,7 @@ def prune(
     learnt = whole
     if len(held):
         rest = np.delete(np.arange(whole.count), held)
-        learnt, checking = Samples(whole.x[rest], whole.y[rest]), Samples(whole.x[held], whole.y[held])
+        learnt, checking = SampleArrays(whole.x[rest], whole.y[rest]), SampleArrays(whole.x[held], whole.y[held])
     job = _Job(options, learnt, checking, testing, callback)
     trainings, steps, stopped = [], [], "finished"
     try:
@@ -238,9 +238,9 @@ class _Job:
     """What every training of a pruning shares."""
 
     options: Options
-    learnt: Samples
-    checking: Samples | None
-    testing: Samples | None
+    learnt: SampleArrays
+    checking: SampleArrays | None
+    testing: SampleArrays | None
     callback: Callable[[str, int, Epoch], bool | None] | None
 
     def train(self, fis: Sugeno, stage: str, epochs: int) -> Training:
@@ -259,8 +259,7 @@ class _Job:
             for data in (self.learnt, self.checking, self.testing)
         )
         quiet = replace(fis, no_rule_fires="midrange", out_of_range="ignore")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", InferenceWarning)
+        with warnings.catch_warnings(action="ignore", category=InferenceWarning):
             silent = int((~infer(quiet, self.learnt.x).fired.all(axis=1)).sum())
         return PruningStep(len(fis.rules), train, check, test, silent)
 
@@ -280,13 +279,12 @@ def _shrinking(job: _Job, fis: Sugeno, least: int, retrain: int) -> Iterator[Tra
             # A method that moves the consequents begins where they suit the rules that are left.
             solving = replace(job.options, method="least-squares")
             fis = train(fis, x, y, solving).system
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DataWarning)  # was said of all rules
+        with warnings.catch_warnings(action="ignore", category=DataWarning):  # was said of all rules
             training = job.train(fis, "pruning", retrain)
         yield training
 
 
-def _chosen(choice: Choice, steps: Sequence[PruningStep], systems: Sequence[Sugeno], checking: Samples) -> int:
+def _chosen(choice: Choice, steps: Sequence[PruningStep], systems: Sequence[Sugeno], checking: SampleArrays) -> int:
     """The place of the step that the checking data choose; of equal ones that of the fewest rules."""
     best = min(range(len(steps)), key=lambda k: (steps[k].check, steps[k].rules))
     if choice == "least" or checking.count < 2:
@@ -299,18 +297,16 @@ def _chosen(choice: Choice, steps: Sequence[PruningStep], systems: Sequence[Suge
     return best
 
 
-def _squares(fis: Sugeno, data: Samples) -> np.ndarray:
+def _squares(fis: Sugeno, data: SampleArrays) -> np.ndarray:
     """(samples,) the squared errors, over all outputs."""
     quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         return np.asarray(((np.asarray(quiet(data.x)) - data.y) ** 2).sum(axis=1))
 
 
 def _weights(fis: Sugeno, x: np.ndarray, normalise: bool) -> np.ndarray:
     """The rules' weights (samples, rules); firing strengths for a weighted sum."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         layers = infer(fis, x)
     return np.asarray(layers.weights if normalise else layers.firing)
 

@@ -23,7 +23,7 @@ class Epoch(NamedTuple):
     rank: int
 
 
-class State(NamedTuple):
+class TrainingState(NamedTuple):
     """Everything that an epoch changes."""
 
     point: Point  # where the premises and the consequents are

@@ -16,11 +16,11 @@ import numpy as np
 
 from anfis.accuracy import total_rmse
 from anfis.checkpoint import dump, fingerprint_of, restore, save
-from anfis.data import DataError, DataWarning, Samples, samples
-from anfis.methods.method import Method, Problem, make_method
+from anfis.data import DataError, DataWarning, SampleArrays, samples
+from anfis.methods.method import LearningProblem, Method, make_method
 from anfis.methods.options import Options, TrainingError
 from anfis.point import Point
-from anfis.state import Epoch, State
+from anfis.state import Epoch, TrainingState
 from fuzzy.detached import detached
 from fuzzy.errors import quoted
 from fuzzy.shown import shown
@@ -118,7 +118,7 @@ def train(
     checking = samples(fis, *check, "checking") if check is not None else None
     method = make_method(options.method)
     network = _network(method, fis, options)
-    problem = Problem(network, network.samples(data), options)
+    problem = LearningProblem(network, network.samples(data), options)
     run = _Run(method, problem, network.samples(checking) if checking is not None else None)
     _say_too_few(network, data.count)
     if resume is None:
@@ -148,11 +148,11 @@ def train(
 
 def _learn(
     run: "_Run",
-    state: State,
+    state: TrainingState,
     callback: Callable[[Epoch], bool | None] | None,
     improved: Callable[[Callable[[], Sugeno]], None] | None,
     checkpoint: str | Path | None,
-) -> tuple[State, str]:
+) -> tuple[TrainingState, str]:
     """Measure and step until there is a reason to stop: the last state, and the reason."""
     options, told = run.problem.options, False
     try:
@@ -217,20 +217,20 @@ class _Run:
     """One training: the method, what it learns from, and the checking data, which only this loop sees."""
 
     method: Method
-    problem: Problem
-    checking: Samples | None
+    problem: LearningProblem
+    checking: SampleArrays | None
 
     @cached_property
     def fingerprint(self) -> str:
         """The digest of the problem, which a checkpoint must have to be resumed."""
         return fingerprint_of(self.problem.network, self.problem.data, self.checking)
 
-    def begin(self) -> State:
+    def begin(self) -> TrainingState:
         """The state before the first epoch."""
         point = self.method.start(self.problem.network)
-        return State(point, 0, self.method.first_step(self.problem.options), (), point, point, 0, {})
+        return TrainingState(point, 0, self.method.first_step(self.problem.options), (), point, point, 0, {})
 
-    def resumed(self, source: str | Path | dict[str, Any]) -> State:
+    def resumed(self, source: str | Path | dict[str, Any]) -> TrainingState:
         """The state that a checkpoint holds. Raises TrainingError for one of another problem, and a damaged one."""
         problem = self.problem
         state = restore(source, problem.options, self.fingerprint, problem.network.start(), problem.network.array)
@@ -243,7 +243,7 @@ class _Run:
             raise TrainingError(f"{where}this checkpoint is damaged: the method's memory does not fit the network")
         return state
 
-    def measure(self, state: State) -> tuple[State, Epoch] | None:
+    def measure(self, state: TrainingState) -> tuple[TrainingState, Epoch] | None:
         """Measure the errors at the present point, recorded once; the consequents are solved if the method wants that.
 
         None where the error is no longer finite; DataError where it never was.
@@ -281,7 +281,7 @@ class _Run:
         return state, row
 
 
-def _say_differing(rmse: float, learnt: float, data: Samples, fis: Sugeno) -> None:
+def _say_differing(rmse: float, learnt: float, data: SampleArrays, fis: Sugeno) -> None:
     """Warn where the system errs by more than what was learnt.
 
     A consequent is slopes · x + constant. Where x lies far from 0 for its spread both parts are large and all but

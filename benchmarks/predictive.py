@@ -21,7 +21,7 @@ from benchmarks.ipopt import Ipopt
 from benchmarks.predictiveproblems import LAW, random_problems
 from benchmarks.reporting import heading, machine, start
 from robotics.laws.equation import compiled
-from robotics.laws.predictive.ilqr import COUNT
+from robotics.laws.predictive.ilqr import SolverColumns
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.predictive.problem import plans_of, solve_rows
 from robotics.scenario.reading import load_scenario
@@ -58,7 +58,7 @@ def periods(law: PredictiveControl, seed: int) -> Iterator[tuple[float, float]]:
         def prepare(memory: np.ndarray = memory, before: np.ndarray = before) -> None:
             memory[...] = before
 
-        yield least_time(call, prepare), work[COUNT]
+        yield least_time(call, prepare), SolverColumns(work).count
         before[...] = lanes.memory
 
 
@@ -84,7 +84,7 @@ def cold(iterations: int) -> dict[str, float]:
             one[0] = row
 
         times.append(least_time(lambda: solve_rows(one, LAW.horizon, iterations, 1e-7), prepare))
-        counts.append(one[0, COUNT])
+        counts.append(SolverColumns(one[0]).count)
     return summary(times, counts)
 
 

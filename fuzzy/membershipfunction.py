@@ -15,6 +15,7 @@ from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.errors import InputError
 from fuzzy.profile import Outline, Profile
+from fuzzy.words import listed
 
 # What a parameter is, and so its unit: a place on the axis of x and a length there (unit of x; a length is never 0),
 # a slope (1 / unit of x), or a number without a unit.
@@ -81,10 +82,9 @@ class MembershipFunction:
         numbers, letters = self.numbers, [f.name for f in fields(self)]
         for group in self.ascending():
             if any(numbers[i] > numbers[j] for i, j in pairwise(group)):
-                *others, last = (self.words[i] for i in group)
                 order = " <= ".join(letters[i] for i in group)
                 raise MembershipError(
-                    f"{self._call()} ({self.matlab}): {', '.join(others)} and {last} must be in order, {order}"
+                    f"{self._call()} ({self.matlab}): {listed(self.words[i] for i in group)} must be in order, {order}"
                 )
         widths = [i for i, role in enumerate(self.roles) if role == "width"]
         if any(numbers[i] == 0 for i in widths):

@@ -10,11 +10,6 @@ Point = tuple[float, float]
 _DASHES = ("", "5 2", "1.5 1.5", "7 2 1.5 2")  # lines are told apart without colours
 
 
-def counted(number: int, what: str) -> str:
-    """A number of things: "1 rule", "2 rules"."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
 def titled(title: str, about: str, *parts: str) -> str:
     """Parts, already HTML, below a title and what is said of it."""
     return f"<div><b>{escape(title)}</b> {escape(typeset(about))}{''.join(parts)}</div>"

@@ -19,11 +19,15 @@ from fuzzy.membershipfunction import Array, MembershipFunction, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Rule
 from fuzzy.shown import shown
-from fuzzy.sketch import counted, lines, table, titled
+from fuzzy.sketch import lines, table, titled
+from fuzzy.words import counted
 
 NoRuleFires = Literal["midrange", "nan", "error"]
 OutOfRange = Literal["warn", "ignore", "clip", "error"]
-_RULES_SHOWN, _TERMS_SHOWN, _SKETCH_POINTS = 50, 12, 61  # in a notebook
+# In a notebook
+_RULES_SHOWN = 50
+_TERMS_SHOWN = 12  # of a variable
+_SKETCH_POINTS = 61  # of a sketch
 T = TypeVar("T")
 
 
@@ -157,7 +161,7 @@ class Variable:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-class Kind(NamedTuple):
+class TermKind(NamedTuple):
     """All terms with one type of membership function. Terms are numbered from the first input's to the last input's."""
 
     function: type[MembershipFunction]
@@ -175,7 +179,7 @@ class Structure:
     is_or: np.ndarray  # (rules,) bool
     weight: np.ndarray  # (rules,) float
     consequent: np.ndarray  # (outputs, rules) int: the consequent's place, or -1
-    kinds: tuple["Kind", ...]  # the membership functions, by type
+    kinds: tuple["TermKind", ...]  # the membership functions, by type
     first: np.ndarray  # (inputs + 1,) int: the number of each input's first term among all, and of all terms
 
     @cached_property
@@ -367,7 +371,7 @@ def _resolve(
     kinds = []
     for function in dict.fromkeys(kind for kind, _ in functions):
         terms = np.array([t for t, (kind, _) in enumerate(functions) if kind is function])
-        kinds.append(Kind(function, terms, np.array([functions[t][1] for t in terms])))
+        kinds.append(TermKind(function, terms, np.array([functions[t][1] for t in terms])))
     first = np.cumsum([0, *(len(v.terms) for v in variables)])
     return Structure(term, negated, power, is_or, weight, consequent, tuple(kinds), first)
 

@@ -4,27 +4,27 @@ from glob import glob
 
 from setuptools import setup
 
-NAME = "fuzzyfleet_ros"
+_NAME = "fuzzyfleet_ros"
 
 setup(
-    name=NAME,
+    name=_NAME,
     version="0.2.0",
     description="Drives a robot by any law of Fuzzyfleet, and its simulator as a loopback with wheel dynamics",
     author="The Fuzzyfleet developers",
     license="MIT",
-    packages=[NAME],
+    packages=[_NAME],
     python_requires=">=3.11",
     install_requires=["setuptools"],
     zip_safe=True,
     data_files=[
-        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
-        (f"share/{NAME}", ["package.xml"]),
+        ("share/ament_index/resource_index/packages", [f"resource/{_NAME}"]),
+        (f"share/{_NAME}", ["package.xml"]),
         *(
-            (f"share/{NAME}/{folder}", sorted(glob(f"{folder}/*")))
+            (f"share/{_NAME}/{folder}", sorted(glob(f"{folder}/*")))
             for folder in ("config", "foxglove", "launch", "rviz")
         ),
     ],
     entry_points={
-        "console_scripts": [f"{command} = {NAME}.{command}:main" for command in ("controller", "fleet", "simulator")]
+        "console_scripts": [f"{command} = {_NAME}.{command}:main" for command in ("controller", "fleet", "simulator")]
     },
 )

@@ -1,12 +1,17 @@
-"""The order of the files: long ones first, so that both workers have something to do until the end.
+"""What tests share: results that are dear, made once a run, and packages that are installed beside this one.
 
-Two workers share two cores: threads of their own in every linear algebra call would only wait for each other.
+Two workers share two cores: threads of their own in every linear algebra call would only wait for each other. A worker
+that has nothing left to do takes half of what the other has before it, so no list says which files take long.
 """
 
+import fcntl
 import os
+import pickle
 import signal
 import tomllib
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -22,46 +27,40 @@ settings.load_profile("without a clock")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Files that take long although they hold few tests; the option --no-loadscope-reorder keeps this order.
-LONG = (
-    "test_formation_learning.py",
-    "test_team_chapter.py",
-    "test_avoidance_chapter.py",
-    "test_crossings.py",
-    "test_stress_command.py",
-    "test_readme.py",
-    "test_sweep_command.py",
-    "test_coordination.py",
-    "test_own_formation.py",
-    "test_laws_of_other_packages.py",
-    "test_study.py",
-    "test_own_robot.py",
-    "test_learning_report.py",
-    "test_inference.py",
-    "test_jit.py",
-    "test_compiled.py",
-    "test_player.py",
-    "test_animation.py",
-    "test_designer_page.py",
-    "test_designer_modules.py",
-    "test_designer_panels.py",
-    "test_wheel.py",
-    "test_right_of_way.py",
-    "test_crash_avoidance.py",
-    "test_obstacle_stress.py",
-    "test_report.py",
-    "test_sweep.py",
-    "test_sonar.py",
-    "test_robotics_command.py",
-    "test_team_simulation.py",
-    "test_estimator.py",
-)
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that drive a browser, by the fixture that each of them uses."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
 
 
-def pytest_collection_modifyitems(items):
-    """Files of LONG first, in its order; the others as they were collected."""
-    place = {name: k for k, name in enumerate(LONG)}
-    items.sort(key=lambda item: place.get(item.path.name, len(LONG)))
+@pytest.fixture(scope="session", autouse=True)
+def coarse_pictures() -> Iterator[None]:
+    """Pictures of reports with few dots: they are drawn as ever, and packed in a fraction of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("robotics.report.plates.DPI", 40)
+        yield
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[], Any]], Any]:
+    """A function ``once(name, make)``: what ``make`` returns, made by one worker of this run and read by the others."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # that of the whole run
+
+    def made(name: str, make: Callable[[], Any]) -> Any:
+        file = folder / f"{name}.pickle"
+        with (folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not file.exists():
+                content = pickle.dumps(make())
+                file.with_suffix(".part").write_bytes(content)
+                file.with_suffix(".part").rename(file)
+        return pickle.loads(file.read_bytes())
+
+    return made
 
 
 @pytest.fixture

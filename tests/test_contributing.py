@@ -35,12 +35,13 @@ from robotics.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.report.study import write_study
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import parse_scenario
-from robotics.sensing.carried import exact_echoes
 from robotics.sensing.sonar import PRESETS, RangeSensor
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
 from robotics.vehicle import plant
+from robotics.vehicle.plant import ParameterColumns as Parameters
 from robotics.vehicle.robot import ALTERNATIVES, Robot
+from tests.robotics.sensing.echoes import exact_echoes
 from tests.robotics.vehicle.etsro import ETSRO
 
 ROOT = Path(__file__).parent.parent
@@ -323,8 +324,8 @@ def test_a_robot_parameter(monkeypatch, tmp_path):
     scenario = parse_scenario(text, "one")
     (robot,) = scenario.setting.robots
     heavier = plant.parameters(robot) - plant.parameters(ETSRO)
-    assert np.flatnonzero(heavier).tolist() == [plant.P_MASS]
-    assert heavier[plant.P_MASS] == pytest.approx(5.0)
+    assert np.flatnonzero(heavier).tolist() == [Parameters.mass.row]
+    assert heavier[Parameters.mass.row] == pytest.approx(5.0)
     run = simulate(scenario, make_controller("lyapunov"))
     light = simulate(parse_scenario(HEAD + ROBOT, "one"), make_controller("lyapunov"))
     assert 0 < run["v"][0, 0, 1] < 0.8 * light["v"][0, 0, 1]  # it sets off more slowly

@@ -18,9 +18,9 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        lazynames notebookfigures extras errors naming shown sketch profile membershipfunction membership rule language
-        system inference detached files compiled insight fitting mamdani tuning starts loop ccode shell figures designer
-        commands
+        lazynames notebookfigures extras errors quantity naming words shown sketch profile membershipfunction membership
+        rule language system inference detached files compiled insight fitting mamdani tuning starts loop ccode shell
+        figures designer commands
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
@@ -52,7 +52,7 @@ class Arrow(NamedTuple):
 
 def arrows(root: Path, package: str) -> list[Arrow]:
     """Every import of our modules in ``package`` (a dotted name below ``root``), also those for type checkers."""
-    files = sorted((root / package.replace(".", "/")).rglob("*.py"))
+    files = sorted(f for end in ("py", "pyi") for f in (root / package.replace(".", "/")).rglob(f"*.{end}"))
     return [arrow for file in files for arrow in _arrows_in(root, file, file.read_text(encoding="utf-8"))]
 
 

@@ -30,15 +30,17 @@ path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "python", "toml", "python"]
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "sh", "toml", "sh", "python", "python", "text", "toml", "python"]
     for kind, text in SNIPPETS:
         if kind == "sh":
             run_commands(text)
-        elif kind == "toml" and (file := re.match(r"# ([\w-]+\.toml)", text)):
+        elif (kind == "toml" and (file := re.match(r"# ([\w-]+\.toml)", text))) or (
+            kind == "python" and (file := re.match(r"# (\w+\.py)\n", text))
+        ):
             (tmp_path / file[1]).write_text(text, encoding="utf-8")
-        elif kind == "python" and text.startswith("# fast.py"):
-            (tmp_path / "fast.py").write_text(text, encoding="utf-8")
-            _is_its_array_form("fast.py:Fast:gain=2")
+        elif kind == "text":
+            _steers_as_it_says()
+            _is_said_of_a_misspelt_column(text)
         elif kind == "toml":
             groups = tomllib.loads(text)["project"]["entry-points"]
             assert {*groups} == {f"fuzzyfleet.{name}" for name in ("laws", "metrics", "rulebases")}
@@ -50,14 +52,28 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     sys.modules.pop("mylaw", None)
 
 
-def _is_its_array_form(specification):
-    """The equation of the page steers as numpy does it."""
-    law, scenario = make_controller(specification), load_scenario("lyapunov-sine")
-    run = simulate(replace(scenario, duration=1.0), law, (1, 2))
-    target = run.reference[:, :, 0]
-    wish = target[4] + 2 * (target[1] - run["y_measured"][:, 0])
-    np.testing.assert_allclose(run["command_2"][:, 0], wish, atol=1e-12)
-    np.testing.assert_array_equal(run["command_1"][0, 0], target[3])
+def _steers_as_it_says():
+    """Both forms of the page's law drive the same run, and with the integral as numpy has it."""
+    scenario = replace(load_scenario("lyapunov-sine"), duration=1.0)
+    plain, fast, none, steady = (
+        simulate(scenario, make_controller(law), (1, 2))
+        for law in ("plain.py:Plain:ky=2", "fast.py:Fast:ky=2", "fast.py:Steady:ky=2,iy=0", "fast.py:Steady:ky=2,iy=3")
+    )
+    assert plain.samples.tobytes() == fast.samples.tobytes() == none.samples.tobytes()
+    target = steady.reference[:, :, 0]
+    aside = target[1] - steady["y_measured"][:, 0]
+    wish = target[4] + 2 * aside + 3 * scenario.period * np.cumsum(aside, axis=-1)
+    np.testing.assert_allclose(steady["command_2"][:, 0], wish, atol=1e-12)
+    np.testing.assert_array_equal(steady["command_1"][0, 0], target[3])
+
+
+def _is_said_of_a_misspelt_column(said):
+    """The page's error is that of its own law, misspelt."""
+    Path("misspelt").mkdir()
+    Path("misspelt/fast.py").write_text(Path("fast.py").read_text(encoding="utf-8").replace("gain.ky", "gain.kz", 1))
+    with pytest.raises(InputError) as error:
+        make_controller("misspelt/fast.py:Fast")
+    assert said.strip() in str(error.value)
 
 
 @pytest.mark.parametrize(("kind", "own"), [("law", "own.py:MyLaw"), ("rule-base", "own.fis"), ("metric", "own.py")])

@@ -23,7 +23,7 @@ from fuzzy.designer.design import design_of
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.views import design_data
 from fuzzy.inference import InferenceWarning, infer
-from tests.browsers import started
+from tests.browsers import drag, rest, started
 from tests.fuzzy.random_systems import systems
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -125,23 +125,17 @@ def test_a_curve_and_the_point_are_dragged_by_mouse(browser: Any, tmp_path: Path
     told = page.locator(".fd-told")
     before = told.inner_text()
 
-    def drag(name: str, by: float) -> None:
-        box = page.get_by_role("slider", name=name, exact=True).bounding_box()
-        assert box is not None
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.mouse.move(x, y)
-        page.mouse.down()
-        page.mouse.move(x + by, y, steps=5)
-        page.mouse.up()
+    def pull(name: str, by: float) -> None:
+        drag(page, page.get_by_role("slider", name=name, exact=True), (by, 0), release=True)
 
     def turn(before: str) -> float:
         page.wait_for_function("(text) => document.querySelector('.fd-told').innerText !== text", arg=before)
         return float(re.sub(r".*w = ([−\d.]+) rad/s", r"\1", told.inner_text()).replace("−", "-"))
 
-    drag("bearing", -40)  # to the right of the robot: it turns right
+    pull("bearing", -40)  # to the right of the robot: it turns right
     turned, before = turn(before), told.inner_text()
     assert turned < 0
-    drag("right: shoulder", -80)  # the term begins later: it turns less
+    pull("right: shoulder", -80)  # the term begins later: it turns less
     assert turned < turn(before) < 0
     assert problems == []
 
@@ -159,7 +153,7 @@ def test_a_player_follows_the_theme_of_its_page(browser: Any, tmp_path: Path) ->
     found = []
     for theme in ("dark", "light", "dark"):
         page.evaluate("(theme) => { document.documentElement.dataset.theme = theme; }", theme)
-        page.wait_for_timeout(200)
+        rest(page)
         found.append(page.evaluate(looks))
     dark, light, again = found
     assert again == dark
@@ -224,7 +218,7 @@ def test_nothing_is_fetched_from_a_network(browser: Any) -> None:
         "reference/made/fuzzy/Sugeno.html",
     ):
         page, problems = opened(browser, SITE / name)
-        page.wait_for_timeout(500)
+        page.wait_for_load_state("networkidle")
         assert problems == [], name
         page.close()
 

@@ -103,6 +103,7 @@ def test_the_wheel_carries_data_and_types(python):
     code = (
         "from importlib.resources import files;"
         "print(*(p.is_file() for p in (files('fuzzy') / 'py.typed', files('robotics') / 'py.typed',"
+        "*(files(package) / '__init__.pyi' for package in ('fuzzy', 'anfis', 'robotics')),"
         "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
         "*(files('robotics') / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
         "files('robotics') / 'playback' / 'player.html.j2', files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
@@ -110,4 +111,4 @@ def test_the_wheel_carries_data_and_types(python):
         "files('robotics') / 'robots' / 'etsro.toml')))"
     )
     done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True"] * 11
+    assert done.stdout.split() == ["True"] * 14

@@ -1,7 +1,8 @@
 """The command ``anfis evaluate``: a system's errors on a table."""
 
-from anfis.commands.shared import Data, Fis, Json
+from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 

@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from anfis.commands.shared import Data, Fis, Json
+from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

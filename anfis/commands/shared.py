@@ -27,7 +27,6 @@ Fis = Annotated[
         autocompletion=rule_bases,
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 
 
 class CommandError(InputError):

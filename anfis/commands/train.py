@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
-from anfis.commands.shared import CommandError, Data, Json, reaching
+from anfis.commands.shared import CommandError, Data, reaching
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
@@ -18,6 +18,7 @@ from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.files.atomic import check_target
 from fuzzy.files.columnchoice import chosen_columns
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -53,7 +54,20 @@ def _methods(incomplete: str) -> list[str]:
     return completed(incomplete, METHODS)
 
 
+_Options = Annotated[
+    "Options",
+    FieldOptions(
+        "anfis.methods.options:Options",
+        *("method", "epochs", "step", "patience", "goal", "ridge", "batch", "keep_order", "seed"),
+        method=Shown(complete=_methods),
+        epochs=Shown(default=60),
+        seed=Shown(doc="Seed of mini-batches (backprop), of shuffled folds and of what --prune holds."),
+    ),
+]
+
+
 def train(
+    *,
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
     inputs: Inputs = None,
@@ -80,24 +94,7 @@ def train(
     mf: Annotated[
         str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
     ] = None,
-    method: Annotated[
-        str, typer.Option(help=f"How to learn: {', '.join(METHODS)}.", autocompletion=_methods)
-    ] = "hybrid",
-    epochs: Annotated[int, typer.Option(min=0, help="The most epochs to learn for.")] = 60,
-    step: Annotated[float, typer.Option(help="Length of the first step (hybrid), in units of the universes.")] = 0.01,
-    patience: Annotated[
-        int, typer.Option(min=0, help="Stop that many epochs after the least checking error; 0: never.")
-    ] = 0,
-    goal: Annotated[float, typer.Option(help="Stop at this training RMSE, in the outputs' unit.")] = 0.0,
-    ridge: Annotated[
-        float, typer.Option(help="Times the square of the consequents, added to the mean square error; no unit.")
-    ] = 0.0,
-    batch: Annotated[
-        int, typer.Option(min=0, help="Samples a step (backprop), else samples held at a time; 0: the method's own.")
-    ] = 0,
-    keep_order: Annotated[
-        bool, typer.Option("--keep-order", help="Keep an input's memberships in order and overlapping.")
-    ] = False,
+    options: _Options,
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
     prune: Annotated[
@@ -114,9 +111,6 @@ def train(
             help="With --prune: fewest rules within one-standard-error of the least checking error, or least.",
         ),
     ] = "one-standard-error",
-    seed: Annotated[
-        int, typer.Option(min=0, help="Seed of mini-batches (backprop), of shuffled folds and of what --prune holds.")
-    ] = 0,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a checkpoint here after every epoch.")
     ] = None,
@@ -133,7 +127,7 @@ def train(
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Learn a system from a table and write the one of least checking error (training error without --check).
 
@@ -150,23 +144,10 @@ def train(
       anfis train samples.csv --outputs v --rules 8 --folds 5 -o net.fis
       anfis train samples.csv --outputs v --grid 5 --prune --test check.csv -o small.fis --plot rules.png
     """
-    import anfis
-
     _check_files(out, history, plot, checkpoint)
     if mf is not None and grid is None:
         raise CommandError("--mf says what --grid is made of: give --grid too")
     _check_together(folds, prune, keep_rules, checkpoint or resume)
-    options = anfis.Options(
-        method=method,
-        epochs=epochs,
-        step=step,
-        patience=patience,
-        goal=goal,
-        ridge=ridge,
-        batch=batch,
-        keep_order=keep_order,
-        seed=seed,
-    )
     _say_unread(options, folds is not None or prune)
     begin = _Start(start, rules, radius, grid, mf)
     given = _given_system(begin)

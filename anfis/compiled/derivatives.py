@@ -19,7 +19,7 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -44,7 +44,7 @@ _ROOT = math.sqrt(2.0)
 _LEAST = 1e-300  # what stands for 0 where a logarithm is taken
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def log_positive(v: float) -> float:
     """Compute log v of a normal number v > 0, within two units in the last place.
 
@@ -65,14 +65,14 @@ def log_positive(v: float) -> float:
     return k * _LN2_HIGH + (2.0 * s + (2.0 * s * q * t + k * _LN2_LOW))
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _log1p(u: float) -> float:
     """Compute log(1 + u) for u ≥ 0: the logarithm of the rounded sum, and what the rounding took away."""
     v = 1.0 + u
     return log_positive(v) + (u - (v - 1.0)) / v
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _bell_exponent(x: float, a: float, b: float, c: float) -> float:
     """2b log |(x − c)/a|, and what it tends to at the center."""
     z = abs((x - c) / a)
@@ -81,7 +81,7 @@ def _bell_exponent(x: float, a: float, b: float, c: float) -> float:
     return away if z > 0.0 else center
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def fill_degrees(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, row: np.ndarray) -> None:
     """Write a row of degrees; of a function from GAUSSIAN on their logarithms, of an unknown one not-a-number.
 
@@ -140,7 +140,7 @@ def fill_degrees(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.nd
 # Derivatives ----------------------------------------------------------------------------------------------------------
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _ramp_slopes(x: float, a: float, b: float) -> tuple[float, float]:
     """The derivatives of a straight edge that rises from ``a`` to ``b``, to both."""
     steep = b > a
@@ -150,7 +150,7 @@ def _ramp_slopes(x: float, a: float, b: float) -> tuple[float, float]:
     return inside * (z - 1.0) / width, -inside * z / width
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _spline_slopes(x: float, a: float, b: float) -> tuple[float, float]:
     """The derivatives of a quadratic spline that rises from ``a`` to ``b``, to both."""
     smooth = b > a
@@ -161,13 +161,13 @@ def _spline_slopes(x: float, a: float, b: float) -> tuple[float, float]:
     return slope * (z - 1.0), -slope * z
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _left_share(left: float, right: float) -> float:
     """Of a minimum, the part of its slope that its first argument has: half where both are equal, as in torch."""
     return 1.0 if left < right else (0.5 if left == right else 0.0)
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _sigmoid_slopes(x: float, a: float, c: float) -> tuple[float, float]:
     """The derivatives of the logarithm of a sigmoid to a and c: 1 minus the sigmoid, times x − c or −a."""
     z = a * (x - c)
@@ -176,7 +176,7 @@ def _sigmoid_slopes(x: float, a: float, c: float) -> tuple[float, float]:
     return rest * (x - c), -rest * a
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, partial: np.ndarray) -> None:
     """Derivatives of a function made of straight lines and parabolas."""
     if kind == TRIANGLE:
@@ -223,7 +223,7 @@ def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, par
             partial[3, p] = -down_d * up
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, partial: np.ndarray) -> None:
     """Derivatives of the logarithm of a function that is positive everywhere."""
     if kind == GAUSSIAN:
@@ -265,7 +265,7 @@ def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, pa
             partial[3, p] = to_c
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _sigmoid_difference(a: float, b: float, c: float, d: float, x: np.ndarray, partial: np.ndarray) -> None:
     """Derivatives of a difference of two sigmoids, which is held at 0 where it would be negative."""
     for p in range(len(x)):
@@ -279,7 +279,7 @@ def _sigmoid_difference(a: float, b: float, c: float, d: float, x: np.ndarray, p
         partial[3, p] = -second * to_c
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def fill_derivatives(
     kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, logs: bool, partial: np.ndarray
 ) -> None:

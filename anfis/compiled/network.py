@@ -12,16 +12,17 @@ import numpy as np
 from anfis.compiled import threads
 from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
 from anfis.compiled.least_squares import Equations, eliminated, joined, plus, ridge_rows, solve
-from anfis.compiled.plan import LANES, Plan, plan_of
-from anfis.data import Samples
-from anfis.point import Fit, Point, Solution, numbers
+from anfis.compiled.plan import CHUNK_LANES, KernelPlan, plan_of
+from anfis.data import SampleArrays
+from anfis.point import Point, PointFit, Solution, numbers
 from anfis.premises import Arrays, Premises, premises
 from anfis.proposals import consequent_terms, present_values
 from fuzzy.compiled.tables import NUMBERS
+from fuzzy.compiled.threads import share_out
 from fuzzy.fitting.consequents import OutputGroup, output_groups
 from fuzzy.system import Sugeno
 
-BLOCK = 2048  # samples whose sums are made in one piece: what a thread is given
+_BLOCK = 2048  # samples whose sums are made in one piece: what a thread is given
 _NOTHING, _NOWHERE = np.empty((0, 0)), np.zeros((3, 1), dtype=np.int64)
 T = TypeVar("T")
 
@@ -44,10 +45,10 @@ class CompiledNetwork:
     groups: tuple[OutputGroup, ...]
     ridge: float  # without a unit, see fuzzy.fitting.consequents
     block: int  # samples held at a time
-    _plan: Plan = field(repr=False)
+    _plan: KernelPlan = field(repr=False)
     # The last fit, and what it is of: a method that tries points has it measured once more at the one it takes.
     _last: list[Any] = field(default_factory=list, init=False, repr=False)
-    _ranges: WeakKeyDictionary[Samples, tuple[np.ndarray, np.ndarray]] = field(
+    _ranges: WeakKeyDictionary[SampleArrays, tuple[np.ndarray, np.ndarray]] = field(
         default_factory=WeakKeyDictionary, init=False, repr=False
     )
 
@@ -78,7 +79,7 @@ class CompiledNetwork:
         p = self.premises
         return p.system(point.free, consequent_terms(self.fis, point.values, p.low, p.span))
 
-    def samples(self, data: Samples) -> Samples:
+    def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as this network takes them."""
         return data
 
@@ -118,19 +119,16 @@ class CompiledNetwork:
 
     # Sums over samples --------------------------------------------------------------------------------------------
 
-    def _portions(self, data: Samples) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def _portions(self, data: SampleArrays) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Inputs and outputs of some samples at a time, those that lie on disk read now."""
         for start in range(0, data.count, self.block):
             yield data.rows(slice(start, start + self.block))
 
-    def _over_blocks(self, data: Samples, work: Callable[[tuple[np.ndarray, np.ndarray]], T]) -> Iterator[T]:
+    def _over_blocks(self, data: SampleArrays, work: Callable[[tuple[np.ndarray, np.ndarray]], T]) -> Iterator[T]:
         """What ``work`` makes of each block of samples, in the blocks' order."""
         for x, y in self._portions(data):
-            starts = range(0, len(x), BLOCK)
-            yield from threads.shared_out(
-                lambda start, x=x, y=y: work((x[start : start + BLOCK], y[start : start + BLOCK])),  # type: ignore[misc]
-                starts,
-            )
+            blocks = [slice(start, start + _BLOCK) for start in range(0, len(x), _BLOCK)]
+            yield from share_out(lambda one, x=x, y=y: work((x[one], y[one])), blocks, threads.count())  # type: ignore[misc]
 
     def _sweep(
         self,
@@ -201,7 +199,7 @@ class CompiledNetwork:
         return found[0], found[1]
 
     def _equations(
-        self, parameters: np.ndarray, data: Samples, kept: np.ndarray | None
+        self, parameters: np.ndarray, data: SampleArrays, kept: np.ndarray | None
     ) -> tuple[list[Equations], np.ndarray, np.ndarray | None]:
         """The groups' normal equations, where rules fire, and the designs with the targets if that is one block."""
         firing = np.zeros(len(self.groups), dtype=np.int64)
@@ -222,7 +220,7 @@ class CompiledNetwork:
         equations = [joined(gram, len(g.columns)) for gram, g in zip(grams, self.groups, strict=True)]
         return equations, firing, design
 
-    def fit(self, free: Sequence[np.ndarray], data: Samples, gradient: bool = False) -> Fit:
+    def fit(self, free: Sequence[np.ndarray], data: SampleArrays, gradient: bool = False) -> PointFit:
         """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
 
         The gradient holds the consequents: they are at their own minimum, where their change does not count (with a
@@ -232,21 +230,27 @@ class CompiledNetwork:
             return self._last[2]
         natural, parameters = self._at(free)
         kept = None
-        if data.count <= min(BLOCK, self.block):
+        if data.count <= min(_BLOCK, self.block):
             functions, rules = len(self._plan.kind), len(self._plan.weight)
-            kept = np.empty((functions + 2 * rules, -(-data.count // LANES) * LANES))
+            kept = np.empty((functions + 2 * rules, -(-data.count // CHUNK_LANES) * CHUNK_LANES))
         equations, fires, design = self._equations(parameters, data, kept)
         solutions = [
             self._solution(parameters, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))
         ]
         squares, slopes, _ = self._errors(parameters, [s.values for s in solutions], data, gradient, kept)
         rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
-        found = Fit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
+        found = PointFit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
         self._last[:] = free, data, found
         return found
 
     def _solution(
-        self, parameters: np.ndarray, g: int, equations: Equations, fires: int, design: np.ndarray | None, data: Samples
+        self,
+        parameters: np.ndarray,
+        g: int,
+        equations: Equations,
+        fires: int,
+        design: np.ndarray | None,
+        data: SampleArrays,
     ) -> Solution:
         """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
         group, below = self.groups[g], None
@@ -262,7 +266,7 @@ class CompiledNetwork:
 
         return solve(equations, samples if data.count <= self.block else None)
 
-    def _range(self, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+    def _range(self, data: SampleArrays) -> tuple[np.ndarray, np.ndarray]:
         """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
         if data not in self._ranges:
             units = [self.premises.scale(x) for x, _ in self._portions(data)]
@@ -274,7 +278,7 @@ class CompiledNetwork:
         self,
         parameters: np.ndarray,
         values: Sequence[np.ndarray],
-        data: Samples,
+        data: SampleArrays,
         gradient: bool,
         kept: np.ndarray | None = None,
     ) -> tuple[float, np.ndarray, int]:
@@ -288,19 +292,19 @@ class CompiledNetwork:
             squares, silent, slopes = squares + found.squares, silent + found.silent, slopes + found.slopes
         return squares, slopes, silent
 
-    def rmse(self, point: Point, data: Samples) -> float:
+    def rmse(self, point: Point, data: SampleArrays) -> float:
         """The root mean square error at ``point`` over samples and outputs, in the outputs' unit."""
         squares, _, _ = self._errors(self._at(point.free)[1], point.values, data, False)
         return float((squares / (data.count * len(self.fis.outputs))) ** 0.5)
 
-    def silent(self, free: Sequence[np.ndarray], data: Samples) -> int:
+    def silent(self, free: Sequence[np.ndarray], data: SampleArrays) -> int:
         """The number of samples at which no rule fires for some output."""
         values = [np.zeros((len(g.columns), len(g.outputs))) for g in self.groups]
         return self._errors(self._at(free)[1], values, data, False)[2]
 
     # Second order -------------------------------------------------------------------------------------------------
 
-    def reduced(self, point: Point, data: Samples) -> tuple[np.ndarray, np.ndarray]:
+    def reduced(self, point: Point, data: SampleArrays) -> tuple[np.ndarray, np.ndarray]:
         """Jᵀ J and Jᵀ r of the reduced residual, consequents eliminated, as :meth:`anfis.network.Network.reduced`."""
         natural, parameters = self._at(point.free)
         proposals = self._proposals(point.values)
@@ -323,7 +327,7 @@ class CompiledNetwork:
         return jtj, jtr
 
     def _rows_of(
-        self, parameters: np.ndarray, factor: np.ndarray, proposals: np.ndarray, data: Samples
+        self, parameters: np.ndarray, factor: np.ndarray, proposals: np.ndarray, data: SampleArrays
     ) -> tuple[list[np.ndarray], np.ndarray]:
         """Each group's [A, J, r], transposed, or of more than one block its triangle (QR); and where rules fire."""
         firing: Any = 0
@@ -332,13 +336,15 @@ class CompiledNetwork:
         for found in self._over_blocks(data, lambda samples: self._sweep(parameters, samples, task, proposals, factor)):
             rows: list[Any] = [found.made[self._rows(g, True)] for g in range(len(self.groups))]
             firing = firing + found.fires
-            if data.count > min(BLOCK, self.block):
+            if data.count > min(_BLOCK, self.block):
                 rows = [np.hstack(pair) for pair in zip(whole, rows, strict=True)] if whole else rows
                 rows = [np.asarray(np.linalg.qr(part.T, mode="r")).T for part in rows]
             whole = rows
         return whole, firing
 
-    def _with_ridge(self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: Samples) -> np.ndarray:
+    def _with_ridge(
+        self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: SampleArrays
+    ) -> np.ndarray:
         """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""
         n, q = values.shape
         a, targets = triangle[:, :n], triangle[:, -q:] + triangle[:, :n] @ values

@@ -10,10 +10,10 @@ from fuzzy.fitting.consequents import OutputGroup
 from fuzzy.inference import logarithmic
 from fuzzy.system import Sugeno
 
-LANES = 64  # samples a chunk: the rows of a chunk stay in the cache
+CHUNK_LANES = 64  # samples a chunk: the rows of a chunk stay in the cache
 
 
-class Plan(NamedTuple):
+class KernelPlan(NamedTuple):
     """A system as arrays, its membership functions ("functions") numbered in one sequence over all inputs.
 
     A group is outputs of the same rules, terms and orders, whose consequents have one design matrix.
@@ -45,7 +45,9 @@ class Plan(NamedTuple):
     middle: np.ndarray  # (outputs,): what stands where no rule fires
 
 
-def plan_of(fis: Sugeno, groups: tuple[OutputGroup, ...], low: np.ndarray, span: np.ndarray, high: np.ndarray) -> Plan:
+def plan_of(
+    fis: Sugeno, groups: tuple[OutputGroup, ...], low: np.ndarray, span: np.ndarray, high: np.ndarray
+) -> KernelPlan:
     """The plan of a system whose functions all have a number; ``low``, ``span`` and ``high`` as there."""
     s, functions = fis.structure, [(i, f) for i, v in enumerate(fis.inputs) for f in v.terms.values()]
     premise, last = np.full((len(functions), 4), -1, dtype=np.int64), 0
@@ -53,7 +55,7 @@ def plan_of(fis: Sugeno, groups: tuple[OutputGroup, ...], low: np.ndarray, span:
         shape = len(kind.terms), len(kind.function.roles)
         premise[kind.terms, : shape[1]] = last + np.arange(shape[0] * shape[1]).reshape(shape)
         last += shape[0] * shape[1]
-    return Plan(
+    return KernelPlan(
         low=low,
         span=span,
         high=high,
@@ -81,44 +83,46 @@ def plan_of(fis: Sugeno, groups: tuple[OutputGroup, ...], low: np.ndarray, span:
     )
 
 
-class Rows(NamedTuple):
-    """The rows of a chunk, each LANES long. What they hold beforehand does not matter."""
+class ChunkRows(NamedTuple):
+    """The rows of a chunk, each CHUNK_LANES long. What they hold beforehand does not matter."""
 
-    x: np.ndarray  # (inputs, LANES), in units of the universes
-    degree: np.ndarray  # (functions, LANES): degrees of membership, or their logarithms
-    firing: np.ndarray  # (rules, LANES): firing strengths, or their logarithms
-    weights: np.ndarray  # (rules, LANES): their shares, which sum to 1
-    forward: np.ndarray  # (functions + 2 rules, LANES): the memory of these three
-    share: np.ndarray  # (terms, LANES): the terms' weights
-    total: np.ndarray  # (3, LANES): their sum before they are normalised again; output; error
-    proposal: np.ndarray  # (terms, LANES): what a term proposes
-    pull: np.ndarray  # (terms, LANES): the derivative to the terms' weights
-    rule_pull: np.ndarray  # (rules, LANES): to the rules' weights, then to their firing strengths or their logarithms
-    term_pull: np.ndarray  # (functions, LANES): to degrees, or their logarithms
-    clause: np.ndarray  # (inputs, LANES): degrees after hedge and "not"
-    so_far: np.ndarray  # (inputs + 1, LANES): the firing strength after each clause
-    partial: np.ndarray  # (4, LANES): derivatives to the parameters of one function
-    row: np.ndarray  # (LANES,)
+    x: np.ndarray  # (inputs, CHUNK_LANES), in units of the universes
+    degree: np.ndarray  # (functions, CHUNK_LANES): degrees of membership, or their logarithms
+    firing: np.ndarray  # (rules, CHUNK_LANES): firing strengths, or their logarithms
+    weights: np.ndarray  # (rules, CHUNK_LANES): their shares, which sum to 1
+    forward: np.ndarray  # (functions + 2 rules, CHUNK_LANES): the memory of these three
+    share: np.ndarray  # (terms, CHUNK_LANES): the terms' weights
+    total: np.ndarray  # (3, CHUNK_LANES): their sum before they are normalised again; output; error
+    proposal: np.ndarray  # (terms, CHUNK_LANES): what a term proposes
+    pull: np.ndarray  # (terms, CHUNK_LANES): the derivative to the terms' weights
+    rule_pull: (
+        np.ndarray
+    )  # (rules, CHUNK_LANES): to the rules' weights, then to their firing strengths or their logarithms
+    term_pull: np.ndarray  # (functions, CHUNK_LANES): to degrees, or their logarithms
+    clause: np.ndarray  # (inputs, CHUNK_LANES): degrees after hedge and "not"
+    so_far: np.ndarray  # (inputs + 1, CHUNK_LANES): the firing strength after each clause
+    partial: np.ndarray  # (4, CHUNK_LANES): derivatives to the parameters of one function
+    row: np.ndarray  # (CHUNK_LANES,)
 
 
 @kernel(nogil=True)
-def rows(plan: Plan) -> Rows:
-    """Make the rows for chunks of LANES samples; one thread works in them."""
+def rows(plan: KernelPlan) -> ChunkRows:
+    """Make the rows for chunks of CHUNK_LANES samples; one thread works in them."""
     rules, inputs = plan.clause.shape
     functions, terms = len(plan.kind), max(1, plan.terms.max())
     sizes = (inputs, functions, rules, rules, terms, 3, terms, terms, rules, functions, inputs, inputs + 1, 4, 1)
     count = 0
     for size in sizes:
         count += size
-    memory = np.empty(count * LANES + 8)
+    memory = np.empty(count * CHUNK_LANES + 8)
     # A vector that straddles two lines of the cache takes twice the time.
     begin = (-memory.ctypes.data // 8) % 8
-    all_rows = memory[begin : begin + count * LANES].reshape(count, LANES)
+    all_rows = memory[begin : begin + count * CHUNK_LANES].reshape(count, CHUNK_LANES)
     a = inputs + functions
     b = a + 2 * rules
     c = b + 3 * terms + 3
     d = c + rules + functions
-    return Rows(
+    return ChunkRows(
         all_rows[:inputs],
         all_rows[inputs:a],
         all_rows[a : a + rules],

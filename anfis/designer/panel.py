@@ -21,20 +21,22 @@ from anfis.designer.task import (
     Generator,
     Task,
     TaskError,
-    TrainingProcess,
     TrainOutcome,
     chosen_columns,
     guessed,
     split,
     task_of,
+    train_task,
 )
 from anfis.methods.catalogue import METHODS
 from fuzzy.designer.columns import Columns, columns_data
 from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
+from fuzzy.designer.longtask import TaskSession
+from fuzzy.designer.panel import SessionPanel
 from fuzzy.designer.tablesource import TableSource
-from fuzzy.designer.wishes import Wishes, refusal_of_choice
+from fuzzy.designer.views import variable_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -44,7 +46,6 @@ GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequen
 MODULE = Path(__file__).parent / "static" / "training.js"
 _MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
 _DRAWN = 1_000  # epochs of the curve that is sent, at most
-_EVERY = 0.1  # s between looks at the learning
 
 
 def generators() -> list[Generator]:
@@ -52,38 +53,22 @@ def generators() -> list[Generator]:
     return [generator for entry in entry_points(group=GROUP) for generator in entry.load()()]
 
 
-class TrainPanel:
-    """The panel "Train" as the designer finds it, by an entry point."""
-
-    title = "Train"
-    order = 60
-
-    def build(self, bench: Any) -> None:
-        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        TrainSession(bench)
-
-
-panel = TrainPanel()
-
-
-class TrainSession:
+class TrainSession(TaskSession):
     """The training of one page: what it has chosen, and the process that learns. Messages come one at a time."""
 
+    error = TaskError
+    called = "training"
+
     def __init__(self, bench: Any) -> None:
-        self.bench = bench
+        super().__init__(
+            bench,
+            start="present", radius=0.5, mfs=3, method="hybrid", epochs=60, goal=0.0, share=0.2, seed=0, skip_bad=False,
+        )  # fmt: skip
         self.table: Columns | None = None
-        self.choice: dict[str, Any] = {
-            "start": "present", "radius": 0.5, "mfs": 3, "method": "hybrid", "epochs": 60, "goal": 0.0, "share": 0.2,
-            "seed": 0, "skip_bad": False,
-        }  # fmt: skip
         self.columns: dict[str, str] = {}
         self.source = TableSource(bench, _MOST, "use anfis train for large tables")
-        self.process: TrainingProcess | None = None
-        self.begun = False  # from the wish to train until its process has ended
-        self.closed = False
-        self.watching: asyncio.Task[None] | None = None
         self.history: list[tuple[Any, ...]] = []
-        self.start: Sugeno | None = None
+        self.started: Sugeno | None = None  # what the learning began with
         self.outcome: TrainOutcome | None = None
         self.best: Sugeno | None = None  # so far
         self.rows: Rows | None = None  # of the training that runs or ran last
@@ -91,11 +76,21 @@ class TrainSession:
         self.pictures = Latest(self._draw)
         self.words: list[str] = []
         self.unit = ""  # of the error that is learnt
-        self.state = "idle"
         self.made = {generator.name: generator for generator in generators()}
         self.asked: dict[str, Sequence[Ask]] = {}  # what generators ask for, by their names, once that is known
-        self.widget = bench.widget(
+        self.put(
             MODULE,
+            self.source.acts(self._show)
+            | {
+                "generate": self._generate,
+                "column": self._column,
+                "choose": self._choose,
+                "train": self._train,
+                "stop": self.stop,
+                "take": self._take,
+                "look": self._look,
+                "output": self._choose_output,
+            },
             sources=self._sources(),
             accepted={"start": list(STARTS), "method": methods(), "largest": _MOST},
             table=None,
@@ -105,7 +100,6 @@ class TrainSession:
             progress=self._progress(),
             before=None,
             after=None,
-            problem=None,
             pictures=None,
             points=None,
             residual=None,
@@ -113,42 +107,11 @@ class TrainSession:
             about=None,
             **self._of_columns(),
         )
-        self.wishes = Wishes(
-            {
-                "file": self._file,
-                "piece": self._piece,
-                "generate": self._generate,
-                "column": self._column,
-                "choose": self._choose,
-                "train": self._train,
-                "stop": self._stop,
-                "take": self._take,
-                "look": self._look,
-                "output": self._choose_output,
-            },
-            self._refuse,
-            TaskError,
-            lambda: self.widget.update(problem=None),
-        )
-        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_close(self.close)
         self.asking = asyncio.get_running_loop().create_task(self._ask())
 
     # Messages
-
-    def _refuse(self, error: Exception, message: dict[str, Any]) -> None:
-        self.widget.update(problem=refusal_of_choice(error, message))
-
-    async def _file(self, message: dict[str, Any]) -> None:
-        """A CSV file of the folder."""
-        self._show(await self.source.file(message.get("name")))
-
-    async def _piece(self, message: dict[str, Any]) -> None:
-        """A piece of an uploaded file."""
-        table = await self.source.piece(message)
-        if table is not None:
-            self._show(table)
 
     async def _generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
@@ -179,58 +142,33 @@ class TrainSession:
         self.widget.update(columns=self.columns, **self._of_columns())
 
     def _choose(self, message: dict[str, Any]) -> None:
-        name = message.get("name")
-        if not isinstance(name, str) or name not in self.choice:
-            raise TaskError(expected(str(name), self.choice, "setting"))
-        self.choice = {**self.choice, name: message.get("value")}
+        name, value = self.setting(message)
+        self.choice = {**self.choice, name: value}
         if name == "start":
             self._guess()
         self.widget.update(choice=self.choice, **self._of_columns())
 
     async def _train(self, message: dict[str, Any]) -> None:
-        # Another wish may come while the process is being started.
-        if self.begun:
-            raise TaskError("a training runs already; stop it first")
+        self.check_idle()
         if self.table is None:
             raise TaskError("choose data first: a CSV file, or data that are generated")
-        present = self._present()
+        present = self.present
         settings = {**self.choice, "skip_bad": self.choice["skip_bad"] is True}
         task = task_of(self.table, self.columns, present, name=present.name, **settings)
-        self.begun = True
         self.best, self.rows, self.output = None, self._rows(task), 0
-        self.history, self.start, self.outcome, self.words, self.state = [], None, None, [], "starting"
+        self.history, self.started, self.outcome, self.words = [], None, None, []
         self.unit = self._of_columns()["unit"]
         if len(task.x) < len(self.table.values):
             self.words.append(f"{len(self.table.values) - len(task.x)} of {len(self.table.values)} rows are left out")
-        self.widget.update(progress=self._progress(), before=None, after=None)
+        self.widget.update(before=None, after=None)
         self.pictures.wish()
-        try:
-            process = await asyncio.to_thread(TrainingProcess, task)
-        except BaseException:
-            self.begun, self.state = False, "idle"
-            self.widget.update(progress=self._progress())
-            raise
-        if self.closed:
-            process.close()
-            return
-        self.process = process
-        if self.state == "stopping":
-            process.stop()
-        self.watching = asyncio.get_running_loop().create_task(self._watch(process))
-
-    def _stop(self, message: dict[str, Any]) -> None:
-        if not self.begun:
-            raise TaskError("no training runs")
-        if self.process is not None:
-            self.process.stop()
-        self.state = "stopping"
-        self.widget.update(progress=self._progress())
+        await self.start(task, train_task)
 
     def _take(self, message: dict[str, Any]) -> None:
         """The best into the design, as one edit; disabled rules, which were not learnt, stay if they still fit."""
         if self.outcome is None:
             raise TaskError("there is no trained system to take yet")
-        present = self._present()
+        present = self.present
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
         self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
 
@@ -255,7 +193,7 @@ class TrainSession:
         """The samples of a task, with the lines of the file that they come from."""
         table = self.table
         assert table is not None
-        inputs, outputs = chosen_columns(table, self.columns, self._present(), self.choice["start"])
+        inputs, outputs = chosen_columns(table, self.columns, self.present, self.choice["start"])
         kept = ~table.lacking([*inputs, *outputs])
         lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
         checking = np.zeros(len(task.x), dtype=bool)
@@ -281,24 +219,14 @@ class TrainSession:
 
     def _looks(self) -> bool:
         """Has the design the inputs that are learnt?"""
-        now = [v.name for v in self._present().inputs]
+        now = [v.name for v in self.present.inputs]
         return self.best is not None and [v.name for v in self.best.inputs] == now
 
-    async def _watch(self, process: TrainingProcess) -> None:
-        while process.alive:
-            await asyncio.sleep(_EVERY)
-            news = process.news()
-            for what, about in news:
-                self._note(what, about)
-            if news and self.process is process:
-                self.widget.update(progress=self._progress())
-        if self.process is process:
-            self.process, self.begun = None, False
-            await asyncio.to_thread(process.close)
-
-    def _note(self, what: str, about: Any) -> None:
+    def note(self, what: str, about: Any) -> None:
+        """Take a piece of news of the learning."""
+        super().note(what, about)
         if what == "start":
-            self.start = self.best = about
+            self.started = self.best = about
             self.widget.update(before=variables(about))
             self.pictures.wish()
         elif what == "best":
@@ -310,33 +238,23 @@ class TrainSession:
         elif what == "epoch":
             self.history.append(about)
             self.state = "learning" if self.state == "starting" else self.state
-        elif what == "problem":
-            self.state = "idle"
-            self.widget.update(problem={"message": about})
         elif what == "done":
-            self.outcome, self.best, self.state = about, about.system, "done"
+            self.outcome, self.best = about, about.system
             self.widget.update(after=variables(about.system))
             self.pictures.wish()
 
-    def close(self) -> None:
-        """End the training that runs, because its page is closed."""
-        self.closed, self.begun = True, False
-        process, self.process = self.process, None
-        if process is not None:
-            process.close()
+    def tell(self) -> None:
+        """Show the page how the learning goes."""
+        self.widget.update(progress=self._progress())
 
     # What the page sees
-
-    def _present(self) -> Sugeno:
-        fis: Sugeno = self.bench.document.design.in_force
-        return fis
 
     def _changed(self) -> None:
         system = self._system()
         self.widget.update(system=system, **self._of_columns())
 
     def _system(self) -> dict[str, Any]:
-        fis = self._present()
+        fis = self.present
         return {
             "name": fis.name,
             "inputs": [v.name for v in fis.inputs],
@@ -373,13 +291,13 @@ class TrainSession:
 
     def _guess(self) -> None:
         if self.table is not None:
-            present = self._present() if self.choice["start"] == "present" else None
+            present = self.present if self.choice["start"] == "present" else None
             self.columns = guessed(self.table, present)
             self.widget.update(columns=self.columns)
 
     def _of_columns(self) -> dict[str, str]:
         """What follows from the columns: the unit of the error, if all outputs have one, and rows without numbers."""
-        present, fresh = self._present(), self.choice["start"] != "present"
+        present, fresh = self.present, self.choice["start"] != "present"
         units, lack = [] if fresh else [v.unit for v in present.outputs], ""
         if self.table is not None:
             with suppress(InputError):  # said when it is tried
@@ -404,13 +322,16 @@ class TrainSession:
             "check": [row[2] if _finite(row[2]) else None for row in drawn] if checked else None,
             "best": None if best is None else {"epoch": rows[best][0], "error": errors[best], "checked": checked},
             "first": rows[0][2 if checked else 1] if rows and _finite(rows[0][2 if checked else 1]) else None,
-            "rules": None if self.start is None else len(self.start.rules),
-            "outputs": None if self.start is None else len(self.start.outputs),
+            "rules": None if self.started is None else len(self.started.rules),
+            "outputs": None if self.started is None else len(self.started.outputs),
             "parameters": None if self.outcome is None else self.outcome.parameters,
             "stopped": None if self.outcome is None else self.outcome.stopped,
             "unit": self.unit,
             "words": self.words,
         }
+
+
+panel = SessionPanel("Train", 60, TrainSession)
 
 
 def methods() -> list[list[str]]:
@@ -419,20 +340,8 @@ def methods() -> list[list[str]]:
 
 
 def variables(fis: Sugeno) -> list[dict[str, Any]]:
-    """The inputs of ``fis`` with their terms, in JSON's types, as the editor of membership functions takes them."""
-    return [
-        {
-            "name": v.name,
-            "unit": v.unit,
-            "low": v.universe[0],
-            "high": v.universe[1],
-            "terms": [
-                {"name": name, "type": f.matlab, "parameters": [float(p) for p in f.parameters]}
-                for name, f in v.terms.items()
-            ],
-        }
-        for v in fis.inputs
-    ]
+    """The inputs of ``fis`` with their terms, as the editor of membership functions takes them."""
+    return [variable_data(v) for v in fis.inputs]
 
 
 def _finite(value: float) -> bool:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fuzzy.starts.samples import TABLE_OPTIONS, clusters_example, read_samples
-from fuzzy.starts.start import Number, Report, Start
+from fuzzy.starts.start import NumberOption, Report, Start
 from fuzzy.system import Sugeno
 
 EPOCHS = 60  # as `anfis train` learns
@@ -40,8 +40,8 @@ def starts() -> list[Start]:
             learnt,
             (
                 *TABLE_OPTIONS,
-                Number("radius", "Radius of the first clusters", 0.05, 2, 0.5, whole=False),
-                Number("epochs", "Epochs", 1, 2000, EPOCHS),
+                NumberOption("radius", "Radius of the first clusters", 0.05, 2, 0.5, whole=False),
+                NumberOption("epochs", "Epochs", 1, 2000, EPOCHS),
             ),
             clusters_example,
             reports=True,

@@ -1,16 +1,14 @@
 """A training as a task of its own process: what to learn from what, reported while it runs, stopped when asked.
 
-The learning is :func:`anfis.train` in a process that knows nothing of the page: it tells through a pipe how each
-epoch went, and ends with the best so far when it is told to stop, or at once when nobody listens any more.
+The learning is :func:`anfis.train` in a process that knows nothing of the page, a
+:class:`fuzzy.designer.longtask.TaskProcess`: it tells how each epoch went, and ends with the best so far when it is
+told to stop.
 """
 
-import multiprocessing
 import time
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -18,6 +16,7 @@ import numpy as np
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.designer.columns import Columns, matching
+from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 STARTS = ("present", "subtractive", "grid")
 _RARELY = 0.3  # s between two systems that are told of
-_PATIENCE = 3.0  # s that a process is given to end by itself
 
 
 class TaskError(InputError):
@@ -226,7 +224,7 @@ def starting_system(task: Task) -> Sugeno:
     )
 
 
-def learn(task: Task, report: Callable[[str, Any], bool]) -> "Training":
+def learn(task: Task, report: Report) -> "Training":
     """Do the task. ``report(what, about)`` is called as it proceeds, and returns False to stop with the best so far.
 
     It is called with "start" and the starting system, "warning" and a sentence, "epoch" and an
@@ -296,80 +294,14 @@ class TrainOutcome(NamedTuple):
     parameters: int  # how many numbers were learnt
 
 
-class TrainingProcess:
-    """A task in a process of its own, watched by :meth:`news` and ended by :meth:`stop` or :meth:`close`.
+def train_task(task: Task, report: Report) -> TrainOutcome:
+    """Do a task as :class:`fuzzy.designer.longtask.TaskProcess` wants it: in plain types, which need no torch."""
 
-    Args:
-        task: The task.
-        work: What is called with it there, and with the end of a pipe for the news; by default what learns.
-        name: What messages call it.
-    """
-
-    def __init__(self, task: Any, work: Callable[[Any, Connection], None] | None = None, name: str = "training"):
-        # A fresh process: a forked one would share the threads' locks of torch and of the server.
-        context = multiprocessing.get_context("spawn")
-        self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=work or _work, args=(task, theirs), daemon=True)
-        self._name = name
-        self._process.start()
-        theirs.close()
-        self._over = False
-
-    @property
-    def alive(self) -> bool:
-        """Can there be more news?"""
-        return not self._over
-
-    def news(self) -> list[tuple[str, Any]]:
-        """What has been reported since the last call, without waiting.
-
-        ("start", Sugeno), ("warning", str), ("best", Sugeno), ("epoch", tuple of the fields of
-        :class:`anfis.state.Epoch`), and at the end one of ("done", TrainOutcome) and ("problem", str).
-        """
-        found: list[tuple[str, Any]] = []
-        try:
-            while not self._over and self._ours.poll():
-                found.append(self._ours.recv())
-                self._over = found[-1][0] in ("done", "problem")
-        except (EOFError, OSError):
-            self._over = True
-            self._process.join(_PATIENCE)
-            found.append(("problem", f"the {self._name} ended unexpectedly (exit code {self._process.exitcode})"))
-        return found
-
-    def stop(self) -> None:
-        """Ask it to end after this step; the best so far follows as news."""
-        with suppress(OSError):  # it has ended already
-            self._ours.send("stop")
-
-    def close(self) -> None:
-        """End the process now; no news follows."""
-        self._over = True
-        self._ours.close()
-        if self._process.is_alive():
-            self._process.terminate()
-        self._process.join(_PATIENCE)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-
-
-def _work(task: Task, pipe: Connection) -> None:
-    asked = False
-
-    def report(what: str, about: Any) -> bool:
-        nonlocal asked
-        # A plain tuple, so that the page loads nothing of what learns.
-        pipe.send((what, tuple(about) if what == "epoch" else about))
-        asked = asked or pipe.poll()
-        return not asked
+    def plainly(what: str, about: Any) -> bool:
+        return report(what, tuple(about) if what == "epoch" else about)
 
     try:
-        result = learn(task, report)
-        pipe.send(("done", TrainOutcome(result.system, result.best, result.stopped, result.parameters)))
-    except InputError as error:
-        pipe.send(("problem", str(error)))
-    except (BrokenPipeError, ConnectionError, KeyboardInterrupt):
-        pass  # nobody listens any more
+        result = learn(task, plainly)
     except MemoryError:
-        pipe.send(("problem", "the training needs more memory than there is: fewer rules or samples"))
+        raise TaskError("the training needs more memory than there is: fewer rules or samples") from None
+    return TrainOutcome(result.system, result.best, result.stopped, result.parameters)

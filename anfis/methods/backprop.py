@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from anfis.methods.method import Method, Problem
+from anfis.methods.method import LearningProblem, Method
 from anfis.point import Point
-from anfis.state import State
+from anfis.state import TrainingState
 
 
 class Backprop(Method):
@@ -19,7 +19,7 @@ class Backprop(Method):
     reads = ("optimiser", "rate", "batch", "seed")
     solves = False
 
-    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+    def remembers(self, problem: LearningProblem, point: Point, memory: dict[str, Any]) -> bool:
         """Whether the optimiser's state is that of such an optimiser, of the shapes of what it moves; or none yet."""
         if "optimiser" not in memory:
             return True
@@ -37,7 +37,7 @@ class Backprop(Method):
             for value in row.values()
         )
 
-    def advance(self, problem: Problem, state: State) -> State:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState:
         """One pass over all samples, in an order drawn from the seed and the epoch if there are mini-batches."""
         import torch
 

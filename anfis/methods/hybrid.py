@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from anfis.methods.method import Method, Problem
+from anfis.methods.method import LearningProblem, Method
 from anfis.methods.options import Options
 from anfis.point import Array, Point
-from anfis.state import State
+from anfis.state import TrainingState
 
 
 class Hybrid(Method):
@@ -21,12 +21,12 @@ class Hybrid(Method):
         """The length of the first step, in units of the universes."""
         return options.step
 
-    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+    def remembers(self, problem: LearningProblem, point: Point, memory: dict[str, Any]) -> bool:
         """Whether a gradient is there, of the shapes of the premises."""
         gradient = memory.get("gradient")
         return isinstance(gradient, list) and [g.shape for g in gradient] == [p.shape for p in point.free]
 
-    def advance(self, problem: Problem, state: State) -> State | None:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState | None:
         """One step of Jang's length; None where the gradient is 0."""
         gradient: list[Array] = state.memory["gradient"]
         norm = sum(float((g * g).sum()) for g in gradient) ** 0.5

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from anfis.methods.method import Method, Problem
+from anfis.methods.method import LearningProblem, Method
 from anfis.point import Point
-from anfis.state import State
+from anfis.state import TrainingState
 
 if TYPE_CHECKING:
     from anfis.compiled.network import CompiledNetwork
@@ -22,6 +22,6 @@ class LeastSquares(Method):
         """The system's own premises to the last bit, legal for learning or not."""
         return network.start()._replace(free=network.premises.start())
 
-    def advance(self, problem: Problem, state: State) -> State | None:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState | None:
         """No step: the consequents are solved already."""
         return None

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from anfis.data import Samples
+from anfis.data import SampleArrays
 from anfis.methods.catalogue import METHODS
 from anfis.methods.options import Options
 from anfis.point import Point
-from anfis.state import State
+from anfis.state import TrainingState
 
 if TYPE_CHECKING:
     from anfis.compiled.network import CompiledNetwork
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class LearningProblem:
     """What a method learns from, the same in every epoch."""
 
     network: "Network | CompiledNetwork"
-    data: Samples  # to learn from; a method never sees the checking data
+    data: SampleArrays  # to learn from; a method never sees the checking data
     options: Options
 
 
@@ -29,7 +29,7 @@ class Method(Protocol):
 
     Every epoch training first measures the errors at ``state.point``, solving for the consequents if the method wants
     that, and then asks the method for the next point. A method has no memory of its own: what it must remember goes
-    into ``State.memory``, as plain values and arrays, and so into checkpoints.
+    into ``TrainingState.memory``, as plain values and arrays, and so into checkpoints.
     """
 
     reads: ClassVar[tuple[str, ...]] = ()  # the names of the Options that are this method's own
@@ -46,11 +46,11 @@ class Method(Protocol):
         """The step size of the first epoch, which the history shows: a length, a damping or a learning rate."""
         return options.rate
 
-    def remembers(self, problem: Problem, point: Point, memory: dict[str, Any]) -> bool:
+    def remembers(self, problem: LearningProblem, point: Point, memory: dict[str, Any]) -> bool:
         """Whether ``memory``, which comes from a checkpoint, is what this method can go on with from ``point``."""
         return True
 
-    def advance(self, problem: Problem, state: State) -> State | None:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState | None:
         """The state of the next epoch: ``point``, ``epoch + 1`` and what else changed; None where no step helps."""
         ...
 

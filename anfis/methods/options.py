@@ -1,14 +1,14 @@
 """Options of training, checked when they are chosen."""
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
-
-import numpy as np
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.fitting.consequents import LARGEST_RIDGE
 from fuzzy.naming import expected
+from fuzzy.quantity import check_quantities, described, quantity, whole
 
 
 class TrainingError(InputError):
@@ -20,65 +20,48 @@ class Options:
     """How to train. Defaults are MATLAB's where it has the option.
 
     A method reads its own options besides those of every method, see :attr:`anfis.methods.method.Method.reads`.
-    Raises TrainingError for an option that training cannot use.
-
-    Attributes:
-        method: A name in anfis.METHODS.
-        epochs: The most epochs.
-        step: Hybrid: the length of the first premise step, in units of the universes.
-        increase: Hybrid: factor after four decreases of the error in a row   [Jang 1993].
-        decrease: Hybrid: factor after up, down, up, down.
-        goal: Stop when the training RMSE (over all outputs, in their unit) is this low.
-        patience: Stop after that many epochs without a new least error (checking, if any); 0: never.
-        ridge: Of the least squares, without a unit, see fuzzy.fitting.consequents.
-        optimiser: Backprop: a class of torch.optim.
-        rate: Backprop: its learning rate.
-        batch: Backprop: samples a step; others: samples held at a time. 0: all (backprop), 65,536 (others).
-        keep_order: Memberships of an input stay ordered and covering.
-        seed: Backprop: of the order of mini-batches.
-        dtype: Of all numbers that are learnt.
-        device: Of torch.
-
     Raises:
         TrainingError: An option that training cannot use.
     """
 
-    method: str = "hybrid"
-    epochs: int = 10
-    step: float = 0.01
-    increase: float = 1.1
-    decrease: float = 0.9
-    goal: float = 0.0
-    patience: int = 0
-    ridge: float = 0.0
-    optimiser: str = "Adam"
-    rate: float = 0.01
-    batch: int = 0
-    keep_order: bool = False
-    seed: int = 0
-    dtype: Literal["float64", "float32"] = "float64"
-    device: str = "cpu"
+    method: str = described(f"How to learn: {', '.join(METHODS)}.", "hybrid")
+    epochs: int = whole(10, least=0, doc="The most epochs to learn for.")
+    step: float = quantity(
+        0.01, "1", least=0, doc="Length of the first premise step (hybrid), in units of the universes."
+    )
+    increase: float = quantity(
+        1.1, "1", least=1, doc="Factor of the step after four decreases of the error in a row (hybrid) [Jang 1993]."
+    )
+    decrease: float = quantity(
+        0.9, "1", least=0, most=1, doc="Factor of the step after up, down, up, down of the error (hybrid)."
+    )
+    goal: float = quantity(0.0, "1", least=0, doc="Stop at this training RMSE, over all outputs and in their unit.")
+    patience: int = whole(
+        0, least=0, doc="Stop that many epochs after the least error, of checking if there is any; 0: never."
+    )
+    ridge: float = quantity(
+        0.0,
+        "1",
+        least=0,
+        most=LARGEST_RIDGE,
+        doc="Times the square of the consequents, added to the mean square error; no unit.",
+    )
+    optimiser: str = described("A class of torch.optim (backprop).", "Adam")
+    rate: float = described("Learning rate (backprop), >= 0.", 0.01)
+    batch: int = whole(
+        0, least=0, doc="Samples a step (backprop), else samples held at a time; 0: all (backprop), else 65,536."
+    )
+    keep_order: bool = described("Keep an input's memberships in order and overlapping.", False)
+    seed: int = whole(0, least=0, doc="Seed of the order of mini-batches (backprop).")
+    dtype: Literal["float64", "float32"] = described("Type of all numbers that are learnt.", "float64")
+    device: str = described("Device of torch.", "cpu")
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise TrainingError(expected(str(self.method), METHODS, "method"))
-        for name, least in (("epochs", 0), ("patience", 0), ("batch", 0), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-                raise TrainingError(f"{name} must be a whole number >= {least}, got {value!r}")
-        for name, least in (("step", 0), ("increase", 1), ("decrease", 0), ("goal", 0), ("ridge", 0), ("rate", 0)):
-            value = getattr(self, name)
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not np.isfinite(value)
-                or value < least
-            ):
-                raise TrainingError(f"{name} must be a finite number >= {least}, got {value!r}")
-        if self.ridge > LARGEST_RIDGE:
-            raise TrainingError(f"ridge must be <= {LARGEST_RIDGE:g}, got {self.ridge!r}")
-        if self.decrease > 1:
-            raise TrainingError(f"decrease must be <= 1, got {self.decrease!r}")
+        check_quantities(self, TrainingError)
+        if isinstance(self.rate, bool) or not isinstance(self.rate, (int, float)) or not 0 <= self.rate < inf:
+            raise TrainingError(f"rate must be a finite number >= 0, got {self.rate!r}")
         if self.dtype not in ("float64", "float32"):
             raise TrainingError(expected(str(self.dtype), ("float64", "float32"), "dtype"))
         # torch is loaded only to ask for what is not known without it.

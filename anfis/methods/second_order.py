@@ -6,10 +6,10 @@ The consequents are those of least squares everywhere, so the cost depends on th
 
 import numpy as np
 
-from anfis.methods.method import Method, Problem
+from anfis.methods.method import LearningProblem, Method
 from anfis.methods.options import Options
 from anfis.point import Point, numbers
-from anfis.state import State
+from anfis.state import TrainingState
 
 _DAMPING = 0.1  # of the first step, relative to the diagonal of Jᵀ J
 _LEAST = 3e-2  # of the diagonal's largest element: what counts at least, so that no parameter is let loose
@@ -27,7 +27,7 @@ class SecondOrder(Method):
         """The first damping, without a unit."""
         return _DAMPING
 
-    def advance(self, problem: Problem, state: State) -> State | None:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState | None:
         """One accepted step; the damping grows until there is one. None where none helps.
 
         After it the damping falls, or grows, by how much of the reduction that the Jacobian promises has come true

@@ -8,7 +8,7 @@ that rules that fire faintly keep their ratio.
 
 from fuzzy.ccode.phrases import Pieces
 
-FIXED: Pieces = (
+FIXED_PIECES: Pieces = (
     ("ONE", (), """
 #define ONE ((int32_t)1 << 30) /* the degree of membership 1 */
 """),

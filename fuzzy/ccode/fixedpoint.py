@@ -4,35 +4,36 @@ import math
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import FIXED as PIECES
+from fuzzy.ccode.fixedpieces import FIXED_PIECES as PIECES
 from fuzzy.ccode.identifier import comment
-from fuzzy.ccode.numbertype import LARGEST, ONE, ExportError
+from fuzzy.ccode.numbertype import LARGEST_FIXED, ONE, ExportError
 from fuzzy.ccode.phrases import chosen, limited_to, rule_tables, signature, table
-from fuzzy.ccode.plan import Plan, Term
+from fuzzy.ccode.plan import CodePlan, CodeTerm
 
-_DEGREE, _LOG = 30, 20  # binary places of degrees and of logarithms
+_DEGREE = 30  # binary places of a degree
+_LOG = 20  # binary places of a logarithm
 _MOST = 2**31 - 1
 
 
-def check_range(plan: Plan) -> None:
+def check_range(plan: CodePlan) -> None:
     """See that every number that comes in or out fits. Raises ExportError for one that does not."""
     fis = plan.fis
     for variable in (*fis.inputs, *fis.outputs):
-        if max(map(abs, variable.universe)) > LARGEST:
+        if max(map(abs, variable.universe)) > LARGEST_FIXED:
             raise ExportError(
                 f"{fis.name}: {variable.name} goes from {variable.universe[0]:g} to {variable.universe[1]:g}, and "
                 "Q16.16 has the numbers from -32768 to 32768: scale the variable, or export to float"
             )
     for o, name in enumerate(plan.outputs):
         for numbers in (plan.constants[o], plan.slopes[o]):
-            if len(numbers) and np.abs(numbers).max() > LARGEST:
+            if len(numbers) and np.abs(numbers).max() > LARGEST_FIXED:
                 raise ExportError(
                     f"{fis.name}: a consequent of {name} has the number {np.abs(numbers).max():g}, and Q16.16 has the "
                     "numbers from -32768 to 32768: export to float"
                 )
 
 
-def fixed_source(plan: Plan) -> str:
+def fixed_source(plan: CodePlan) -> str:
     """The whole text. Raises ExportError for numbers that Q16.16 does not have."""
     check_range(plan)
     return _Writer(plan).source()
@@ -60,7 +61,7 @@ def line(slope: float, offset: float, places: int) -> str:
 
 
 class _Writer:
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: CodePlan) -> None:
         self.plan = plan
         self.needed: set[str] = {"ONE"}
 
@@ -107,23 +108,23 @@ class _Writer:
             rows.append(f"    degree[{k}] = {call}; /* {comment(term.name)} */")
         return [*rows, ""]
 
-    def _line(self, term: Term, slope: float, offset: float, places: int) -> str:
+    def _line(self, term: CodeTerm, slope: float, offset: float, places: int) -> str:
         self.needed.add("line")
         return f"line({term.variable}, {line(slope, offset, places)})"
 
-    def _side(self, term: Term, slope: float, offset: float, spline: bool) -> str:
+    def _side(self, term: CodeTerm, slope: float, offset: float, spline: bool) -> str:
         """From 0 to 1 along a straight line, or by a spline."""
         function = "spline" if spline else "limited"
         self.needed.add(function)
         return f"{function}({self._line(term, slope, offset, _DEGREE)})"
 
-    def _up(self, term: Term, a: float, b: float, *, spline: bool = False) -> str:
+    def _up(self, term: CodeTerm, a: float, b: float, *, spline: bool = False) -> str:
         if b > a and math.isfinite(b - a):
             return self._side(term, 1 / (b - a), -a / (b - a), spline)
         at = (a + b) / 2 if spline else b
         return f"({term.variable} >= {self._edge(at)} ? ONE : 0)"
 
-    def _down(self, term: Term, c: float, d: float, *, spline: bool = False) -> str:
+    def _down(self, term: CodeTerm, c: float, d: float, *, spline: bool = False) -> str:
         if d > c and math.isfinite(d - c):
             return self._side(term, -1 / (d - c), d / (d - c), spline)
         at = (c + d) / 2 if spline else c
@@ -134,10 +135,10 @@ class _Writer:
         scaled = max(-(2.0**31), min(float(_MOST), at * ONE))
         return math.floor(scaled) if down else math.ceil(scaled)
 
-    def _sigmoid(self, term: Term, a: float, c: float) -> str:
+    def _sigmoid(self, term: CodeTerm, a: float, c: float) -> str:
         return self._line(term, a, -a * c, _LOG)
 
-    def _degree(self, term: Term) -> str:
+    def _degree(self, term: CodeTerm) -> str:
         """A degree that may be faint, as an expression of C."""
         p, name = term.parameters, term.function
         if name == "dsigmf":
@@ -154,7 +155,7 @@ class _Writer:
             return f"sigmoid({self._sigmoid(term, *p) if name == 'sigmf' else self._bell(term)})"
         return f"strength_of({self._edges(term)}, 0)"
 
-    def _edges(self, term: Term) -> str:
+    def _edges(self, term: CodeTerm) -> str:
         """A degree that is made of straight lines or parabolas."""
         p, name = term.parameters, term.function
         if name in ("trimf", "trapmf"):
@@ -171,12 +172,12 @@ class _Writer:
         self.needed.add("times")
         return f"times({self._up(term, *p[:2], spline=True)}, {self._down(term, *p[2:], spline=True)})"
 
-    def _bell(self, term: Term) -> str:
+    def _bell(self, term: CodeTerm) -> str:
         a, b, c = term.parameters
         self.needed.add("bell")
         return f"bell({self._line(term, 1 / abs(a), -c / abs(a), _LOG)}, {q16(2 * b)})"
 
-    def _logarithm(self, term: Term) -> str:
+    def _logarithm(self, term: CodeTerm) -> str:
         p, name = term.parameters, term.function
         if name == "gaussmf":
             self.needed.add("log_gauss")

@@ -10,13 +10,13 @@ from collections.abc import Callable
 import numpy as np
 
 from fuzzy.ccode.numbertype import Floating
-from fuzzy.ccode.plan import Term
+from fuzzy.ccode.plan import CodeTerm
 
 
 class FloatTerm:
     """The writer of one term."""
 
-    def __init__(self, number: Floating, term: Term, logs: bool, needed: set[str]) -> None:
+    def __init__(self, number: Floating, term: CodeTerm, logs: bool, needed: set[str]) -> None:
         self.number, self.term, self.logs, self.needed = number, term, logs, needed
         self.zero, self.one = number.constant(0.0), number.constant(1.0)
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import FIXED as PIECES
+from fuzzy.ccode.fixedpieces import FIXED_PIECES as PIECES
 from fuzzy.ccode.fixedpoint import check_range, q16
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.numbertype import FIXED, ExportError, Floating, c_type, checked_number
 from fuzzy.ccode.phrases import chosen, limited_to, signature, table
-from fuzzy.ccode.plan import Plan, planned
+from fuzzy.ccode.plan import CodePlan, planned
 from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.source import CSources, header
 from fuzzy.shown import shown
@@ -106,7 +106,7 @@ def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "doub
     return CSources(plan.name, top, f'/* {told} */\n#include "{plan.name}.h"\n\n{text}')
 
 
-def _floating(plan: Plan, lookup: Lookup, kind: Floating) -> str:
+def _floating(plan: CodePlan, lookup: Lookup, kind: Floating) -> str:
     real, outputs, upper = kind.name, len(plan.outputs), plan.name.upper()
     values = table(real, f"{plan.name}_table", [kind.constant(float(v)) for v in lookup.values.ravel()])
     zero, one = kind.constant(0.0), kind.constant(1.0)
@@ -136,7 +136,7 @@ def _floating(plan: Plan, lookup: Lookup, kind: Floating) -> str:
     return values + _function(plan, real, lines)
 
 
-def _fixed(plan: Plan, lookup: Lookup) -> str:
+def _fixed(plan: CodePlan, lookup: Lookup) -> str:
     outputs, upper = len(plan.outputs), plan.name.upper()
     values = table("int32_t", f"{plan.name}_table", [str(q16(float(v))) for v in lookup.values.ravel()])
     lines = []
@@ -167,7 +167,7 @@ def _fixed(plan: Plan, lookup: Lookup) -> str:
     return chosen(PIECES, {"shifted"}) + "\n" + values + _function(plan, "int32_t", lines)
 
 
-def _corners(plan: Plan, lookup: Lookup, real: str) -> list[str]:
+def _corners(plan: CodePlan, lookup: Lookup, real: str) -> list[str]:
     outputs = len(plan.outputs)
     if len(plan.inputs) == 1:
         return [f"const {real} *const low = {plan.name}_table + {outputs} * cell0;"]
@@ -178,6 +178,6 @@ def _corners(plan: Plan, lookup: Lookup, real: str) -> list[str]:
     ]
 
 
-def _function(plan: Plan, real: str, lines: list[str]) -> str:
+def _function(plan: CodePlan, real: str, lines: list[str]) -> str:
     body = indent("\n".join(["int told = 0;", *lines, "return told;"]), "    ")
     return f"\n\n{signature(plan.name, real)} {{\n{body}\n}}\n"

@@ -11,9 +11,9 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
 FIXED = "q16.16"
-NUMBERS: tuple[str, ...] = ("double", "float", FIXED)
+_NUMBERS: tuple[str, ...] = ("double", "float", FIXED)
 ONE = 1 << 16  # of Q16.16
-LARGEST = (2**31 - 1) / ONE
+LARGEST_FIXED = (2**31 - 1) / ONE
 
 
 class ExportError(InputError):
@@ -90,6 +90,6 @@ def in_q16(x: np.ndarray) -> np.ndarray:
 
 def checked_number(name: str) -> str:
     """The name of a type of numbers. Raises ExportError for one that there is not."""
-    if name not in NUMBERS:
-        raise ExportError(expected(name, NUMBERS, "number type"))
+    if name not in _NUMBERS:
+        raise ExportError(expected(name, _NUMBERS, "number type"))
     return name

@@ -6,7 +6,7 @@ from textwrap import fill
 import numpy as np
 
 from fuzzy.ccode.identifier import comment
-from fuzzy.ccode.plan import Plan
+from fuzzy.ccode.plan import CodePlan
 
 # Of functions of C, in the order in which they are written: name, the others that it needs, text
 Pieces = tuple[tuple[str, tuple[str, ...], str], ...]
@@ -68,7 +68,9 @@ def table(kind: str, name: str, values: Sequence[object]) -> str:
     return f"static const {kind} {name}[{len(values)}] = {{\n{rows}\n}};"
 
 
-def rule_tables(plan: Plan, real: str, powers: Sequence[object], weights: Sequence[object], truth: str) -> list[str]:
+def rule_tables(
+    plan: CodePlan, real: str, powers: Sequence[object], weights: Sequence[object], truth: str
+) -> list[str]:
     """The rules' sentences, and tables of their clauses, one after the other, and of where those of each rule end.
 
     Args:

@@ -16,7 +16,7 @@ UNROLLED = 40  # rules; a system with more is written as tables and loops
 
 
 @dataclass(frozen=True)
-class Term:
+class CodeTerm:
     """A term that a rule asks for."""
 
     input: int
@@ -28,7 +28,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Clause:
+class CodeClause:
     """One clause of a rule."""
 
     term: int
@@ -37,15 +37,15 @@ class Clause:
 
 
 @dataclass(frozen=True)
-class Plan:
+class CodePlan:
     """A system, laid out for C."""
 
     fis: Sugeno
     name: str  # the prefix of everything public
     inputs: tuple[str, ...]  # identifiers
     outputs: tuple[str, ...]
-    terms: tuple[Term, ...]
-    clauses: tuple[tuple[Clause, ...], ...]  # of each rule
+    terms: tuple[CodeTerm, ...]
+    clauses: tuple[tuple[CodeClause, ...], ...]  # of each rule
     constants: np.ndarray  # (outputs, rules)
     slopes: np.ndarray  # (outputs, rules, inputs)
     logs: bool  # whether firing strengths are sums of logarithms
@@ -61,7 +61,7 @@ class Plan:
         return self.rules <= UNROLLED
 
     @property
-    def all_clauses(self) -> tuple[Clause, ...]:
+    def all_clauses(self) -> tuple[CodeClause, ...]:
         """The clauses of all rules, one after the other."""
         return tuple(clause for row in self.clauses for clause in row)
 
@@ -109,7 +109,7 @@ class Plan:
         return bool((self.slopes[output] != 0).any())
 
 
-def planned(fis: Sugeno, name: str = "") -> Plan:
+def planned(fis: Sugeno, name: str = "") -> CodePlan:
     """Lay a system out. Raises ExportError for a membership function that C has no formula of.
 
     Args:
@@ -125,25 +125,27 @@ def planned(fis: Sugeno, name: str = "") -> Plan:
         outputs.append(identifier(variable.name, [*inputs, *outputs]))
     s = fis.structure
     asked = sorted({(int(i), int(s.term[i, r])) for i, r in zip(*np.nonzero(s.term >= 0), strict=True)})
-    terms: list[Term] = []
+    terms: list[CodeTerm] = []
     for i, t in asked:
         label, function = list(fis.inputs[i].terms.items())[t]
         if type(function) not in NUMBERS:
             raise ExportError(f"{fis.name}: there is no formula in C of the membership function {function.matlab}")
         own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
         numbers = tuple(as_number(p) for p in function.parameters)
-        terms.append(Term(i, inputs[i], own, label, function.matlab, numbers))
+        terms.append(CodeTerm(i, inputs[i], own, label, function.matlab, numbers))
     place = {key: k for k, key in enumerate(asked)}
     clauses = tuple(
         tuple(
-            Clause(place[i, int(s.term[i, r])], float(s.power[i, r]), bool(s.negated[i, r]))
+            CodeClause(place[i, int(s.term[i, r])], float(s.power[i, r]), bool(s.negated[i, r]))
             for i in range(len(inputs))
             if s.term[i, r] >= 0
         )
         for r in range(len(fis.rules))
     )
     constants, slopes = _consequents(fis)
-    return Plan(fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis))
+    return CodePlan(
+        fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis)
+    )
 
 
 def _consequents(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,7 @@ from fuzzy.system import Sugeno
 
 def answers_of(fis: Sugeno, x: np.ndarray) -> np.ndarray:
     """What a system answers (..., outputs) at ``x`` (..., inputs), far away and where no rule fires too."""
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
         return np.asarray(compile_sugeno(fis)(x))
 
 

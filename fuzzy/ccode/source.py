@@ -12,7 +12,7 @@ from fuzzy.ccode.floatterm import FloatTerm
 from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import FIXED, Floating, c_type, checked_number
 from fuzzy.ccode.phrases import guarded, limited_to, rule_tables, signature, table
-from fuzzy.ccode.plan import LOGARITHMS, Clause, Plan, Term, planned
+from fuzzy.ccode.plan import LOGARITHMS, CodeClause, CodePlan, CodeTerm, planned
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno, Variable
 
@@ -44,7 +44,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
 
-def header(plan: Plan, real: str) -> str:
+def header(plan: CodePlan, real: str) -> str:
     """The header: what goes in and comes out, in which units, and how it is called."""
     fis, name, upper = plan.fis, plan.name, plan.name.upper()
     fixed = real == c_type(FIXED)
@@ -106,13 +106,13 @@ def _example(variable: Variable, fixed: bool, upper: str) -> str:
     return f"{upper}_Q16({value})" if fixed else value
 
 
-def _no_rule(plan: Plan, fixed: bool) -> str:
+def _no_rule(plan: CodePlan, fixed: bool) -> str:
     if plan.fis.no_rule_fires == "midrange" or fixed:
         return "the middle of its range stands there"
     return "not-a-number stands there"
 
 
-def sentence(plan: Plan, rule: int) -> str:
+def sentence(plan: CodePlan, rule: int) -> str:
     """A rule's sentence, as a comment."""
     text = f"{rule + 1}: {comment(str(plan.fis.rules[rule]))}"
     return "    /* " + fill(text, 108, subsequent_indent="     * ", break_long_words=False) + " */"
@@ -121,7 +121,7 @@ def sentence(plan: Plan, rule: int) -> str:
 class _Writer:
     """The source in double or float."""
 
-    def __init__(self, plan: Plan, number: Floating) -> None:
+    def __init__(self, plan: CodePlan, number: Floating) -> None:
         self.plan, self.number, self.real = plan, number, number.name
         self.needed: set[str] = set()
         self.zero, self.one = number.constant(0.0), number.constant(1.0)
@@ -161,7 +161,7 @@ class _Writer:
             rows.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
         return [*rows, ""]
 
-    def _call(self, term: Term) -> str:
+    def _call(self, term: CodeTerm) -> str:
         """A degree, or its logarithm, as an expression."""
         if self.real == "float":
             return FloatTerm(self.number, term, self.plan.logs, self.needed).text()
@@ -185,7 +185,7 @@ class _Writer:
                 rows.append(f"    if (isnan({degree})) unknown = {self.number.unknown};")
         return [*rows, ""]
 
-    def _clause(self, clause: Clause) -> str:
+    def _clause(self, clause: CodeClause) -> str:
         """What a clause asks for, of a rule that is a line of its own."""
         name = self.plan.terms[clause.term].name
         if self.plan.logs:

@@ -16,7 +16,7 @@ from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.system import Sugeno
 
 LIMITS = {"double": 4e-15, "float": 1e-6}  # greatest differences, shares of an output's span
-POINTS = 1_000_000
+_POINTS = 1_000_000
 _FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type has few digits or none
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
@@ -39,7 +39,7 @@ int main(int count, char **names) {{
 
 
 @dataclass(frozen=True)
-class Difference:
+class OutputDifference:
     """How far one output of the C is from the inference here."""
 
     output: str
@@ -70,7 +70,7 @@ class Verified:
 
     number: str
     points: int
-    differences: tuple[Difference, ...]
+    differences: tuple[OutputDifference, ...]
     compiler: str
     sanitized: bool
     holds: bool | None
@@ -79,7 +79,7 @@ class Verified:
 def verify_c(
     fis: Sugeno,
     files: CFiles,
-    points: int = POINTS,
+    points: int = _POINTS,
     seed: int = 0,
     advance: Callable[[str], None] = lambda step: None,
 ) -> Verified:
@@ -151,7 +151,7 @@ def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Pa
     return y / ONE if number == FIXED else y.astype(np.float64)
 
 
-def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarray) -> tuple[Difference, ...]:
+def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarray) -> tuple[OutputDifference, ...]:
     known = np.isfinite(x).all(axis=1)
     scales = _scales(fis, x[known])
     found = []
@@ -161,7 +161,7 @@ def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarr
         span = max(variable.universe[1] - variable.universe[0], spread)
         worst = int(np.argmax(error[:, o]))
         found.append(
-            Difference(
+            OutputDifference(
                 variable.name,
                 float(error[worst, o]),
                 float(error[:, o].mean()),
@@ -182,8 +182,7 @@ def _error(y: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def _layers(fis: Sugeno, x: np.ndarray) -> Inference:
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
         return infer(fis, x)
 
 
@@ -194,7 +193,9 @@ def _scales(fis: Sugeno, x: np.ndarray) -> np.ndarray:
     return np.asarray(np.nan_to_num((share[..., None] * np.abs(layers.rule_outputs)).sum(axis=-2)).max(axis=0))
 
 
-def _within(fis: Sugeno, x: np.ndarray, error: np.ndarray, differences: tuple[Difference, ...], number: str) -> bool:
+def _within(
+    fis: Sugeno, x: np.ndarray, error: np.ndarray, differences: tuple[OutputDifference, ...], number: str
+) -> bool:
     """Whether all differences are within the limit.
 
     Where all rules that fire do so by a difference 1 − μ of little size, the same rounding is a larger share of it,

@@ -1,23 +1,18 @@
 """The command ``fuzzy convert``: a system in another form."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.commands.shared import FisFile, Json, usage
+from fuzzy.commands.shared import FisFile, usage
+from fuzzy.shell.options import Json
 
 if TYPE_CHECKING:
     from fuzzy.mamdani.likeness import Difference
     from fuzzy.system import Sugeno
 
-
-class Fit(StrEnum):
-    """What the sets of a Mamdani system become."""
-
-    constants = "constants"
-    planes = "planes"
+Fit = Literal["constants", "planes"]  # what the sets of a Mamdani system become
 
 
 def convert(
@@ -127,8 +122,8 @@ def _read(source: Path, target: Path, fit: Fit | None) -> "tuple[Sugeno, dict[st
             return fis, told
     told["difference"] = _as_dicts(mamdani_difference(original, fis))
     if fit is not None:
-        fis = fit_to_mamdani(original, fis, fit.value)
-        told["fit"] = fit.value
+        fis = fit_to_mamdani(original, fis, fit)
+        told["fit"] = fit
         told["fitted difference"] = _as_dicts(mamdani_difference(original, fis))
     return fis, told
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
-from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.commands.shared import FisFile, read_system
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import plain, print_json
 
 if TYPE_CHECKING:

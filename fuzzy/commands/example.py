@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from fuzzy.commands.completion import examples
-from fuzzy.commands.shared import Json, usage
+from fuzzy.commands.shared import usage
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

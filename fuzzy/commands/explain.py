@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from fuzzy.commands.shared import FisFile, Json, read_system, usage, values_of
+from fuzzy.commands.shared import FisFile, read_system, usage, values_of
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

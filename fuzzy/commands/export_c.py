@@ -1,13 +1,13 @@
 """The command ``fuzzy export c``: a system as C99 for a microcontroller, and the proof that it is the same."""
 
 import re
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.commands.shared import FisFile, Json, read_system, usage
+from fuzzy.commands.shared import FisFile, read_system, usage
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -16,13 +16,7 @@ if TYPE_CHECKING:
     from fuzzy.ccode.verification import Verified
     from fuzzy.ccode.writing import CFiles
 
-
-class Number(StrEnum):
-    """The types of numbers."""
-
-    double = "double"
-    float = "float"
-    fixed = "q16.16"
+Number = Literal["double", "float", "q16.16"]  # the types of numbers
 
 
 def c(
@@ -30,7 +24,7 @@ def c(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where NAME.h and NAME.c are written.")],
     number: Annotated[
         Number, typer.Option(help="double, float, or q16.16: fixed point without floating point at run time.")
-    ] = Number.double,
+    ] = "double",
     name: Annotated[str, typer.Option(help="The files' name and the functions' prefix; the system's by default.")] = "",
     table: Annotated[
         str | None,
@@ -62,7 +56,7 @@ def c(
     from fuzzy.ccode.writing import write_c
 
     fis = read_system(file)
-    files = write_c(fis, out, number.value, name=name, lookup=None if table is None else _shape(table))
+    files = write_c(fis, out, number, name=name, lookup=None if table is None else _shape(table))
     proof = verify_c(fis, files, points) if verify else None
     on_board = run_on_board(fis, files) if board else None
     if json:

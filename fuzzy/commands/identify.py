@@ -1,8 +1,8 @@
 """The command ``fuzzy identify``: a system from a table of samples."""
 
-from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -20,25 +20,24 @@ from fuzzy.commands.samples import (
     searched,
     setting_of,
 )
-from fuzzy.commands.shared import Json, usage
+from fuzzy.commands.shared import usage
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import FieldOptions, Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
+if TYPE_CHECKING:
+    from fuzzy.fitting.clustering import ClusteringOptions
 
-class Method(StrEnum):
-    """How the antecedents are found."""
-
-    grid = "grid"
-    subtractive = "subtractive"
-    fcm = "fcm"
+Method = Literal["grid", "subtractive", "fcm"]  # how the antecedents are found
 
 
 def identify(
+    *,
     file: Table,
     inputs: Inputs = None,
     outputs: Outputs = None,
-    method: Annotated[Method, typer.Option(help="How the antecedents are found.")] = Method.subtractive,
+    method: Annotated[Method, typer.Option(help="How the antecedents are found.")] = "subtractive",
     output_file: Annotated[
         Path | None,
         typer.Option("-o", "--output-file", metavar="OUT.fis", help="By default DATA's name with .fis, here."),
@@ -49,9 +48,9 @@ def identify(
     radius: Annotated[
         float | None, typer.Option(help="Radius of a cluster, a share of the range (subtractive). [default: 0.5]")
     ] = None,
-    squash: Annotated[float | None, typer.Option(help="Squash factor (subtractive). [default: 1.25]")] = None,
-    accept: Annotated[float | None, typer.Option(help="Accept ratio (subtractive). [default: 0.5]")] = None,
-    reject: Annotated[float | None, typer.Option(help="Reject ratio (subtractive). [default: 0.15]")] = None,
+    cluster: Annotated[
+        "partial[ClusteringOptions]", FieldOptions("fuzzy.fitting.clustering:Options", given=True, of="subtractive")
+    ],
     mfs: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Terms an input, or of each (grid). [default: 2]")
     ] = None,
@@ -83,15 +82,13 @@ def identify(
     import numpy as np
 
     from fuzzy.files.fisfile import write_fis
-    from fuzzy.fitting.clustering import Options
     from fuzzy.fitting.identification import identify as identified
 
-    cluster = {"squash": squash, "accept": accept, "reject": reject}
     settings: dict[str, Any] = {"radius": radius, "mfs": mfs, "kind": kind, "clusters": clusters, "seed": seed}
-    _only(method, Method.grid, {"mfs": mfs, "kind": kind})
-    _only(method, Method.fcm, {"clusters": clusters, "seed": seed})
-    _only(method, Method.subtractive, {"radius": radius, **cluster, "rules": rules, "plot": plot})
-    if rules is not None and any(value is not None for value in (radius, *cluster.values())):
+    _only(method, "grid", {"mfs": mfs, "kind": kind})
+    _only(method, "fcm", {"clusters": clusters, "seed": seed})
+    _only(method, "subtractive", {"radius": radius, **cluster.keywords, "rules": rules, "plot": plot})
+    if rules is not None and any(value is not None for value in (radius, *cluster.keywords.values())):
         usage("--rules searches radius, squash, accept and reject: leave them out")
     if plot is not None and rules is None:
         usage("--plot draws the search: it goes with --rules")
@@ -104,8 +101,8 @@ def identify(
     if mfs is not None:
         counts = [_whole(text) for text in mfs.split(",")]
         settings["mfs"] = counts[0] if len(counts) == 1 else counts
-    if any(value is not None for value in cluster.values()):
-        settings["options"] = Options(**{name: value for name, value in cluster.items() if value is not None})
+    if cluster.keywords:
+        settings["options"] = cluster()
     found = None
     if rules is not None:
         found = searched(samples, rules, order, ridge)
@@ -114,7 +111,7 @@ def identify(
     fis = identified(
         samples.x,
         samples.y,
-        method.value,
+        method,
         name=target.stem,
         order=order,  # type: ignore[arg-type]
         fit=fit,
@@ -140,8 +137,8 @@ def identify(
 
 def _only(method: Method, where: Method, values: dict[str, Any]) -> None:
     given = [f"--{name}" for name, value in values.items() if value is not None]
-    if given and method is not where:
-        usage(f"{', '.join(given)} goes with --method {where.value}, not {method.value}")
+    if given and method != where:
+        usage(f"{', '.join(given)} goes with --method {where}, not {method}")
 
 
 def _whole(text: str) -> int:

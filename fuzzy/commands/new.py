@@ -6,8 +6,9 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.commands.completion import starts as known_starts
-from fuzzy.commands.shared import Json, usage
+from fuzzy.commands.shared import usage
 from fuzzy.errors import InputError
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

@@ -1,39 +1,26 @@
 """The command ``fuzzy plot``: memberships, the rule viewer, the structure, or all pictures as a set."""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fuzzy.commands.shared import At, FisFile, Json, Picture, picture_path, read_system, stem_of, usage, values_of
+from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, stem_of, usage, values_of
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
-
-class PictureFormat(StrEnum):
-    """The formats of the pictures of a set."""
-
-    pdf = "pdf"
-    svg = "svg"
-    png = "png"
-
-
-class PlotKind(StrEnum):
-    """The pictures that ``fuzzy plot`` draws."""
-
-    memberships = "memberships"
-    rules = "rules"
-    structure = "structure"
+PictureFormat = Literal["pdf", "svg", "png"]  # the formats of the pictures of a set
+PlotKind = Literal["memberships", "rules", "structure"]  # the pictures that ``fuzzy plot`` draws
 
 
 def plot(
     file: FisFile,
     output_file: Picture = None,
-    kind: Annotated[PlotKind, typer.Option(help="What to draw.")] = PlotKind.memberships,
+    kind: Annotated[PlotKind, typer.Option(help="What to draw.")] = "memberships",
     variable: Annotated[
         str | None, typer.Option(metavar="NAME", help="Only this variable's terms (memberships).")
     ] = None,
@@ -62,23 +49,23 @@ def plot(
     """
     fis = read_system(file)
     if everything:
-        if variable is not None or only_fired or kind is not PlotKind.memberships:
+        if variable is not None or only_fired or kind != "memberships":
             usage("--all draws everything; it goes with --at, --format and -o only")
-        _plot_all(fis, output_file, file, at, picture_format or PictureFormat.pdf, json)
+        _plot_all(fis, output_file, file, at, picture_format or "pdf", json)
         return
     if picture_format is not None:
         usage("--format goes with --all; a single picture's format is the ending of -o")
-    path = picture_path(output_file, file, kind.value)
-    if variable is not None and kind is not PlotKind.memberships:
-        usage(f"--variable goes with --kind memberships, not {kind.value}")
-    if (at or only_fired) and kind is not PlotKind.rules:
-        usage(f"--at and --only-fired go with --kind rules, not {kind.value}")
+    path = picture_path(output_file, file, kind)
+    if variable is not None and kind != "memberships":
+        usage(f"--variable goes with --kind memberships, not {kind}")
+    if (at or only_fired) and kind != "rules":
+        usage(f"--at and --only-fired go with --kind rules, not {kind}")
     from fuzzy.figures.plot import plot_memberships, plot_rules, plot_structure, save_figure
     from fuzzy.insight.universe import point_of
 
-    if kind is PlotKind.memberships:
+    if kind == "memberships":
         figure = plot_memberships(fis, variable)
-    elif kind is PlotKind.rules:
+    elif kind == "rules":
         figure = plot_rules(fis, point_of(fis, values_of(fis, at or [])), only_fired)
     else:
         figure = plot_structure(fis)
@@ -101,5 +88,5 @@ def _plot_all(
                 bars.append(Mover(begin("pictures", total)))
             bars[0](done)
 
-        names = write_figures(fis, path, values_of(fis, at or []), ending.value, advance)
+        names = write_figures(fis, path, values_of(fis, at or []), ending, advance)
     print_json({"file": str(path), "files": names}) if json else print(path)

@@ -1,6 +1,7 @@
 """The command ``fuzzy rules``: the rules as sentences."""
 
-from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.commands.shared import FisFile, read_system
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

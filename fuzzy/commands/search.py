@@ -19,7 +19,7 @@ from fuzzy.commands.samples import (
     searched,
     setting_of,
 )
-from fuzzy.commands.shared import Json
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import FAILED, print_json
 from fuzzy.shown import shown
 

@@ -20,7 +20,6 @@ FisFile = Annotated[
         autocompletion=rule_bases,
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Picture = Annotated[
     Path | None,
     typer.Option("-o", "--output-file", metavar="PICTURE", help="The picture to write: .png, .pdf or .svg."),

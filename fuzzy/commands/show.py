@@ -1,6 +1,7 @@
 """The command ``fuzzy show``: a system in words."""
 
-from fuzzy.commands.shared import FisFile, Json, read_system
+from fuzzy.commands.shared import FisFile, read_system
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 

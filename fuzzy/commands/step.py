@@ -2,22 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.commands.shared import FisFile, Json, read_system, usage
+from fuzzy.commands.shared import FisFile, read_system, usage
+from fuzzy.shell.options import FieldOptions, Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
     from fuzzy.loop.controller import PID
     from fuzzy.loop.plant import FunctionPlant, TransferFunction
-    from fuzzy.loop.response import StepResponse
+    from fuzzy.loop.response import Loop, StepResponse
 
 
 def step(
+    *,
     file: FisFile,
     plant: Annotated[
         str,
@@ -28,11 +31,14 @@ def step(
             show_default=False,
         ),
     ],
-    reference: Annotated[float, typer.Option(help="Where the output is to go, from 0.")] = 1.0,
-    duration: Annotated[float, typer.Option(help="How long, in s.")] = 10.0,
-    sample_time: Annotated[
-        float | None, typer.Option(help="In s; a 500th of the duration by default.", show_default=False)
-    ] = None,
+    loop: Annotated[
+        "partial[Loop]",
+        FieldOptions(
+            "fuzzy.loop.response:Loop",
+            *("reference", "duration", "sample_time", "noise", "seed", "rate_filter"),
+            later=True,
+        ),
+    ],
     disturbance: Annotated[
         str | None, typer.Option(metavar="TIME,SIZE", help="A step at the plant's input, from a time in s on.")
     ] = None,
@@ -53,9 +59,6 @@ def step(
     pid: Annotated[
         str, typer.Option(metavar="KP,KI,KD", help="The gains of the PID beside it; rule: by SIMC or Ziegler; none.")
     ] = "rule",
-    noise: Annotated[float, typer.Option(help="Standard deviation of the measurement.")] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="The seed of the noise.")] = 0,
-    rate_filter: Annotated[float, typer.Option(help="Time constant of a filter of the error's rate, in s.")] = 0.0,
     plot: Annotated[
         Path | None, typer.Option(metavar="PICTURE", help="Draw output and control: .png, .pdf or .svg.")
     ] = None,
@@ -80,10 +83,7 @@ def step(
 
         check_picture(plot)
     fis, chosen = read_system(file), _plant(plant)
-    settings: dict[str, Any] = {
-        "reference": reference, "duration": duration, "sample_time": sample_time or 0.0, "noise": noise, "seed": seed,
-        "rate_filter": rate_filter,
-    }  # fmt: skip
+    period, settings = loop().period, dict[str, Any](loop.keywords)
     if disturbance is not None:
         settings["disturbance"] = tuple(_numbers(disturbance, "--disturbance", (2,)))
     if limits is not None:
@@ -94,7 +94,7 @@ def step(
         _known(name, known, "scale factor")
     about: dict[str, Any] = {"scale": Scale(**factors), "roles": _named(role or [])}
     responses = {fis.name: step_response(fis, chosen, **about, **settings)}
-    rival = _rival(pid, chosen, sample_time or duration / 500)
+    rival = _rival(pid, chosen, period)
     if rival is not None:
         responses["PID" if fis.name != "PID" else "PID, rival"] = step_response(rival, chosen, **settings)
     if plot is not None:
@@ -116,10 +116,10 @@ def step(
 
 
 def _plant(text: str) -> "TransferFunction | FunctionPlant":
-    from fuzzy.loop.plantfile import EXAMPLES, plant_of_text, read_plant
+    from fuzzy.loop.plantfile import PLANT_EXAMPLES, plant_of_text, read_plant
 
-    if text in EXAMPLES:
-        return EXAMPLES[text].plant
+    if text in PLANT_EXAMPLES:
+        return PLANT_EXAMPLES[text].plant
     return read_plant(Path(text)) if text.casefold().endswith((".py", ".toml")) else plant_of_text(text)
 
 

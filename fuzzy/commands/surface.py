@@ -1,23 +1,17 @@
 """The command ``fuzzy surface``: an output over one or two inputs."""
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fuzzy.commands.shared import At, FisFile, Json, Picture, picture_path, read_system, values_of
+from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, values_of
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
-
-class SurfaceKind(StrEnum):
-    """The ways in which ``fuzzy surface`` draws."""
-
-    contour = "contour"
-    solid = "3d"
-    both = "both"
+SurfaceKind = Literal["contour", "3d", "both"]  # the ways in which ``fuzzy surface`` draws
 
 
 def surface(
@@ -28,7 +22,7 @@ def surface(
     ] = None,
     output: Annotated[str | None, typer.Option(metavar="NAME", help="The output; the first by default.")] = None,
     at: At = None,
-    kind: Annotated[SurfaceKind, typer.Option(help="How to draw it.")] = SurfaceKind.contour,
+    kind: Annotated[SurfaceKind, typer.Option(help="How to draw it.")] = "contour",
     points: Annotated[int, typer.Option(min=2, max=2000, help="Grid points along each axis.")] = 61,
     json: Json = False,
 ) -> None:
@@ -55,7 +49,7 @@ def surface(
         path = picture_path(output_file, file, "surface")
         from fuzzy.figures.plot import plot_surface, save_figure
 
-        save_figure(plot_surface(fis, axes, which, fixed, points, kind=kind.value), path)
+        save_figure(plot_surface(fis, axes, which, fixed, points, kind=kind), path)
     if json:
         y = {} if data.y is None else {"y": data.y[:, 0]}
         x = data.x if data.y is None else data.x[0]

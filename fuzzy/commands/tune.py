@@ -9,10 +9,11 @@ import typer
 
 from fuzzy.commands.completion import rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
-from fuzzy.commands.shared import Json, read_system
+from fuzzy.commands.shared import read_system
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import Advance, Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -76,7 +77,7 @@ def tune(
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Tune a system on a table: look for the memberships and consequents with which it errs least.
 

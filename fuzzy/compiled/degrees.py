@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.jit import compiled_only, kernel
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of arrays takes
 # longer than the inference of a point.
@@ -26,7 +26,7 @@ _E2, _E3, _E4, _E5, _E6, _E7 = (1 / math.factorial(n) for n in range(2, 8))
 _E8, _E9, _E10, _E11, _E12, _E13 = (1 / math.factorial(n) for n in range(8, 14))
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def exp_nonpositive(v: float) -> float:
     """Compute e^v for v ≤ 0, within one unit in the last place. -inf gives 0, not-a-number stays.
 
@@ -62,19 +62,19 @@ def log1p_unit(u: float) -> float:
 # Membership functions of straight lines and parabolas ---------------------------------------------------------
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _unit(z: float) -> float:
     z = 0.0 if z < 0.0 else z
     return 1.0 if z > 1.0 else z
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def minimum(a: float, b: float) -> float:
     """Return the smaller of two numbers, the first where one is not-a-number."""
     return b if b < a else a
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def rise(x: float, a: float, b: float) -> float:
     """0 up to a, 1 from b on, straight between; a = b is a vertical edge with the value 1 at the edge."""
     slope = _unit((x - a) / (b - a if b > a else 1.0))
@@ -82,7 +82,7 @@ def rise(x: float, a: float, b: float) -> float:
     return slope if b > a else edge
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def spline(x: float, a: float, b: float) -> float:
     """Quadratic spline from 0 at a to 1 at b; a >= b is a step, 1 from the middle on."""
     z = _unit((x - a) / (b - a if b > a else 1.0))
@@ -91,7 +91,7 @@ def spline(x: float, a: float, b: float) -> float:
     return smooth if b > a else step
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
     """Trapezoid with the feet a, d and the shoulders b, c; with b = c a triangle."""
     return minimum(rise(x, a, b), rise(-x, -d, -c))
@@ -100,14 +100,14 @@ def trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
 # Logarithms of those that are positive everywhere -------------------------------------------------------------
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def log_gaussian(x: float, sigma: float, c: float) -> float:
     """Logarithm of the Gaussian."""
     z = (x - c) / sigma
     return -0.5 * (z * z)
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def log_two_sided(x: float, s1: float, c1: float, s2: float, c2: float) -> float:
     """Logarithm of the Gaussian left of c1 times that right of c2."""
     left, right = x - c1, x - c2
@@ -116,14 +116,14 @@ def log_two_sided(x: float, s1: float, c1: float, s2: float, c2: float) -> float
     return -0.5 * (left * left) + -0.5 * (right * right)
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def log_sigmoid(x: float, a: float, c: float) -> float:
     """−log(1 + e^-z), z = a (x − c), as −(max(0, −z) + log(1 + e^-|z|)), which does not overflow."""
     z = a * (x - c)
     return -((-z if z < 0.0 else 0.0) + log1p_unit(exp_nonpositive(-abs(z))))
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def log_bell(x: float, a: float, b: float, c: float) -> float:
     """−log(1 + |z|^2b), z = (x − c)/a, with |z|^2b = exp(2b log |z|) set apart at the center."""
     center = -math.inf if b > 0.0 else (math.inf if b < 0.0 else 0.0)
@@ -132,7 +132,7 @@ def log_bell(x: float, a: float, b: float, c: float) -> float:
     return -((exponent if exponent > 0.0 else 0.0) + log1p_unit(exp_nonpositive(-abs(exponent))))
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def sigmoid_difference(x: float, a1: float, c1: float, a2: float, c2: float) -> float:
     """Difference of two sigmoids."""
     return _unit(exp_nonpositive(log_sigmoid(x, a1, c1)) - exp_nonpositive(log_sigmoid(x, a2, c2)))

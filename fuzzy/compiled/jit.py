@@ -10,11 +10,13 @@ The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__
 With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
 """
 
+import dis
 import hashlib
 import pickle
 import re
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import CodeType, EllipsisType, ModuleType
 from typing import Any
@@ -29,9 +31,13 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
 
+from fuzzy.compiled.columns import LOWERING, Columns, check_names
+
 # Whose functions and classes are told by their name: what is in them changes with the versions only.
 _LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
-_VERSIONS = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+# Of what a type of columns is, too: files keep such types.
+_COLUMNS = hashlib.sha256(Path(__file__).with_name("columns.py").read_bytes()).hexdigest()
+_VERSIONS = (sys.version, numba.__version__, llvmlite.__version__, np.__version__, _COLUMNS)
 _PYTHON = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # files of another are its own
 _PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
 _CODE = (
@@ -43,19 +49,25 @@ _CODE = (
 def kernel(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
     """Compile a function with Numba when it is first called, and keep its machine code on disk.
 
+    Raises ColumnError, with file and line, where it names a column that the class does not have by which an argument
+    is annotated.
+
     Args:
         function: The function; without it a decorator with these options comes back.
         options: Numba's, beside ``error_model="numpy"`` (a division by zero is infinite and raises nothing).
     """
     if function is None:
         return lambda function: kernel(function, **options)
+    said = function.__annotations__.items()
+    check_names(function, {name: of for name, of in said if isinstance(of, type) and issubclass(of, Columns)})
     compiled = numba.njit(error_model="numpy", **options)(function)
     if isinstance(compiled, Dispatcher):
-        vars(compiled)["_cache"] = KernelCache(compiled)  # as enable_caching() does with Numba's cache
+        with suppress(RuntimeError):  # a function that was typed in has no file, and none beside it
+            vars(compiled)["_cache"] = KernelCache(compiled)  # as enable_caching() does with Numba's cache
     return compiled
 
 
-def uncounted(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
+def without_refcounts(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
     """Compile a function that makes no arrays: it counts no references to those that it is given, and holds no lock.
 
     Counting the users of some thirty arrays takes several times as long as the inference of a point.
@@ -67,8 +79,8 @@ def uncounted(function: Callable[..., Any] | None = None, /, **options: Any) -> 
     return kernel(function, nogil=True, _nrt=False, **options)
 
 
-def inner(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
-    """Compile a function as :func:`uncounted` does that only compiled functions call, in a third of the time less.
+def compiled_only(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
+    """Compile as :func:`without_refcounts` a function that only compiled ones call, in a third of the time less.
 
     It has no entry from Python, where it must not be called.
 
@@ -76,7 +88,7 @@ def inner(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
         function: The function; without it a decorator with these options comes back.
         options: As of :func:`kernel`.
     """
-    return uncounted(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
+    return without_refcounts(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
 class KernelCache(FunctionCache):
@@ -148,7 +160,7 @@ def fingerprint(compiled: Dispatcher) -> str:
         TypeError: The function, or one that it calls, names something whose changes cannot be seen.
     """
     number = {compiled: 0}  # the functions in the order in which they are met, which is how they are told apart
-    parts: list[Any] = [_VERSIONS]
+    parts: list[Any] = [_VERSIONS, [_value(function.__code__, {}) for function in LOWERING]]
     queue = [compiled]
     for function in queue:
         parts.append(_description(function, number))
@@ -159,12 +171,23 @@ def fingerprint(compiled: Dispatcher) -> str:
 def _description(compiled: Dispatcher, number: dict[Dispatcher, int]) -> Any:
     function = compiled.py_func
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    named = [*_globals(function.__code__, function.__globals__)]
     options = sorted(compiled.targetoptions.items())
     try:
-        return [_value(v, number) for v in (function.__code__, cells, function.__defaults__, named, options)]
+        parts = [_value(v, number) for v in (function.__code__, cells, function.__defaults__, options)]
+        return [*parts, *_named(function, number)]
     except TypeError as error:
         raise TypeError(f"{function.__module__}.{function.__qualname__} cannot be kept on disk: {error}") from None
+
+
+def _named(function: Any, number: dict[Dispatcher, int]) -> Iterator[Any]:
+    """What stands for the globals that a function names."""
+    for name, value in _globals(function.__code__, function.__globals__):
+        try:
+            yield [name, _value(value, number)]
+        except TypeError:
+            # A column may bear the name of something that the function does not use.
+            if any(s.opname == "LOAD_GLOBAL" and s.argval == name for s in dis.get_instructions(function)):
+                raise
 
 
 def _globals(code: CodeType, names: dict[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -196,6 +219,8 @@ def _value(value: Any, number: dict[Dispatcher, int]) -> Any:
         return [*(getattr(value, name) for name in _CODE), _value(value.co_consts, number)]
     if isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
         return [value.__qualname__, value._fields, *(_value(v, number) for v in value.__new__.__defaults__ or ())]
+    if isinstance(value, type) and hasattr(value, "layout"):  # of fuzzy.compiled.columns
+        return repr(value.layout)
     if isinstance(value, np.ufunc):
         return f"numpy.{value.__name__}"
     if isinstance(value, ModuleType) and _of_a_library(value.__name__):
@@ -207,7 +232,7 @@ def _value(value: Any, number: dict[Dispatcher, int]) -> Any:
 
 
 def _of_a_library(module: str) -> bool:
-    return module.partition(".")[0] in _LIBRARIES
+    return module.partition(".")[0] in _LIBRARIES or module == "fuzzy.compiled.columns"
 
 
 def _fields(kind: Any) -> Iterator[str]:

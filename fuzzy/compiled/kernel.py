@@ -24,44 +24,8 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import inner, kernel
-from fuzzy.compiled.packed import (
-    AND_MIN,
-    CLAUSE_NEGATED,
-    CLAUSE_POWER,
-    CLAUSE_TERM,
-    CLIP,
-    CONSTANT,
-    DEFAULT,
-    HIGH,
-    INPUTS,
-    IS_OR,
-    LINEAR,
-    LOGARITHMIC,
-    LOW,
-    NEVER,
-    OR_MAX,
-    OUTPUTS,
-    RULE_END,
-    RULES,
-    SEGMENT_END,
-    SEGMENT_INPUT,
-    SEGMENT_KIND,
-    SEGMENTS,
-    SLOPES,
-    TAKES_PART,
-    TERMS,
-    WEIGHT,
-    WEIGHTED_SUM,
-    A,
-    B,
-    C,
-    D,
-    clipped,
-    evaluate_packed,
-    uncounted,
-    whole,
-)
+from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.packed import NEVER, PackedColumns, clipped, evaluate_packed, whole, without_refcounts
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -83,11 +47,12 @@ FOUR = np.uint64(4)
 FEW = np.uint64(12)  # fewer points than this are evaluated one by one
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _row_of_degrees(kind: int, system: np.ndarray, t: Any, rows: np.ndarray, i: Any, row: Any) -> None:
     """Degrees of term ``t``, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
-    a, b = system[whole(system, A) + t], system[whole(system, B) + t]
-    c, d = system[whole(system, C) + t], system[whole(system, D) + t]
+    header = PackedColumns(system)
+    a, b = system[whole(header.a) + t], system[whole(header.b) + t]
+    c, d = system[whole(header.c) + t], system[whole(header.d) + t]
     if kind == TRIANGLE:
         for p in range(LANES):
             rows[row, p] = trapezoid(rows[i, p], a, b, b, c)
@@ -132,19 +97,20 @@ def _row_of_degrees(kind: int, system: np.ndarray, t: Any, rows: np.ndarray, i: 
             rows[row, p] = np.nan
 
 
-@uncounted
+@without_refcounts
 def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: Any) -> None:
     """Layer 1: degrees of membership, or their logarithms; row ``unknown`` ← not-a-number where an input or one is."""
-    logs = system[LOGARITHMIC] != 0.0
+    header = PackedColumns(system)
+    logs = header.logs != 0.0
     for p in range(LANES):
         rows[unknown, p] = 0.0
-    for i in range(whole(system, INPUTS)):
+    for i in range(whole(header.inputs)):
         for p in range(LANES):
             rows[unknown, p] += 0.0 if rows[i, p] == rows[i, p] else np.nan
     begin = np.uint64(0)
-    inputs, kinds, ends = whole(system, SEGMENT_INPUT), whole(system, SEGMENT_KIND), whole(system, SEGMENT_END)
-    for s in range(whole(system, SEGMENTS)):
-        kind, i, end = np.int64(system[kinds + s]), whole(system, inputs + s), whole(system, ends + s)
+    inputs, kinds, ends = whole(header.segment_input), whole(header.segment_kind), whole(header.segment_end)
+    for s in range(whole(header.segments)):
+        kind, i, end = np.int64(system[kinds + s]), whole(system[inputs + s]), whole(system[ends + s])
         for t in range(begin, end):
             row = degrees + t
             _row_of_degrees(kind, system, t, rows, i, row)
@@ -158,7 +124,7 @@ def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: An
         begin = end
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: Any) -> None:
     """Row ``result`` ← the row ``degree`` after hedge and "not"."""
     if power == 1.0:
@@ -178,20 +144,21 @@ def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: 
             rows[result, p] = 1.0 - rows[result, p]
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _firing(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, clause: Any) -> None:
     """Layer 2 from degrees."""
-    ends, is_or, weight = whole(system, RULE_END), whole(system, IS_OR), whole(system, WEIGHT)
-    term, power, negated = whole(system, CLAUSE_TERM), whole(system, CLAUSE_POWER), whole(system, CLAUSE_NEGATED)
-    and_min, or_max = system[AND_MIN] != 0.0, system[OR_MAX] != 0.0
+    header = PackedColumns(system)
+    ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
+    term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
+    and_min, or_max = header.and_min != 0.0, header.or_max != 0.0
     begin = np.uint64(0)
     for r in range(rules):
-        w, end = firing + r, whole(system, ends + r)
+        w, end = firing + r, whole(system[ends + r])
         either = system[is_or + r] != 0.0
         for p in range(LANES):
             rows[w, p] = 0.0 if either else 1.0
         for k in range(begin, end):
-            degree = degrees + whole(system, term + k)
+            degree = degrees + whole(system[term + k])
             _clause(rows, degree, system[power + k], system[negated + k] != 0.0, clause)
             if either and or_max:
                 for p in range(LANES):
@@ -211,25 +178,26 @@ def _firing(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rul
         begin = end
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _log_firing(
     system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, top: Any, zero: Any
 ) -> None:
     """Layer 2 from logarithms; the weights ← the strengths over the greatest one, as a softmax has them."""
-    ends, weight = whole(system, RULE_END), whole(system, WEIGHT)
-    term, power = whole(system, CLAUSE_TERM), whole(system, CLAUSE_POWER)
+    header = PackedColumns(system)
+    ends, weight = whole(header.rule_end), whole(header.weight)
+    term, power = whole(header.clause_term), whole(header.clause_power)
     begin = np.uint64(0)
     for p in range(LANES):
         rows[top, p] = -np.inf
     for r in range(rules):
-        w, end = firing + r, whole(system, ends + r)
+        w, end = firing + r, whole(system[ends + r])
         sum_ = zero
         for k in range(begin, end, FOUR):
             k1, k2, k3 = k + np.uint64(1), k + np.uint64(2), k + np.uint64(3)
-            d0 = degrees + whole(system, term + k)
-            d1 = degrees + whole(system, term + k1) if k1 < end else zero
-            d2 = degrees + whole(system, term + k2) if k2 < end else zero
-            d3 = degrees + whole(system, term + k3) if k3 < end else zero
+            d0 = degrees + whole(system[term + k])
+            d1 = degrees + whole(system[term + k1]) if k1 < end else zero
+            d2 = degrees + whole(system[term + k2]) if k2 < end else zero
+            d3 = degrees + whole(system[term + k3]) if k3 < end else zero
             e0, e1 = system[power + k], system[power + k1] if k1 < end else 0.0
             e2, e3 = system[power + k2] if k2 < end else 0.0, system[power + k3] if k3 < end else 0.0
             for p in range(LANES):
@@ -247,15 +215,16 @@ def _log_firing(
             log = rows[w, p] - rows[top, p]
             log = 0.0 if log > 0.0 else log  # a rule without weight is no part of the greatest strength
             rows[w + rules, p] = exp_nonpositive(log) * factor
-        if system[WEIGHTED_SUM] != 0.0:
+        if header.weighted_sum != 0.0:
             for p in range(LANES):
                 rows[w, p] = exp_nonpositive(rows[w, p]) * factor
 
 
-@uncounted
+@without_refcounts
 def _weights(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, row: Any) -> None:
     """Layers 2 and 3: firing strengths, and their shares w / Σ w, 0 where nothing fires."""
-    if system[LOGARITHMIC] != 0.0:
+    header = PackedColumns(system)
+    if header.logs != 0.0:
         _log_firing(system, rows, degrees, firing, rules, row, row + np.uint64(3))
         return
     _firing(system, rows, degrees, firing, rules, row)
@@ -272,17 +241,18 @@ def _weights(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, ru
             rows[weights + r, p] /= rows[row, p]
 
 
-@uncounted
+@without_refcounts
 def _defuzzify(system: np.ndarray, rows: np.ndarray, firing: Any, o: Any, rules: Any, total: Any) -> None:
     """Layers 4 and 5 of output ``o`` into row ``total + 2``; ``total`` ← the sum of the weights with a say in it."""
-    place, inputs = o * rules, whole(system, INPUTS)
-    takes_part, constant = whole(system, TAKES_PART) + place, whole(system, CONSTANT) + place
-    linear = system[whole(system, LINEAR) + o] != 0.0
-    weighted_sum = system[WEIGHTED_SUM] != 0.0
+    header = PackedColumns(system)
+    place, inputs = o * rules, whole(header.inputs)
+    takes_part, constant = whole(header.takes_part) + place, whole(header.constant) + place
+    linear = system[whole(header.linear) + o] != 0.0
+    weighted_sum = header.weighted_sum != 0.0
     weights = firing + rules
     share = firing if weighted_sum else weights
     proposal, output, zero = total + np.uint64(1), total + np.uint64(2), total + np.uint64(3)
-    everyone = system[LOGARITHMIC] == 0.0
+    everyone = header.logs == 0.0
     for p in range(LANES):
         rows[total, p] = 0.0
         rows[output, p] = 0.0
@@ -290,7 +260,7 @@ def _defuzzify(system: np.ndarray, rows: np.ndarray, firing: Any, o: Any, rules:
         if system[takes_part + r] == 0.0:
             everyone = False
             continue
-        start, slopes = system[constant + r], whole(system, SLOPES) + (place + r) * inputs
+        start, slopes = system[constant + r], whole(header.slopes) + (place + r) * inputs
         if not linear:
             for p in range(LANES):
                 rows[proposal, p] = start
@@ -313,22 +283,23 @@ def _defuzzify(system: np.ndarray, rows: np.ndarray, firing: Any, o: Any, rules:
             rows[output, p] /= rows[total, p] if rows[total, p] > 0.0 else 1.0
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _evaluate_block(
     system: np.ndarray, rows: np.ndarray, output: np.ndarray, start: int, count: int, missing: np.ndarray
 ) -> None:
     """Write the outputs of the points ``start`` to ``start + count``, whose inputs are the first of ``rows``."""
-    rules = whole(system, RULES)
-    degrees = whole(system, INPUTS)
-    firing = degrees + whole(system, TERMS)
+    header = PackedColumns(system)
+    rules = whole(header.rules)
+    degrees = whole(header.inputs)
+    firing = degrees + whole(header.terms)
     unknown = firing + rules + rules
     total = unknown + np.uint64(1)
     values = total + np.uint64(2)
     _memberships(system, rows, degrees, unknown)
     _weights(system, rows, degrees, firing, rules, total)
-    for o in range(whole(system, OUTPUTS)):
+    for o in range(whole(header.outputs)):
         _defuzzify(system, rows, firing, o, rules, total)
-        default = system[whole(system, DEFAULT) + o]
+        default = system[whole(header.default) + o]
         none = 0
         for p in range(LANES):
             none |= rows[total, p] + rows[unknown, p] <= 0.0
@@ -355,11 +326,12 @@ def evaluate_batch(
         outside: Where is written (inputs,) whether any point leaves the universe of that input and is not clipped.
         missing: Where is written (outputs,) whether no rule fires for that output at any of the points.
     """
+    header = PackedColumns(system)
     n, inputs = x.shape
-    clip = system[CLIP] != 0.0
+    clip = header.clip != 0.0
     outside[:] = False
     missing[:] = False
-    count = inputs + int(system[TERMS]) + 2 * int(system[RULES]) + 5
+    count = inputs + int(header.terms) + 2 * int(header.rules) + 5
     memory = np.empty(count * LANES + 8)
     first = (-memory.ctypes.data // 8) % 8  # a vector that straddles two lines of the cache takes twice the time
     rows = memory[first : first + count * LANES].reshape(count, LANES)
@@ -378,7 +350,7 @@ def evaluate_batch(
                 rows[i, p] = x[start + p, i]
             for p in range(count, np.uint64(LANES)):
                 rows[i, p] = rows[i, count - np.uint64(1)]
-            low, high = system[whole(system, LOW) + i], system[whole(system, HIGH) + i]
+            low, high = system[whole(header.low) + i], system[whole(header.high) + i]
             beyond = 0
             for p in range(LANES):
                 beyond |= (rows[i, p] < low) | (rows[i, p] > high)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.degrees import (
     exp_nonpositive,
     log_bell,
@@ -26,7 +27,7 @@ from fuzzy.compiled.degrees import (
     spline,
     trapezoid,
 )
-from fuzzy.compiled.jit import inner, kernel, uncounted
+from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
 from fuzzy.compiled.tables import (
     BELL,
     GAUSSIAN,
@@ -49,31 +50,48 @@ from fuzzy.system import FuzzySystemError, Linear, Sugeno
 
 NEVER = never(np.float64)
 
-# The header: sizes, choices, and then where each list begins.
-INPUTS, OUTPUTS, TERMS, RULES, SEGMENTS = range(5)
-LOGARITHMIC = 5  # are firing strengths sums of logarithms?
-AND_MIN = 6  # "and" is the minimum, otherwise the product
-OR_MAX = 7  # "or" is the maximum, otherwise the probabilistic or
-WEIGHTED_SUM = 8  # wtsum, otherwise wtaver
-CLIP = 9  # are inputs clipped to their universe?
-PLAIN = 10  # are all rules "and" without a hedge and without "not"?
-LOW, HIGH = 11, 12  # (inputs,): ends of the universe of discourse
-# The terms are numbered by input and kind: a segment is all terms of one input with one membership function, which is
-# a kind of NUMBERS, up to the last term's number + 1.
-SEGMENT_INPUT, SEGMENT_KIND, SEGMENT_END = 13, 14, 15  # (segments,)
-A, B, C, D = 16, 17, 18, 19  # (terms,): the parameters in the order of the function's class, filled up with 0
-# The clauses of all rules in one sequence, those of a rule in the order of the inputs.
-RULE_END = 20  # (rules,): the last clause's number + 1
-IS_OR, WEIGHT = 21, 22  # (rules,)
-CLAUSE_TERM, CLAUSE_POWER, CLAUSE_NEGATED = 23, 24, 25  # (clauses,)
-TAKES_PART, CONSTANT = 26, 27  # (outputs, rules): has the rule a consequent for the output, and which? 0 without
-LINEAR = 28  # (outputs,): has the output any first-order consequent?
-SLOPES = 29  # (outputs, rules, inputs)
-DEFAULT = 30  # (outputs,): the value where no rule fires
-HEADER = 31
+
+class PackedColumns(Columns):
+    """The header of a system: sizes, choices, and then where each list begins."""
+
+    inputs = column("1")
+    outputs = column("1")
+    terms = column("1")
+    rules = column("1")
+    segments = column("1")
+    logs = column("", "1: firing strengths are sums of logarithms")
+    and_min = column("", "1: 'and' is the minimum, otherwise the product")
+    or_max = column("", "1: 'or' is the maximum, otherwise the probabilistic or")
+    weighted_sum = column("", "1: wtsum, otherwise wtaver")
+    clip = column("", "1: inputs are clipped to their universe")
+    plain = column("", "1: all rules are 'and' without a hedge and without 'not'")
+    low = column("", "(inputs,): the lower ends of the universes of discourse")
+    high = column("", "(inputs,): the upper ends")
+    # The terms are numbered by input and kind: a segment is all terms of one input with one membership function.
+    segment_input = column("", "(segments,)")
+    segment_kind = column("", "(segments,): of fuzzy.compiled.tables.NUMBERS")
+    segment_end = column("", "(segments,): the last term's number + 1")
+    a = column("", "(terms,): the first parameter in the order of the function's class, 0 where there is none")
+    b = column("", "(terms,): the second")
+    c = column("", "(terms,): the third")
+    d = column("", "(terms,): the fourth")
+    # The clauses of all rules are one sequence, those of a rule in the order of the inputs.
+    rule_end = column("", "(rules,): the last clause's number + 1")
+    is_or = column("", "(rules,)")
+    weight = column("", "(rules,)")
+    clause_term = column("", "(clauses,)")
+    clause_power = column("", "(clauses,)")
+    clause_negated = column("", "(clauses,)")
+    takes_part = column("", "(outputs, rules): 1: the rule has a consequent for the output")
+    constant = column("", "(outputs, rules): its constant, 0 without")
+    linear = column("", "(outputs,): 1: the output has a first-order consequent")
+    slopes = column("", "(outputs, rules, inputs)")
+    default = column("", "(outputs,): the value where no rule fires")
 
 
-OUTSIDE, NO_RULE = 1, 2  # what evaluate_packed tells, to be added
+# What evaluate_packed tells, to be added
+OUTSIDE = 1  # an input is outside its universe
+NO_RULE = 2  # no rule fires for an output
 
 
 def packed(fis: Sugeno | Any) -> np.ndarray:
@@ -90,30 +108,36 @@ def packed(fis: Sugeno | Any) -> np.ndarray:
     if not isinstance(fis, Sugeno):
         fis = fis.fis
     s = fis.structure
-    lists: dict[int, Any] = {LOW: [v.universe[0] for v in fis.inputs], HIGH: [v.universe[1] for v in fis.inputs]}
+    lists: dict[str, Any] = {"low": [v.universe[0] for v in fis.inputs], "high": [v.universe[1] for v in fis.inputs]}
     number = _lay_out_terms(fis, lists)
     asked = [[(i, s.term[i, r]) for i in range(len(fis.inputs)) if s.term[i, r] >= 0] for r in range(len(fis.rules))]
     clauses = [(i, r, number[i][t]) for r, row in enumerate(asked) for i, t in row]
-    lists[RULE_END] = np.cumsum([len(row) for row in asked])
-    lists |= {IS_OR: s.is_or, WEIGHT: s.weight}
-    lists[CLAUSE_TERM] = [t for _, _, t in clauses]
-    lists[CLAUSE_POWER] = [s.power[i, r] for i, r, _ in clauses]
-    lists[CLAUSE_NEGATED] = [s.negated[i, r] for i, r, _ in clauses]
+    lists["rule_end"] = np.cumsum([len(row) for row in asked])
+    lists |= {"is_or": s.is_or, "weight": s.weight}
+    lists["clause_term"] = [t for _, _, t in clauses]
+    lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
+    lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
     _lay_out_consequents(fis, lists)
-    header = np.zeros(HEADER)
-    sizes = {INPUTS: len(fis.inputs), OUTPUTS: len(fis.outputs), RULES: len(fis.rules)}
-    sizes |= {TERMS: len(lists[A]), SEGMENTS: len(lists[SEGMENT_KIND])}
-    choices = {LOGARITHMIC: logarithmic(fis), AND_MIN: fis.and_method == "min", OR_MAX: fis.or_method == "max"}
-    choices[PLAIN] = bool((s.power == 1).all()) and not (s.is_or.any() or s.negated.any())
-    choices |= {WEIGHTED_SUM: fis.defuzzification == "wtsum", CLIP: fis.out_of_range == "clip"}
-    for field, value in (sizes | choices).items():
-        header[field] = value
-    rows = [np.asarray(lists[field], dtype=np.float64).ravel() for field in sorted(lists)]
-    header[sorted(lists)] = np.cumsum([HEADER, *(len(row) for row in rows[:-1])])
-    return np.concatenate([header, *rows])
+    rows = {name: np.asarray(lists[name], dtype=np.float64).ravel() for name in PackedColumns.columns if name in lists}
+    begins = np.cumsum([PackedColumns.size, *(len(row) for row in rows.values())])
+    header = {
+        "inputs": len(fis.inputs),
+        "outputs": len(fis.outputs),
+        "terms": len(lists["a"]),
+        "rules": len(fis.rules),
+        "segments": len(lists["segment_kind"]),
+        "logs": logarithmic(fis),
+        "and_min": fis.and_method == "min",
+        "or_max": fis.or_method == "max",
+        "weighted_sum": fis.defuzzification == "wtsum",
+        "clip": fis.out_of_range == "clip",
+        "plain": bool((s.power == 1).all()) and not (s.is_or.any() or s.negated.any()),
+        **dict(zip(rows, begins, strict=False)),
+    }
+    return np.concatenate([np.array(PackedColumns.stacked(header), dtype=np.float64), *rows.values()])
 
 
-def _lay_out_terms(fis: Sugeno, lists: dict[int, Any]) -> list[list[int]]:
+def _lay_out_terms(fis: Sugeno, lists: dict[str, Any]) -> list[list[int]]:
     """Add the lists of segments and terms; return the number of each input's each term."""
     functions = [list(v.terms.values()) for v in fis.inputs]
     if strange := sorted({f.matlab for row in functions for f in row if type(f) not in NUMBERS}):
@@ -122,20 +146,20 @@ def _lay_out_terms(fis: Sugeno, lists: dict[int, Any]) -> list[list[int]]:
         )
     terms = sorted((i, NUMBERS[type(f)], t) for i, row in enumerate(functions) for t, f in enumerate(row))
     ends = [k for k in range(1, len(terms)) if terms[k - 1][:2] != terms[k][:2]] + [len(terms)] * bool(terms)
-    lists[SEGMENT_INPUT] = [terms[k - 1][0] for k in ends]
-    lists[SEGMENT_KIND] = [terms[k - 1][1] for k in ends]
-    lists[SEGMENT_END] = ends
+    lists["segment_input"] = [terms[k - 1][0] for k in ends]
+    lists["segment_kind"] = [terms[k - 1][1] for k in ends]
+    lists["segment_end"] = ends
     parameters = np.zeros((4, len(terms)))
     number = [[0] * len(row) for row in functions]
     for k, (i, _, t) in enumerate(terms):
         values = functions[i][t].parameters
         parameters[: len(values), k] = [as_number(p) for p in values]
         number[i][t] = k
-    lists |= dict(zip((A, B, C, D), parameters, strict=True))
+    lists |= dict(zip("abcd", parameters, strict=True))
     return number
 
 
-def _lay_out_consequents(fis: Sugeno, lists: dict[int, Any]) -> None:
+def _lay_out_consequents(fis: Sugeno, lists: dict[str, Any]) -> None:
     """Add the lists of the outputs' consequents."""
     s, shape = fis.structure, (len(fis.outputs), len(fis.rules))
     constant, slopes = np.zeros(shape), np.zeros((*shape, len(fis.inputs)))
@@ -144,30 +168,31 @@ def _lay_out_consequents(fis: Sugeno, lists: dict[int, Any]) -> None:
         for r in np.flatnonzero(s.consequent[o] >= 0):
             *slope, constant[o, r] = consequents[s.consequent[o, r]]
             slopes[o, r, : len(slope)] = slope
-    lists |= {TAKES_PART: s.consequent >= 0, CONSTANT: constant, SLOPES: slopes}
-    lists[LINEAR] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
-    lists[DEFAULT] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
+    lists |= {"takes_part": s.consequent >= 0, "constant": constant, "slopes": slopes}
+    lists["linear"] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
+    lists["default"] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
 
 
 @kernel(nogil=True)
 def packed_work(system: np.ndarray) -> int:
     """How many numbers :func:`evaluate_packed` needs to work in."""
-    return int(system[INPUTS]) + int(system[TERMS]) + 2 * int(system[RULES])
+    header = PackedColumns(system)
+    return int(header.inputs) + int(header.terms) + 2 * int(header.rules)
 
 
-@inner(forceinline=True)
-def whole(system: np.ndarray, place: Any) -> Any:
+@compiled_only(forceinline=True)
+def whole(number: float) -> Any:
     """A whole number of a system, as an unsigned one: Numba then does not ask whether an index is negative."""
-    return np.uint64(np.int64(system[place]))
+    return np.uint64(np.int64(number))
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def clipped(log: float) -> float:
     """Return a logarithm, or what stands for that of 0."""
     return NEVER if log < NEVER else log
 
 
-@inner
+@compiled_only
 def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> float:
     """Degree of one term, from GAUSSIAN on its logarithm; not-a-number for an unknown kind.
 
@@ -196,10 +221,11 @@ def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> floa
     return np.nan
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work: np.ndarray, at: int) -> None:
     """Degrees of one segment, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
-    a, b, c, d = whole(system, A), whole(system, B), whole(system, C), whole(system, D)
+    header = PackedColumns(system)
+    a, b, c, d = whole(header.a), whole(header.b), whole(header.c), whole(header.d)
     if kind == GAUSSIAN:
         for t in range(begin, end):
             work[at + t] = clipped(log_gaussian(x, system[a + t], system[b + t]))
@@ -212,14 +238,15 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work
             work[at + t] = _degree(kind, x, system[a + t], system[b + t], system[c + t], system[d + t])
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> bool:
     """Layer 1 of the point at the beginning of ``work``; return whether a degree is not-a-number."""
+    header = PackedColumns(system)
     begin, unknown = np.uint64(0), False
-    inputs, kinds, ends = whole(system, SEGMENT_INPUT), whole(system, SEGMENT_KIND), whole(system, SEGMENT_END)
-    for s in range(whole(system, SEGMENTS)):
-        kind, end = np.int64(system[kinds + s]), whole(system, ends + s)
-        _degrees(kind, system, begin, end, work[whole(system, inputs + s)], work, at)
+    inputs, kinds, ends = whole(header.segment_input), whole(header.segment_kind), whole(header.segment_end)
+    for s in range(whole(header.segments)):
+        kind, end = np.int64(system[kinds + s]), whole(system[ends + s])
+        _degrees(kind, system, begin, end, work[whole(system[inputs + s])], work, at)
         if kind >= GAUSSIAN and not logs:
             for t in range(begin, end):
                 work[at + t] = exp_nonpositive(work[at + t])
@@ -232,7 +259,7 @@ def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> b
     return unknown
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _hedged(degree: float, power: float, negated: bool) -> float:
     """A degree after hedge and "not".
 
@@ -249,19 +276,20 @@ def _hedged(degree: float, power: float, negated: bool) -> float:
     return 1.0 - degree if negated else degree
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layer 2 from degrees."""
-    ends, is_or, weight = whole(system, RULE_END), whole(system, IS_OR), whole(system, WEIGHT)
-    term, power, negated = whole(system, CLAUSE_TERM), whole(system, CLAUSE_POWER), whole(system, CLAUSE_NEGATED)
-    and_min, or_max = system[AND_MIN] != 0.0, system[OR_MAX] != 0.0
+    header = PackedColumns(system)
+    ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
+    term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
+    and_min, or_max = header.and_min != 0.0, header.or_max != 0.0
     begin = np.uint64(0)
     for r in range(rules):
-        end = whole(system, ends + r)
+        end = whole(system[ends + r])
         either = system[is_or + r] != 0.0
         w = 0.0 if either else 1.0
         for k in range(begin, end):
-            degree = work[degrees + whole(system, term + k)]
+            degree = work[degrees + whole(system[term + k])]
             degree = _hedged(degree, system[power + k], system[negated + k] != 0.0)
             if either and or_max:
                 w = degree if degree > w else w
@@ -275,31 +303,33 @@ def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rul
         begin = end
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _plain_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layer 2 from degrees for rules that are all "and", without a hedge and without "not"."""
-    ends, weight, term = whole(system, RULE_END), whole(system, WEIGHT), whole(system, CLAUSE_TERM)
-    and_min = system[AND_MIN] != 0.0
+    header = PackedColumns(system)
+    ends, weight, term = whole(header.rule_end), whole(header.weight), whole(header.clause_term)
+    and_min = header.and_min != 0.0
     begin = np.uint64(0)
     for r in range(rules):
-        end, w = whole(system, ends + r), 1.0
+        end, w = whole(system[ends + r]), 1.0
         for k in range(begin, end):
-            degree = work[degrees + whole(system, term + k)]
+            degree = work[degrees + whole(system[term + k])]
             w = minimum(w, degree) if and_min else w * degree
         work[firing + r] = w * system[weight + r]
         begin = end
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> float:
     """Layer 2 from logarithms, without the rules' weights; return the greatest logarithm of those that count."""
-    ends, weight = whole(system, RULE_END), whole(system, WEIGHT)
-    term, power = whole(system, CLAUSE_TERM), whole(system, CLAUSE_POWER)
+    header = PackedColumns(system)
+    ends, weight = whole(header.rule_end), whole(header.weight)
+    term, power = whole(header.clause_term), whole(header.clause_power)
     begin, top = np.uint64(0), -np.inf
     for r in range(rules):
-        end, log = whole(system, ends + r), 0.0
+        end, log = whole(system[ends + r]), 0.0
         for k in range(begin, end):
-            log += work[degrees + whole(system, term + k)] * system[power + k]
+            log += work[degrees + whole(system[term + k])] * system[power + k]
         work[firing + r] = log
         if system[weight + r] > 0.0 and log > top:
             top = log
@@ -307,24 +337,25 @@ def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int,
     return top if top > NEVER / 1e6 else 0.0
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
     """Layers 2 and 3: the firing strengths w, and from ``firing + rules`` on the weights, 0 where none fires.
 
     They are w / Σ w. Those of logarithms lack the sum: they are w over the greatest w.
     """
-    weight, weights = whole(system, WEIGHT), firing + rules
-    if system[LOGARITHMIC] != 0.0:
+    header = PackedColumns(system)
+    weight, weights = whole(header.weight), firing + rules
+    if header.logs != 0.0:
         top = _log_firing(system, work, degrees, firing, rules)
         for r in range(rules):
             factor, log = system[weight + r], work[firing + r] - top
             log = 0.0 if log > 0.0 else log  # a rule without weight is no part of the greatest strength
             work[weights + r] = exp_nonpositive(log) * factor
-        if system[WEIGHTED_SUM] != 0.0:
+        if header.weighted_sum != 0.0:
             for r in range(rules):
                 work[firing + r] = exp_nonpositive(work[firing + r]) * system[weight + r]
         return
-    if system[PLAIN] != 0.0:
+    if header.plain != 0.0:
         _plain_firing(system, work, degrees, firing, rules)
     else:
         _firing(system, work, degrees, firing, rules)
@@ -336,18 +367,19 @@ def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, ru
         work[weights + r] = work[firing + r] / total
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _defuzzified(
     system: np.ndarray, work: np.ndarray, firing: int, weights: int, o: int, rules: int
 ) -> tuple[float, bool]:
     """Layers 4 and 5 of output ``o``: its value, and whether a rule fires for it."""
-    row, inputs = o * rules, whole(system, INPUTS)
-    takes_part, constant = whole(system, TAKES_PART) + row, whole(system, CONSTANT) + row
-    slopes = whole(system, SLOPES) + row * inputs
-    linear = system[whole(system, LINEAR) + o] != 0.0
-    weighted_sum = system[WEIGHTED_SUM] != 0.0
+    header = PackedColumns(system)
+    row, inputs = o * rules, whole(header.inputs)
+    takes_part, constant = whole(header.takes_part) + row, whole(header.constant) + row
+    slopes = whole(header.slopes) + row * inputs
+    linear = system[whole(header.linear) + o] != 0.0
+    weighted_sum = header.weighted_sum != 0.0
     share = firing if weighted_sum else weights
-    everyone, total, output = system[LOGARITHMIC] == 0.0, 0.0, 0.0
+    everyone, total, output = header.logs == 0.0, 0.0, 0.0
     for r in range(rules):
         if system[takes_part + r] == 0.0:
             everyone = False
@@ -364,7 +396,7 @@ def _defuzzified(
     return output, fires
 
 
-@uncounted
+@without_refcounts
 def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work: np.ndarray) -> int:
     """Evaluate one point, for calls from other compiled functions; the bits are those of a call of the system.
 
@@ -381,8 +413,9 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
         0, or the sum of OUTSIDE where an input is outside its universe and is not clipped, and NO_RULE where no rule
         fires for one of the outputs.
     """
-    inputs, terms, rules = whole(system, INPUTS), whole(system, TERMS), whole(system, RULES)
-    low, high, clip = whole(system, LOW), whole(system, HIGH), system[CLIP] != 0.0
+    header = PackedColumns(system)
+    inputs, terms, rules = whole(header.inputs), whole(header.terms), whole(header.rules)
+    low, high, clip = whole(header.low), whole(header.high), header.clip != 0.0
     unknown, told = False, 0
     for i in range(inputs):
         value = x[i]
@@ -393,12 +426,12 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
             else:
                 told = OUTSIDE
         work[i] = value
-    unknown |= _memberships(system, work, inputs, system[LOGARITHMIC] != 0.0)
+    unknown |= _memberships(system, work, inputs, header.logs != 0.0)
     firing = inputs + terms
     _weights(system, work, inputs, firing, rules)
     weights = firing + rules
-    default = whole(system, DEFAULT)
-    for o in range(whole(system, OUTPUTS)):
+    default = whole(header.default)
+    for o in range(whole(header.outputs)):
         value, fires = _defuzzified(system, work, firing, weights, o, rules)
         if unknown:  # a minimum or "no rule fires" might have lost it
             output[o] = np.nan
@@ -416,18 +449,18 @@ def one_point(system: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Returns:
         The array, and its parts (inputs,) and (outputs,), where a point is written before and its outputs stand after.
     """
-    x = len(system)
-    output = x + int(system[INPUTS])
-    work = output + int(system[OUTPUTS])
+    header, x = PackedColumns(system), len(system)
+    output = x + int(header.inputs)
+    work = output + int(header.outputs)
     memory = np.zeros(work + packed_work(system) + 1)
     memory[:x], memory[-1] = system, x
     return memory, memory[x:output], memory[output:work]
 
 
-@uncounted
+@without_refcounts
 def evaluate_one(memory: np.ndarray) -> int:
     """Evaluate the point in what :func:`one_point` made, as :func:`evaluate_packed` does, for calls from Python."""
-    x = whole(memory, len(memory) - 1)
-    output = x + whole(memory, INPUTS)
-    work = output + whole(memory, OUTPUTS)
+    header, x = PackedColumns(memory), whole(memory[len(memory) - 1])
+    output = x + whole(header.inputs)
+    work = output + whole(header.outputs)
     return evaluate_packed(memory, memory[x:output], memory[output:work], memory[work:])

@@ -101,14 +101,12 @@ class CompiledSugeno:
         """Evaluate very many points on all processors; what ``evaluate_batch`` tells, for each block."""
         blocks = -(-len(rows) // BLOCK)
         outside, missing = (np.empty((blocks, count), dtype=np.bool_) for count in (rows.shape[1], values.shape[1]))
-        told = [False] * blocks
 
-        def work(first: int, end: int) -> None:
-            k = first // BLOCK
-            told[k] = evaluate_batch(self.system, rows[first:end], values[first:end], outside[k], missing[k])
+        def evaluate(k: int) -> bool:
+            part = slice(k * BLOCK, (k + 1) * BLOCK)
+            return bool(evaluate_batch(self.system, rows[part], values[part], outside[k], missing[k]))
 
-        share_out(work, len(rows), BLOCK)
-        return any(told), outside, missing
+        return any(share_out(evaluate, range(blocks))), outside, missing
 
 
 def compile_sugeno(fis: Sugeno) -> CompiledSugeno:

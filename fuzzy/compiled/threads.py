@@ -1,9 +1,13 @@
-"""Many rows shared out over the processors, for compiled functions that run without Python's lock (``nogil``)."""
+"""Work shared out over the processors, for compiled functions that run without Python's lock (``nogil``)."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from typing import Any, TypeVar
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 
 
 def processors() -> int:
@@ -11,22 +15,45 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def share_out(work: Callable[[int, int], None], rows: int, size: int) -> None:
-    """Call ``work(first, end)`` for blocks of ``size`` rows until all rows are done, on all processors.
+def share_out(one: Callable[[Job], Result], jobs: Sequence[Job], threads: int | None = None) -> list[Result]:
+    """Do ``one`` thing for each of ``jobs``; return the results in their order.
 
-    The blocks do not depend on the number of processors. On one processor no thread is started.
+    Jobs are begun in their order. After one has failed no other is begun, and the error of the first that failed is
+    raised when all that were begun have ended. A job may share out work of its own.
+
+    Args:
+        one: Does a job; for one job, or on one processor, no thread is started.
+        jobs: One argument for each call.
+        threads: How many threads at most, this one among them; by default one for each processor.
     """
-    starts = iter(range(0, rows, size))  # next() on it is one step for all threads, by Python's lock
+    places = iter(range(len(jobs)))  # next() on it is one step for all threads, by Python's lock
+    found: list[Any] = [None] * len(jobs)
+    failed: dict[int, BaseException] = {}
 
-    def run() -> None:
-        for first in starts:
-            work(first, min(first + size, rows))
+    def stop() -> None:
+        for _ in places:
+            pass
 
-    count = min(processors(), -(-rows // size))
-    others = [_threads().submit(run) for _ in range(count - 1)]
-    run()
-    for other in others:
-        other.result()
+    def work() -> None:
+        for k in places:
+            try:
+                found[k] = one(jobs[k])
+            except BaseException as error:
+                failed[k] = error
+                stop()
+
+    count = min(len(jobs), processors() if threads is None else threads)
+    others = [_threads().submit(work) for _ in range(count - 1)]
+    try:
+        work()
+        for other in others:
+            if not other.cancel():  # what has not begun yet has nothing left to do
+                other.result()
+    finally:
+        stop()
+    if failed:
+        raise failed[min(failed)]
+    return found
 
 
 @cache

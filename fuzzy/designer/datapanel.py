@@ -13,9 +13,10 @@ from fuzzy.designer.columns import Columns, columns_data, matching
 from fuzzy.designer.datapictures import Rows, data_pictures, histograms
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
+from fuzzy.designer.panel import SessionPanel
+from fuzzy.designer.session import PanelSession, refusal_of
 from fuzzy.designer.tablesource import TableSource
 from fuzzy.designer.views import variable_data
-from fuzzy.designer.wishes import Wishes, refusal_of_choice
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
@@ -30,36 +31,24 @@ class DataPanelError(InputError):
     """A wish of the page that cannot be done. The message says what is accepted."""
 
 
-class DataPanel:
-    """The panel "Data" as the designer finds it, by an entry point."""
-
-    title = "Data"
-    order = 40
-
-    def build(self, bench: Any) -> None:
-        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        DataSession(bench)
-
-
-panel = DataPanel()
-
-
-class DataSession:
+class DataSession(PanelSession):
     """The table that one page looks at, and which of its columns is which variable of the design."""
 
+    error = DataPanelError
+
     def __init__(self, bench: Any) -> None:
-        self.bench = bench
+        super().__init__(bench, output=0, along="", skip_bad=False)
         self.source = TableSource(bench, LARGEST_FILE, "use fuzzy evaluate for large tables")
         self.table: Columns | None = None
         self.columns: dict[str, str] = {}  # by the keys of _keys()
-        self.choice: dict[str, Any] = {"output": 0, "along": "", "skip_bad": False}
         self.rows: Rows | None = None
         self.drawn: tuple[Any, ...] | None = None  # what the pictures are of: rows, system, output
         self.keys = self._keys()
         self.pictures = Latest(self._draw)
         self.spread = Latest(self._share)
-        self.widget = bench.widget(
+        self.put(
             MODULE,
+            self.source.acts(self._show) | {"column": self._column, "choose": self._choose, "look": self._look},
             sources=self.source.files(),
             largest=LARGEST_FILE,
             table=None,
@@ -67,43 +56,16 @@ class DataSession:
             choice=self.choice,
             variables=self._variables(),
             lack="",
-            problem=None,
             pictures=None,
             points=None,
             residual=None,
             terms=None,
         )
-        self.wishes = Wishes(
-            {
-                "file": self._file,
-                "piece": self._piece,
-                "column": self._column,
-                "choose": self._choose,
-                "look": self._look,
-            },
-            self._refuse,
-            DataPanelError,
-            lambda: self.widget.update(problem=None),
-        )
-        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
         self.universes = self._inputs()
 
     # Messages
-
-    def _refuse(self, error: Exception, message: dict[str, Any]) -> None:
-        self.widget.update(problem=refusal_of_choice(error, message))
-
-    async def _file(self, message: dict[str, Any]) -> None:
-        """A CSV file of the folder."""
-        self._show(await self.source.file(message.get("name")))
-
-    async def _piece(self, message: dict[str, Any]) -> None:
-        """A piece of an uploaded file."""
-        table = await self.source.piece(message)
-        if table is not None:
-            self._show(table)
 
     def _column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
@@ -116,14 +78,12 @@ class DataSession:
         self._choose_rows()
 
     def _choose(self, message: dict[str, Any]) -> None:
-        name, value = message.get("name"), message.get("value")
-        known: dict[Any, Any] = {
-            "output": range(len(self._system().outputs)),
+        name, value = self.setting(message)
+        known: dict[str, Any] = {
+            "output": range(len(self.present.outputs)),
             "along": ("", *(() if self.table is None else self.table.names)),
             "skip_bad": (False, True),
         }
-        if not isinstance(name, str) or name not in known:
-            raise DataPanelError(expected(str(name), known, "setting"))
         right = isinstance(value, int if name == "output" else bool if name == "skip_bad" else str)
         if not right or value not in known[name]:
             raise DataPanelError(expected(str(value), [str(v) for v in known[name]], name))
@@ -147,7 +107,7 @@ class DataSession:
         along = next((name for name in table.usable if name.casefold() in _TIMES), "")
         self.choice = {**self.choice, "skip_bad": False, "along": along}
         self.keys = self._keys()
-        system = self._system()
+        system = self.present
         names = [v.name for v in (*system.inputs, *system.outputs)]
         found = matching(table, names)
         self.columns = {key: found.get(name, "") for key, name in zip(self.keys, names, strict=True)}
@@ -155,7 +115,7 @@ class DataSession:
 
     def _choose_rows(self) -> None:
         """Take the rows of the chosen columns, and have them drawn."""
-        table, lack, problem = self.table, "", ""
+        table, lack, problem = self.table, "", None
         if table is not None:
             chosen = [name for name in self.columns.values() if name]
             self.rows = None
@@ -167,9 +127,9 @@ class DataSession:
                 if bad.all() or (bad.any() and not self.choice["skip_bad"]):
                     rest = ": none is left" if bad.all() else "; leave such rows out, or choose other columns"
                     raise DataPanelError(f"{table.name}: {lack}{rest}")
-                self.rows = rows_of(table, self.columns, self._system(), ~bad, self.choice["along"])
+                self.rows = rows_of(table, self.columns, self.present, ~bad, self.choice["along"])
             except InputError as error:
-                problem = str(error)
+                problem = error
         self.widget.update(
             sources=self.source.files(),
             table=None if table is None else columns_data(table),
@@ -177,14 +137,14 @@ class DataSession:
             choice=self.choice,
             variables=self._variables(),
             lack=lack,
-            problem={"message": typeset(problem), "field": None, "column": None} if problem else None,
+            problem=problem and _note(problem),
         )
         self.pictures.wish()
         self.spread.wish()
 
     async def _draw(self) -> None:
         """What is drawn of the rows beside the design as it is now."""
-        rows, system, choice = self.rows, self._system(), self.choice
+        rows, system, choice = self.rows, self.present, self.choice
         if rows is None:
             self.drawn = None
             self.widget.update(pictures=None, points=None, residual=None)
@@ -198,7 +158,7 @@ class DataSession:
             data = await self.bench.background(data_pictures, system, rows, choice["output"])
         except (InputError, WorkError) as error:
             self.drawn = None
-            self.widget.update(problem={"message": typeset(str(error)), "field": None, "column": None})
+            self.widget.update(problem=_note(error))
             return
         points, residual = data.pop("points"), data.pop("residual")
         data["words"] += self._units()
@@ -253,26 +213,22 @@ class DataSession:
             self.columns = {key: self.columns.get(key, "") for key in self.keys}
         return True
 
-    def _system(self) -> Sugeno:
-        system: Sugeno = self.bench.document.design.in_force
-        return system
-
     def _inputs(self) -> tuple[Variable, ...]:
-        return tuple(self._system().inputs)
+        return tuple(self.present.inputs)
 
     def _keys(self) -> list[str]:
         """What the page calls the variables: an input and an output may share a name."""
-        system = self._system()
+        system = self.present
         return [f"input {v.name}" for v in system.inputs] + [f"output {v.name}" for v in system.outputs]
 
     def _variables(self) -> list[dict[str, str]]:
-        system = self._system()
+        system = self.present
         kinds = [("input", v) for v in system.inputs] + [("output", v) for v in system.outputs]
         return [{"key": f"{kind} {v.name}", "kind": kind, "name": v.name, "unit": v.unit} for kind, v in kinds]
 
     def _units(self) -> list[str]:
         """Say which columns have another unit than their variables."""
-        system, found = self._system(), []
+        system, found = self.present, []
         for key, variable in zip(self._keys(), (*system.inputs, *system.outputs), strict=False):
             column = self.columns.get(key, "")
             unit = self.table.unit(column) if self.table is not None and column else ""
@@ -282,6 +238,15 @@ class DataSession:
                     "the numbers are taken as they are."
                 )
         return found
+
+
+panel = SessionPanel("Data", 40, DataSession)
+
+
+def _note(error: Exception) -> dict[str, Any]:
+    """What no field asked for: why rows are not drawn."""
+    told = refusal_of(error)
+    return told | {"message": typeset(told["message"])}
 
 
 def rows_of(table: Columns, columns: dict[str, str], system: Sugeno, which: np.ndarray, along: str) -> Rows:

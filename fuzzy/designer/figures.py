@@ -36,12 +36,12 @@ def figure_bytes(
 
     Raises FuzzySystemError where there is nothing to draw, InputError for another kind or format.
     """
-    from fuzzy.figures.figureset import Picture, picture_bytes
+    from fuzzy.figures.figureset import SetPicture, picture_bytes
 
     kind, ending = check_figure(kind, ending)
     if kind == ALL:
         raise InputError(expected(kind, FIGURES, "figure"))
-    return picture_bytes(fis, Picture(kind, kind, "", None, tuple(inputs), output), point, ending)
+    return picture_bytes(fis, SetPicture(kind, kind, "", None, tuple(inputs), output), point, ending)
 
 
 async def all_figures(

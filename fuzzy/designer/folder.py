@@ -12,9 +12,12 @@ from fuzzy.system import Sugeno
 
 LARGEST_FILE = 2_000_000  # bytes
 # What a page can show; the reader of files takes more.
-MOST_VARIABLES, MOST_TERMS = 100, 500  # inputs or outputs; terms of a variable
-MOST_RULES, MOST_CLAUSES = 2000, 20_000  # rules; clauses of all rules together
-_MOST_FILES, _DEPTH = 500, 3
+MOST_VARIABLES = 100  # inputs or outputs
+MOST_TERMS = 500  # of a variable
+MOST_RULES = 2000
+MOST_CLAUSES = 20_000  # of all rules together
+_MOST_FILES = 500  # that are listed
+_DEPTH = 3  # of the folders whose files are listed
 _NOT_ON_WINDOWS = '<>:"|?*'
 _PORTS = (f"{port}{n}" for port in ("com", "lpt") for n in range(10))
 _DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$", *_PORTS}  # on Windows

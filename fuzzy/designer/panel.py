@@ -38,6 +38,19 @@ class Panel(Protocol):
         """Put the panel on the page, once a browser tab, when it is first looked at."""
 
 
+@dataclass(frozen=True)
+class SessionPanel:
+    """A panel that begins a session for each page that shows it: ``session(bench)``."""
+
+    title: str
+    order: int
+    session: Callable[[Any], Any]
+
+    def build(self, bench: Any) -> None:
+        """Put the panel on the page of ``bench``, a :class:`Workbench`."""
+        self.session(bench)
+
+
 @dataclass
 class Place:
     """A part of the page that is shown or hidden; callbacks that depend on the design rest while it is hidden."""

@@ -8,6 +8,7 @@ import numpy as np
 from fuzzy.designer.design import Design
 from fuzzy.insight.universe import consequent_range, universe_grid
 from fuzzy.system import Linear, Variable
+from fuzzy.words import counted, listed
 
 # What changes a rule as it is asked to; nothing else happens to the rules.
 _OF_A_RULE = ("rule_text", "rule_clause", "rule_then", "rule_connective", "rule_weight")
@@ -61,13 +62,13 @@ def _fewer_terms(before: Design, after: Design) -> bool:
 
 
 def _rules(count: int) -> str:
-    return f"{count} {'rule' if count == 1 else 'rules'}"
+    return counted(count, "rule")
 
 
 def _listed(names: list[str]) -> str:
     if len(names) > _LISTED:
         names = [*names[: _LISTED - 1], f"{len(names) - _LISTED + 1} more"]
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return listed(names)
 
 
 def _alike(design: Design) -> tuple[set[int], set[int]]:

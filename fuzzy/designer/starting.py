@@ -4,17 +4,16 @@ Files are read, and systems made, in other processes: see :meth:`Starting.make`.
 """
 
 import asyncio
-import multiprocessing
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from fuzzy.designer.folder import FolderError, check_size
+from fuzzy.designer.longtask import EVERY, Report, TaskProcess
 from fuzzy.designer.open_documents import OpenDocuments
 from fuzzy.designer.views import numbers, rounded_for, surface_data
 from fuzzy.designer.workers import WorkError
@@ -27,8 +26,6 @@ from fuzzy.system import Sugeno
 
 POINTS = 21  # of a small picture, along each axis
 LONGEST = 600.0  # s that a start which reports may work
-_OFTEN = 0.1  # s between two looks at how far it is
-_PATIENCE = 3.0  # s that a process is given to end
 
 
 class MadeSystem(NamedTuple):
@@ -121,17 +118,17 @@ class Starting:
         if not start.reports:
             made: MadeSystem = await self._opened.reading(name, make, start.name, given, stem)
             return made
-        process = Making(start.name, given, stem)
+        process = TaskProcess((start.name, given, stem), report_making, "making of the design")
         try:
             async with asyncio.timeout(LONGEST):
                 while True:
                     for what, about in process.news():
                         if what == "done":
-                            return MadeSystem(*about)
+                            return cast(MadeSystem, about)
                         if what == "problem":
-                            raise InputError(about)
+                            raise InputError(about["message"])
                         self._send({"start_progress": {"share": about[0], "said": about[1]}})
-                    await asyncio.sleep(_OFTEN)
+                    await asyncio.sleep(EVERY)
         except TimeoutError:
             raise InputError(f"{start.title} took longer than {LONGEST:g} s and was given up") from None
         finally:
@@ -196,41 +193,11 @@ def make(start: str, given: Mapping[str, Any], stem: str, report: Any = lambda s
     return MadeSystem(fis, tuple(said))
 
 
-class Making:
-    """A start at work in a process of its own, which tells how far it is."""
-
-    def __init__(self, start: str, given: Mapping[str, Any], stem: str) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(start, dict(given), stem, theirs), daemon=True)
-        self._process.start()
-        theirs.close()
-
-    def news(self) -> list[tuple[str, Any]]:
-        """What was told since the last call: ("progress", (share, said)), ("done", MadeSystem), ("problem", str)."""
-        found = []
-        try:
-            while self._ours.poll():
-                found.append(self._ours.recv())
-        except (EOFError, OSError):
-            if not any(what in ("done", "problem") for what, _ in found):
-                found.append(("problem", "the process that worked on this ended; perhaps it ran out of memory"))
-        return found
-
-    def close(self) -> None:
-        """End the process now."""
-        self._ours.close()
-        self._process.kill()
-        self._process.join(_PATIENCE)
-
-
-def _work(start: str, given: dict[str, Any], stem: str, pipe: Connection) -> None:
+def report_making(given: tuple[str, dict[str, Any], str], report: Report) -> MadeSystem:
+    """Make a system as :func:`make` does, and tell ("progress", (share, said)): a stranger's code, which may fail."""
     try:
-        made = make(start, given, stem, lambda share, said: pipe.send(("progress", (share, said))))
-        pipe.send(("done", tuple(made)))
-    except InputError as error:
-        pipe.send(("problem", str(error)))
-    except (BrokenPipeError, ConnectionError):
-        pass  # nobody listens any more
+        return make(*given, lambda share, said: report("progress", (share, said)))
+    except (InputError, ConnectionError):
+        raise
     except Exception as error:
-        pipe.send(("problem", f"{type(error).__name__}: {error}"))
+        raise InputError(f"{type(error).__name__}: {error}") from None

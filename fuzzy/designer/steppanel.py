@@ -6,20 +6,22 @@ chosen, within a time limit.
 
 import asyncio
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fuzzy.designer.folder import check_size, open_folder
+from fuzzy.designer.folder import check_size
 from fuzzy.designer.latest import Latest
+from fuzzy.designer.panel import SessionPanel
 from fuzzy.designer.saving import save_text
+from fuzzy.designer.session import PanelSession, refusal_of
 from fuzzy.designer.steptask import StepTask, read_saved, simulated
 from fuzzy.designer.views import variable_data
-from fuzzy.designer.wishes import Wishes, refusal_at
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.loop.controller import INPUT_ROLES, OUTPUT_ROLES, PID, LoopError, Roles, Scale, role_of, roles_of
 from fuzzy.loop.plant import TransferFunction
-from fuzzy.loop.plantfile import EXAMPLES, TEMPLATE, numbers_of
+from fuzzy.loop.plantfile import PLANT_EXAMPLES, TEMPLATE, numbers_of
 from fuzzy.loop.response import STEPS, TITLES, Loop
 from fuzzy.naming import expected
 from fuzzy.shown import typeset
@@ -38,23 +40,9 @@ _MAY_LACK = ("low", "high", "Kp", "Ki", "Kd")
 _TEMPLATE_FILE = "plant.py"
 
 
-class StepPanel:
-    """The panel "Step response" as the designer finds it, by an entry point."""
-
-    title = "Step response"
-    order = 45
-
-    def build(self, bench: Any) -> None:
-        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        StepSession(bench)
-
-
-panel = StepPanel()
-
-
 def chosen_example(name: str) -> dict[str, Any]:
     """The settings that an example makes, by their names."""
-    example = EXAMPLES[name]
+    example = PLANT_EXAMPLES[name]
     numerator, denominator = (
         " ".join(f"{c:g}" for c in row) for row in (example.plant.numerator, example.plant.denominator)
     )
@@ -67,55 +55,53 @@ def chosen_example(name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class StepSession:
+class StepSession(PanelSession):
     """The step response of one page: what it has chosen, and what came of it."""
 
+    error = LoopError
+    refusals = (*PanelSession.refusals, OSError)
+
     def __init__(self, bench: Any) -> None:
-        self.bench = bench
-        self.folder = open_folder(bench.document.folder)
+        super().__init__(bench)
         self.before: Sugeno | None = None
-        names = [v.name for v in self._present().outputs]
+        names = [v.name for v in self.present.outputs]
         direct = any(role_of(name) == "u" for name in names)
-        self.choice: dict[str, Any] = {
+        self.choice = {
             **chosen_example("integrating" if direct and len(names) == 1 else "lag"),
             "reference": 1.0, "noise": 0.0, "rate_filter": 0.0, "rival": True, "before": True, "roles": {},
         }  # fmt: skip
         self.answer: dict[str, Any] | None = None
         self.loops = Latest(self._simulate)
-        self.shown = self._present()  # the system that is simulated
-        self.widget = bench.widget(
+        self.shown = self.present  # the system that is simulated
+        acts = {"choose": self._choose, "example": self._example, "role": self._role}
+        self.put(
             MODULE,
+            acts | {"template": self._template, "look": self._look},
             choice=self.choice,
-            examples=[[name, example.title] for name, example in EXAMPLES.items()],
+            examples=[[name, example.title] for name, example in PLANT_EXAMPLES.items()],
             files=self._files(),
             titles=[[name, *about] for name, about in TITLES.items()],
             accepted={"inputs": list(INPUT_ROLES), "outputs": list(OUTPUT_ROLES)},
             template=_TEMPLATE_FILE,
             system=self._system(),
             response=None,
-            problem=None,
         )
-        self.wishes = Wishes(
-            {
-                "choose": self._choose,
-                "example": self._example,
-                "role": self._role,
-                "template": self._template,
-                "look": self._look,
-            },
-            lambda error, message: self._refuse(error, message.get("name")),
-            LoopError,
-            also=(OSError,),
-        )
-        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._changed)
         bench.on_close(self.close)
         self.opening = asyncio.get_running_loop().create_task(self._open())
 
     # Messages
 
+    def begin(self) -> None:
+        """Leave what was refused on the page until the loop is simulated."""
+
+    def refuse(self, error: Exception, message: Mapping[str, Any]) -> None:
+        """Say on the page why no loop is simulated."""
+        told = refusal_of(error, message)
+        self.widget.update(problem=told | {"message": typeset(told["message"])})
+
     def _choose(self, message: dict[str, Any]) -> None:
-        name, value = message.get("name"), message.get("value")
+        name, value = self.setting(message)
         if name == "source":
             files = self._files()
             self.widget.update(files=files)
@@ -123,28 +109,28 @@ class StepSession:
                 raise LoopError(expected(str(value), files, "plant"))
         elif name in _TEXTS:
             if not isinstance(value, str) or len(value) > 500:
-                raise LoopError(f"{name} must be numbers with blanks between").about(str(name))
+                raise LoopError(f"{name} must be numbers with blanks between").about(name)
         elif name in _NUMBERS:
             lacks = value is None and name in _MAY_LACK
             if not lacks and (
                 isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value)
             ):
-                raise LoopError(f"{name} must be a number, got {value!r}").about(str(name))
+                raise LoopError(f"{name} must be a number, got {value!r}").about(name)
         elif name not in ("rival", "before") or not isinstance(value, bool):
-            raise LoopError(expected(str(name), self.choice, "setting"))
-        self.choice = {**self.choice, str(name): value}
+            raise LoopError(expected(name, self.choice, "setting"))
+        self.choice = {**self.choice, name: value}
         self.simulate()
 
     def _example(self, message: dict[str, Any]) -> None:
         name = message.get("value")
-        if not isinstance(name, str) or name not in EXAMPLES:
-            raise LoopError(expected(str(name), EXAMPLES, "example"))
+        if not isinstance(name, str) or name not in PLANT_EXAMPLES:
+            raise LoopError(expected(str(name), PLANT_EXAMPLES, "example"))
         self.choice = {**self.choice, **chosen_example(name)}
         self.simulate()
 
     def _role(self, message: dict[str, Any]) -> None:
         name, role = message.get("variable"), message.get("value")
-        variables = [v.name for v in (*self._present().inputs, *self._present().outputs)]
+        variables = [v.name for v in (*self.present.inputs, *self.present.outputs)]
         if name not in variables or (role != "" and role not in (*INPUT_ROLES, *OUTPUT_ROLES)):
             raise LoopError(f"{name!r} cannot be {role!r}")
         self.choice = {**self.choice, "roles": {**self.choice["roles"], name: role}}
@@ -161,7 +147,7 @@ class StepSession:
     def _look(self, message: dict[str, Any]) -> None:
         """Look at what the controller knew in a sample."""
         known, k = (self.answer or {}).get("known") or [], message.get("sample")
-        inputs = self._present().inputs
+        inputs = self.present.inputs
         if not isinstance(k, int) or len(known) != len(inputs) or not 0 <= k < len(known[0]):
             return
         point = [column[k] for column in known]
@@ -173,7 +159,7 @@ class StepSession:
 
     def simulate(self) -> None:
         """Simulate what is chosen; what is asked for meanwhile comes after it, once."""
-        self.shown = self._present()
+        self.shown = self.present
         self.widget.update(choice=self.choice, system=self._system())
         self.loops.wish()
 
@@ -189,15 +175,11 @@ class StepSession:
             self.widget.update(response=self.answer, problem=None)
         except (InputError, WorkError) as error:
             self.answer = None
-            self._refuse(error)
+            self.refuse(error, {})
             self.widget.update(response=None)
 
-    def _refuse(self, error: Exception, name: Any = None) -> None:
-        refusal = refusal_at(error, name)
-        self.widget.update(problem=refusal | {"message": typeset(refusal["message"])})
-
     def _task(self) -> StepTask:
-        chosen, fis = self.choice, self._present()
+        chosen, fis = self.choice, self.present
         roles = self._roles(fis)
         if not fis.rules:
             raise LoopError(f"{fis.name} has no rule in force: nothing is controlled")
@@ -237,15 +219,15 @@ class StepSession:
     async def _open(self) -> None:
         document = self.bench.document
         if document.saved:
-            self.before = self._present()
+            self.before = self.present
         else:
             self.before = await self.bench.read(document.path.name, read_saved, document.path)
         self.simulate()
 
     def _changed(self) -> None:
-        if self.bench.document.saved and self.before is not self._present():
-            self.before = self._present()
-        elif self.shown == self._present():
+        if self.bench.document.saved and self.before is not self.present:
+            self.before = self.present
+        elif self.shown == self.present:
             return  # only another look at it
         self.simulate()
 
@@ -255,13 +237,9 @@ class StepSession:
             if task is not None:
                 task.cancel()
 
-    def _present(self) -> Sugeno:
-        fis: Sugeno = self.bench.document.design.in_force
-        return fis
-
     def _system(self) -> dict[str, Any]:
         """The variables, with what each is to the loop: by choice, by its name, or "" for nothing."""
-        fis, chosen = self._present(), self.choice["roles"]
+        fis, chosen = self.present, self.choice["roles"]
         return {
             kind: [
                 {**variable_data(v), "terms": [], "role": chosen.get(v.name) or role_of(v.name) or ""} for v in group
@@ -272,3 +250,6 @@ class StepSession:
     def _files(self) -> list[str]:
         """The plants of the folder: .py files, and .toml files that may be one."""
         return [*self.folder.files(".py"), *self.folder.files(".toml")]
+
+
+panel = SessionPanel("Step response", 45, StepSession)

@@ -1,9 +1,11 @@
 """Where a panel's table comes from: a CSV file of the opened folder, or an upload in pieces."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fuzzy.designer.columns import Columns, read_columns, read_file
+from fuzzy.designer.session import Act
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.naming import expected
@@ -25,6 +27,19 @@ class TableSource:
     def __init__(self, bench: Any, most: int, larger: str) -> None:
         self._bench, self._most, self._larger = bench, most, larger
         self._pieces: list[str] = []
+
+    def acts(self, show: Callable[[Columns], None]) -> dict[str, Act]:
+        """The acts of a page that chooses a file, or sends one in pieces; ``show`` takes the table that came of it."""
+
+        async def file(message: dict[str, Any]) -> None:
+            show(await self.file(message.get("name")))
+
+        async def piece(message: dict[str, Any]) -> None:
+            table = await self.piece(message)
+            if table is not None:
+                show(table)
+
+        return {"file": file, "piece": piece}
 
     def files(self) -> list[str]:
         """The CSV files of the folder."""

@@ -32,7 +32,7 @@ class DesignerWorkers:
         if self._pool is None:
             # Fresh interpreters: a copy of this one would hold its sockets and locks.
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin)
+            self._pool = ProcessPoolExecutor(self._count, mp_context=context, initializer=follow_parent)
         pool = self._pool
         try:
             outcome, value = await asyncio.get_running_loop().run_in_executor(pool, _work, function, args)
@@ -91,7 +91,8 @@ class TimedWorkers:
             worker.close()
 
 
-def _begin() -> None:
+def follow_parent() -> None:
+    """Let this process end with the one that began it, however that ends."""
     # Ctrl-C is for the server, which ends its workers itself; where it was killed they go too.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

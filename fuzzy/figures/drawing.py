@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation
 
 from fuzzy.figures.palette import COLORS
 from fuzzy.files.atomic import check_target, replacing
@@ -50,6 +51,27 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
         constrained: Whether matplotlib's constrained layout arranges it.
     """
     return Figure(figsize=(width, height), layout="constrained" if constrained else None)
+
+
+def line_look(n: int) -> dict[str, Any]:
+    """The colour and the dashes of the ``n``-th of several lines, from 0."""
+    return {"color": COLORS[n % len(COLORS)], "linestyle": LINES[n % len(LINES)]}
+
+
+def log_y(ax: Axes, digits: str = "") -> None:
+    """Make the y axis logarithmic.
+
+    Args:
+        ax: The axes.
+        digits: The numbers in a decade that are written, such as "125"; "": powers of ten, and numbers between where
+            there are less than two.
+    """
+    ax.set_yscale("log")
+    if not digits:
+        ax.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
+        return
+    for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
+        of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in digits else ""))
 
 
 def figure_of(axes: Axes) -> Figure:

@@ -22,7 +22,7 @@ from fuzzy.figures.memberships import plot_memberships
 from fuzzy.figures.plot import plot_surface
 from fuzzy.figures.ruleviewer import plot_rules
 from fuzzy.figures.structure import plot_structure
-from fuzzy.files.atomic import check_folder, check_target, replacing
+from fuzzy.files.atomic import check_folder, check_target, write_whole
 from fuzzy.insight.universe import point_of
 from fuzzy.naming import expected
 from fuzzy.shown import shown
@@ -35,7 +35,7 @@ _UNSAFE = re.compile(r"[^\w.-]+")
 
 
 @dataclass(frozen=True)
-class Picture:
+class SetPicture:
     """A picture of the set, before it is drawn."""
 
     kind: str  # "memberships", "rules", "structure", "surface"
@@ -85,20 +85,17 @@ def write_figures(
     check_target(path) if zipped else check_folder(path)
     files = _files(fis, pictures, point, ending, advance)
     if zipped:
-        data = packed(files)
-        with replacing(path) as part:
-            part.write_bytes(data)
+        write_whole(path, packed(files))
     else:
         path.mkdir(parents=True, exist_ok=True)
         for name, content in files:
-            with replacing(path / name) as part:
-                part.write_bytes(content)
+            write_whole(path / name, content)
     return ["README.txt", *(f"{picture.stem}.{ending}" for picture in pictures)]
 
 
 def _files(
     fis: Sugeno,
-    pictures: Sequence[Picture],
+    pictures: Sequence[SetPicture],
     point: Sequence[float],
     ending: str,
     advance: Callable[[int, int], None],
@@ -115,7 +112,7 @@ def check_format(ending: str) -> None:
         raise FuzzySystemError(expected(str(ending)[:40], FORMATS, "format"))
 
 
-def pictures_of(fis: Sugeno, point: Sequence[float]) -> list[Picture]:
+def pictures_of(fis: Sugeno, point: Sequence[float]) -> list[SetPicture]:
     """The pictures of a system, in the order of their files.
 
     Args:
@@ -123,24 +120,24 @@ def pictures_of(fis: Sugeno, point: Sequence[float]) -> list[Picture]:
         point: The point (inputs,), each in the unit of its variable.
     """
     found = [
-        Picture(
+        SetPicture(
             "memberships", f"{'terms' if k < len(fis.inputs) else 'consequents'}-{_slug(v.name)}", _terms(fis, k), k
         )
         for k, v in enumerate((*fis.inputs, *fis.outputs))
     ]
     if fis.rules:
-        found.append(Picture("rules", "rules-at-the-point", _viewer(fis, point)))
+        found.append(SetPicture("rules", "rules-at-the-point", _viewer(fis, point)))
     if 0 < len(fis.rules) <= MOST_ROWS:
-        found.append(Picture("structure", "structure", f"Structure of {fis.name} as a network of six layers."))
+        found.append(SetPicture("structure", "structure", f"Structure of {fis.name} as a network of six layers."))
     found += [
-        Picture("surface", _surface_stem(fis, axes, j), _surface(fis, point, axes, j), inputs=axes, output=j)
+        SetPicture("surface", _surface_stem(fis, axes, j), _surface(fis, point, axes, j), inputs=axes, output=j)
         for axes, j in _surfaces(fis)[:MOST_SURFACES]
     ]
     digits = max(2, len(str(len(found))))
     return [replace(picture, stem=f"{k:0{digits}d}-{picture.stem}") for k, picture in enumerate(found, 1)]
 
 
-def picture_bytes(fis: Sugeno, picture: Picture, point: Sequence[float], ending: str) -> bytes:
+def picture_bytes(fis: Sugeno, picture: SetPicture, point: Sequence[float], ending: str) -> bytes:
     """Draw a picture as the bytes of a file.
 
     Args:
@@ -159,7 +156,7 @@ def picture_bytes(fis: Sugeno, picture: Picture, point: Sequence[float], ending:
 
 
 def packed_pictures(
-    fis: Sugeno, pictures: Sequence[Picture], point: Sequence[float], ending: str, drawn: Sequence[bytes]
+    fis: Sugeno, pictures: Sequence[SetPicture], point: Sequence[float], ending: str, drawn: Sequence[bytes]
 ) -> bytes:
     """The zip of pictures that are drawn already, in their order, with its README.txt."""
     names = [f"{picture.stem}.{ending}" for picture in pictures]
@@ -179,7 +176,7 @@ def packed(files: Iterable[tuple[str, bytes]]) -> bytes:
     return data.getvalue()
 
 
-def readme(fis: Sugeno, pictures: Sequence[Picture], point: Sequence[float], ending: str) -> str:
+def readme(fis: Sugeno, pictures: Sequence[SetPicture], point: Sequence[float], ending: str) -> str:
     """The text of README.txt: the point, each file with its caption, what is left out, and the rules."""
     where = ", ".join(_values(fis.inputs, point)) or "no inputs"
     lines = [f"Pictures of {fis.name}", "", f"The point: {where}.", ""]
@@ -213,7 +210,7 @@ def _surfaces(fis: Sugeno) -> list[tuple[tuple[int, ...], int]]:
     return [(pair, j) for j in range(len(fis.outputs)) for pair in axes]
 
 
-def _drawn(fis: Sugeno, picture: Picture, point: Sequence[float]) -> Figure:
+def _drawn(fis: Sugeno, picture: SetPicture, point: Sequence[float]) -> Figure:
     if picture.kind == "memberships":
         return plot_memberships(fis, picture.variable)
     if picture.kind == "rules":

@@ -49,9 +49,8 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None 
         raise FuzzySystemError(f"{fis.name} has no rules to show")
     if fis.no_rule_fires == "error":
         fis = replace(fis, no_rule_fires="nan")
-    with warnings.catch_warnings():
-        # The picture says both that an input is out of range and that no rule fires.
-        warnings.simplefilter("ignore", InferenceWarning)
+    # The picture says both that an input is out of range and that no rule fires.
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         result = infer(fis, x)
     shown = [r for r in range(len(fis.rules)) if not only_fired or result.weights[r] >= 1e-3]
     row = min(0.5, max(0.26, 6.5 / max(len(shown), 1)))  # inches

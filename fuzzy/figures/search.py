@@ -5,9 +5,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
-from fuzzy.figures.drawing import COLUMN, LINES, figure_of, new_figure, number, style
+from fuzzy.figures.drawing import COLUMN, LINES, figure_of, log_y, new_figure, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.search import SearchResult
@@ -40,9 +40,7 @@ def plot_rules_error(results: SearchResult | Mapping[str, SearchResult], ax: Axe
             _draw(ax, name, result, COLORS[i % len(COLORS)], LINES[i % len(LINES)])
         errors = [trial.error for result in results.values() for trial in result.by_rules.values()]
         if min(errors) > 0:  # otherwise there is no logarithm: a system that fits to the last bit
-            ax.set_yscale("log")
-            for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
-                of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in "125" else ""))
+            log_y(ax, "125")
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True, min_n_ticks=1))
         ax.set_xlabel("number of rules")
         ax.set_ylabel(labels.pop(), parse_math=False)

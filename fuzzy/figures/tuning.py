@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
-from fuzzy.figures.drawing import COLUMN, figure_of, new_figure, number, style
+from fuzzy.figures.drawing import COLUMN, figure_of, log_y, new_figure, number, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT, ROLES
 from fuzzy.tuning.search import Evaluations
 
@@ -47,9 +47,7 @@ def plot_search(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> 
         )  # fmt: skip
         lowest = float(np.min(costs))
         if lowest > 0 and top / lowest > _DECADE:
-            ax.set_yscale("log")
-            for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
-                of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in "125" else ""))
+            log_y(ax, "125")
             ax.set_ylim(lowest * 0.7, top * 1.1)
         else:
             ax.set_ylim(max(0.0, lowest - 0.15 * (top - lowest)) if lowest >= 0 else None, top * 1.03)

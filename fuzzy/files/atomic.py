@@ -1,15 +1,17 @@
 """Files that appear whole or not at all: they are written beside the target and then put in its place."""
 
 import errno
+import json
 import os
 import re
 import secrets
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from fuzzy.errors import InputError
 
@@ -52,6 +54,29 @@ def replacing(path: str | Path) -> Iterator[Path]:
             temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: str | Path, content: str | bytes) -> None:
+    """Write a file of text, as UTF-8 with its line ends as they are, or of bytes: whole or not at all.
+
+    Raises OSError, as :func:`replacing` does.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def write_json(path: str | Path, value: Any, default: Callable[[Any], Any] | None = None) -> None:
+    """Write a value as JSON for people to read: whole or not at all.
+
+    Args:
+        path: The file.
+        value: The value.
+        default: Gives what stands for a value that JSON does not have.
+
+    Raises OSError, as :func:`replacing` does.
+    """
+    write_whole(path, json.dumps(value, indent=2, ensure_ascii=False, default=default) + "\n")
 
 
 def check_target(path: str | Path, *suffixes: str, folder_is_made: bool = False) -> None:

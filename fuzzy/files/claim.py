@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_json
 
 
 @contextmanager
@@ -66,5 +66,4 @@ def claim(
             "to throw it away and start over"
         )
     discard()
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_json(path, about)

@@ -22,15 +22,15 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fuzzy.errors import quoted, shortened
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.fislines import (
     LINE_END,
     SYSTEM_NOTES,
-    Entry,
+    FileSection,
     FisFileError,
     FisFileWarning,
     FisLines,
-    Section,
+    SectionLine,
     file_bytes,
 )
 from fuzzy.files.mamdani import DEFUZZIFICATIONS, MamdaniParts, as_constants, renounced
@@ -54,7 +54,9 @@ __all__ = [
 ]
 
 # What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
-MOST_VARIABLES, MOST_TERMS, MOST_RULES = 1_000, 10_000, 100_000  # inputs or outputs; terms of a variable; rules
+MOST_VARIABLES = 1_000  # inputs or outputs
+MOST_TERMS = 10_000  # of a variable
+_MOST_RULES = 100_000  # rules
 _LISTED = 1000  # characters of the list of terms that a message shows
 _DEFUZZIFICATIONS = ("wtaver", "wtsum")
 _CONSEQUENTS = ("constant", "linear")
@@ -212,7 +214,7 @@ class _Reader(FisLines):
         count = self._count(system, "NumOutputs", MOST_VARIABLES)
         outputs = self._variables(sections, "Output", count, None if mamdani else len(inputs))
         lines = sections["Rules"].rules if "Rules" in sections else []
-        count = self._count(system, "NumRules", MOST_RULES)
+        count = self._count(system, "NumRules", _MOST_RULES)
         if count != len(lines):
             raise self.error(system.entries["NumRules"], f"NumRules is {count}, but the file has {len(lines)} rules")
         settings: dict[str, Any] = {
@@ -240,7 +242,7 @@ class _Reader(FisLines):
         except FuzzySystemError as error:
             raise self.error(system, shortened(str(error), _LISTED)) from None
 
-    def _is_mamdani(self, system: Section) -> bool:
+    def _is_mamdani(self, system: FileSection) -> bool:
         """Is it a Mamdani system that is read as a Sugeno system?"""
         kind, at = self._string(system, "Type"), self._get(system, "Type")
         if kind.casefold() == "mamdani" and not self.mamdani:
@@ -253,25 +255,25 @@ class _Reader(FisLines):
             raise self.error(at, expected(kind, ("sugeno", "mamdani"), "type of system"))
         return kind.casefold() == "mamdani"
 
-    def _get(self, section: Section, key: str) -> Entry:
+    def _get(self, section: FileSection, key: str) -> SectionLine:
         if key not in section.entries:
             raise self.error(section, f"{section.title} has no {key}")
         return section.entries[key]
 
-    def _string(self, section: Section, key: str) -> str:
+    def _string(self, section: FileSection, key: str) -> str:
         entry = self._get(section, key)
         value = entry.value
         if not (len(value) >= 2 and value[0] == value[-1] == "'"):
             raise self.error(entry, f"{key} must stand in single quotes, got {quoted(value)}")
         return value[1:-1]
 
-    def _choice(self, section: Section, key: str, accepted: Collection[str]) -> str:
+    def _choice(self, section: FileSection, key: str, accepted: Collection[str]) -> str:
         value = self._string(section, key)
         if value.casefold() not in accepted:
             raise self.error(section.entries[key], expected(value, accepted, key))
         return value.casefold()
 
-    def _count(self, section: Section, key: str, most: int) -> int:
+    def _count(self, section: FileSection, key: str, most: int) -> int:
         entry = self._get(section, key)
         if not re.fullmatch(r"\d{1,9}", entry.value, re.ASCII):
             raise self.error(entry, f"{key} must be a number of things, 0, 1, 2, ..., got {quoted(entry.value)}")
@@ -279,14 +281,14 @@ class _Reader(FisLines):
             raise self.error(entry, f"{key} is {entry.value}, but at most {most} are read")
         return int(entry.value)
 
-    def _numbers(self, text: str, at: Entry, what: str) -> list[float]:
+    def _numbers(self, text: str, at: SectionLine, what: str) -> list[float]:
         words = text.replace(",", " ").split()
         for word in words:
             if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
                 raise self.error(at, f"{what}: expected a finite number, got {quoted(word)}")
         return [float(word) for word in words]
 
-    def _unique(self, name: str, taken: dict[str, int], at: Entry, what: str) -> str:
+    def _unique(self, name: str, taken: dict[str, int], at: SectionLine, what: str) -> str:
         """``name``, or with a number where it is ``taken``, which maps the names so far to their last numbers."""
         if name not in taken:
             taken[name] = 1
@@ -298,7 +300,7 @@ class _Reader(FisLines):
         self.warn(at, f"a second {what} named {quoted(name)} is read as {quoted(f'{name}_{number}')}")
         return f"{name}_{number}"
 
-    def _variables(self, sections: dict[str, Section], kind: str, count: int, inputs: int | None) -> list[Variable]:
+    def _variables(self, sections: dict[str, FileSection], kind: str, count: int, inputs: int | None) -> list[Variable]:
         counter = sections["System"].entries[f"Num{kind}s"]
         if count == 0:
             raise self.error(counter, f"a Sugeno system needs at least one {kind.casefold()}")
@@ -314,7 +316,7 @@ class _Reader(FisLines):
             variables.append(self._variable(present[number], taken, kind.casefold(), inputs))
         return variables
 
-    def _variable(self, section: Section, taken: dict[str, int], kind: str, inputs: int | None) -> Variable:
+    def _variable(self, section: FileSection, taken: dict[str, int], kind: str, inputs: int | None) -> Variable:
         name = self._unique(self._string(section, "Name"), taken, section.entries["Name"], kind)
         at = self._get(section, "Range")
         bounds = re.fullmatch(r"\[([^\[\]]*)\]", at.value)
@@ -341,7 +343,7 @@ class _Reader(FisLines):
         except FuzzySystemError as error:
             raise self.error(at, shortened(str(error), _LISTED)) from None
 
-    def _term(self, at: Entry, inputs: int | None) -> tuple[str, Any]:
+    def _term(self, at: SectionLine, inputs: int | None) -> tuple[str, Any]:
         """Name and function of one term; ``inputs`` is how many the system has, None for the term of an input."""
         accepted = tuple(MATLAB_NAMES) if inputs is None else _CONSEQUENTS
         line = _TERM.fullmatch(at.value)
@@ -366,7 +368,7 @@ class _Reader(FisLines):
         return name, Constant(parameters[0]) if kind == "constant" else Linear(parameters[:-1], parameters[-1])
 
     def _rule(
-        self, at: Entry, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]], mamdani: bool
+        self, at: SectionLine, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[str]], mamdani: bool
     ) -> Rule:
         """One rule; ``inputs`` and ``outputs`` map each variable to its terms."""
         line = _RULE.fullmatch(at.text)
@@ -402,7 +404,7 @@ class _Reader(FisLines):
         return known[term]
 
     def _indices(
-        self, text: str, variables: Mapping[str, Sequence[str]], at: Entry, kind: str
+        self, text: str, variables: Mapping[str, Sequence[str]], at: SectionLine, kind: str
     ) -> Iterator[tuple[str, str, bool, float]]:
         """Variable, term, negation and power for each index of a rule that is not 0."""
         words = text.split()
@@ -445,8 +447,7 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
     name = os.fsdecode(path)
     text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
     try:
-        with replacing(name) as part:
-            part.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(name, text)
     except UnicodeEncodeError as error:
         raise FisFileError(name, None, f"a name holds no valid text: {error.object[error.start]!r}") from None
     except OSError as error:

@@ -66,7 +66,7 @@ class FisFileWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Entry:
+class SectionLine:
     """One line of a section."""
 
     line: int
@@ -75,14 +75,14 @@ class Entry:
 
 
 @dataclass
-class Section:
+class FileSection:
     """A section of the file, with its lines sorted by what they say."""
 
     title: str
     line: int
-    entries: dict[str, Entry] = field(default_factory=dict)  # by key, as this program spells it
-    terms: dict[int, Entry] = field(default_factory=dict)  # by the number in "MF1"
-    rules: list[Entry] = field(default_factory=list)
+    entries: dict[str, SectionLine] = field(default_factory=dict)  # by key, as this program spells it
+    terms: dict[int, SectionLine] = field(default_factory=dict)  # by the number in "MF1"
+    rules: list[SectionLine] = field(default_factory=list)
 
 
 class FisLines:
@@ -93,12 +93,12 @@ class FisLines:
         self._warned: list[str] = []
         self._unsaid = 0  # warnings beyond the first ones
 
-    def error(self, at: Entry | Section, reason: str) -> FisFileError:
+    def error(self, at: SectionLine | FileSection, reason: str) -> FisFileError:
         """Make an error that quotes the line ``at``."""
-        text = at.text if isinstance(at, Entry) else at.title
+        text = at.text if isinstance(at, SectionLine) else at.title
         return FisFileError(self.path, at.line, f"{reason}\n  {shortened(text)}")
 
-    def warn(self, at: Entry, message: str) -> None:
+    def warn(self, at: SectionLine, message: str) -> None:
         """Keep a warning that quotes the line ``at``."""
         if len(self._warned) < _MOST_WARNINGS:
             self._warned.append(f"{self.path}:{at.line}: {message}\n  {shortened(at.text)}")
@@ -111,33 +111,33 @@ class FisLines:
         more = [f"{self.path}: {self._unsaid} more warnings of this kind are not shown"] if self._unsaid else []
         return self._warned + more
 
-    def sections(self, text: str) -> dict[str, Section]:
+    def sections(self, text: str) -> dict[str, FileSection]:
         """Sort the lines into sections, by title: "System", "Input1", "Output1", "Rules"."""
-        sections: dict[str, Section] = {}
-        current: Section | None = None
+        sections: dict[str, FileSection] = {}
+        current: FileSection | None = None
         for number, raw in enumerate(LINE_END.split(text), start=1):
             line = raw.strip()
             note = _NOTE.fullmatch(line)
             header = _HEADER.fullmatch(line)
             if header:
-                title = self._title(header[1], Entry(number, line, ""))
+                title = self._title(header[1], SectionLine(number, line, ""))
                 if title in sections:
                     first = sections[title].line
-                    raise self.error(Entry(number, line, ""), f"a second [{title}]; the first is in line {first}")
-                current = sections[title] = Section(f"[{title}]", number)
+                    raise self.error(SectionLine(number, line, ""), f"a second [{title}]; the first is in line {first}")
+                current = sections[title] = FileSection(f"[{title}]", number)
             elif note and current is not None:
-                self._note(current, note[1], Entry(number, line, note[2]))
+                self._note(current, note[1], SectionLine(number, line, note[2]))
             elif not line or _COMMENT.match(line):
                 continue
             elif current is None:
-                raise self.error(Entry(number, line, ""), "expected a section, '[System]', before anything else")
+                raise self.error(SectionLine(number, line, ""), "expected a section, '[System]', before anything else")
             elif current.title == "[Rules]":
-                current.rules.append(Entry(number, line, line))
+                current.rules.append(SectionLine(number, line, line))
             else:
-                self._entry(current, Entry(number, line, ""))
+                self._entry(current, SectionLine(number, line, ""))
         return sections
 
-    def _title(self, word: str, at: Entry) -> str:
+    def _title(self, word: str, at: SectionLine) -> str:
         titles = {"system": "System", "rules": "Rules"}
         if word.casefold() in titles:
             return titles[word.casefold()]
@@ -146,7 +146,7 @@ class FisLines:
             return numbered[1].capitalize() + numbered[2]
         raise self.error(at, expected(word, ("System", "Input1", "Output1", "Rules"), "section"))
 
-    def _note(self, section: Section, word: str, at: Entry) -> None:
+    def _note(self, section: FileSection, word: str, at: SectionLine) -> None:
         known = tuple(SYSTEM_NOTES) if section.title == "[System]" else _VARIABLE_NOTES
         if section.title == "[Rules]" or word not in known:
             self.warn(at, f"a note that {section.title} does not know is skipped: {quoted(word)}")
@@ -155,15 +155,15 @@ class FisLines:
         else:
             section.entries[word] = at
 
-    def _entry(self, section: Section, at: Entry) -> None:
+    def _entry(self, section: FileSection, at: SectionLine) -> None:
         pair = _ENTRY.fullmatch(at.text)
         if pair is None:
             raise self.error(at, "expected 'key=value', a [section] or a comment that begins with '%'")
-        word, entry = pair[1], Entry(at.line, at.text, pair[2])
+        word, entry = pair[1], SectionLine(at.line, at.text, pair[2])
         term = re.fullmatch(r"mf0*([1-9]\d{0,8})", word, re.IGNORECASE | re.ASCII)
         place: Any
         if term and section.title != "[System]":
-            group: dict[Any, Entry] = section.terms
+            group: dict[Any, SectionLine] = section.terms
             place = int(term[1])
         else:
             keys = _SYSTEM_KEYS if section.title == "[System]" else _VARIABLE_KEYS

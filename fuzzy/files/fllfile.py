@@ -29,7 +29,7 @@ DEFUZZIFIERS = {"WeightedAverage": "wtaver", "WeightedSum": "wtsum"}
 _BLOCKS = ("Engine", "InputVariable", "OutputVariable", "RuleBlock")
 _HEDGES = ("not", "very", "somewhat")
 _OTHER_HEDGES = ("any", "extremely", "seldom")
-NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 def _gaussian(p: Sequence[float]) -> MembershipFunction:
@@ -331,7 +331,7 @@ class _Reader:
         for word in words:
             if word in _OTHER_HEDGES and word not in names:
                 raise self.fail(line, f"the hedge {word!r} has no equal here; known: {', '.join(_HEDGES)}")
-        quoted = [f"'{word}'" if word in names and not NAME.fullmatch(word) else word for word in words]
+        quoted = [f"'{word}'" if word in names and not _NAME.fullmatch(word) else word for word in words]
         try:
             return parse_rule(" ".join(quoted), asked, proposed)
         except RuleError as error:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.fllfile import AND_METHODS, OR_METHODS, FllFileError, difference
 from fuzzy.membershipfunction import MembershipError, MembershipFunction, as_number
 from fuzzy.rule import KEYWORDS, Rule, hedge_words
@@ -27,8 +27,7 @@ def write_fll(fis: Sugeno, path: str | os.PathLike[str]) -> None:
         OSError: The file cannot be written.
     """
     text = format_fll(fis)
-    with replacing(os.fsdecode(path)) as target:
-        target.write_text(text, encoding="utf-8")
+    write_whole(os.fsdecode(path), text)
 
 
 def format_fll(fis: Sugeno) -> str:

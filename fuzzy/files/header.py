@@ -8,7 +8,8 @@ from typing import NamedTuple
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 
-_LISTED, _SAME = 30, 5  # names that a message lists, and titles that have one name
+_LISTED = 30  # names that a message lists
+_SAME = 5  # titles that have one name
 _BRACKETS = {"]": "[", ")": "("}
 
 
@@ -16,7 +17,7 @@ class DataError(InputError):
     """The error for a file that holds no table of finite numbers, with the file, the line, the column and the text."""
 
 
-class Column(NamedTuple):
+class HeaderColumn(NamedTuple):
     """What the header says of a column."""
 
     name: str
@@ -38,7 +39,7 @@ def titled(name: str, unit: str) -> str:
     return f"{name} []" if _parted(name) != (name, "") or is_number(name) else name
 
 
-def columns_of(titles: Sequence[str]) -> tuple[Column, ...]:
+def columns_of(titles: Sequence[str]) -> tuple[HeaderColumn, ...]:
     """The columns that a header's ``titles`` describe.
 
     What stands in brackets at the end is the unit. So are parentheses after a blank, but where two columns would then
@@ -51,16 +52,16 @@ def columns_of(titles: Sequence[str]) -> tuple[Column, ...]:
     for place, (title, (name, unit)) in enumerate(zip(titles, parted, strict=True), 1):
         if title.endswith(")") and names[name] > 1:
             name, unit = title, ""
-        columns.append(Column(name or f"column{place}", unit, title))
+        columns.append(HeaderColumn(name or f"column{place}", unit, title))
     return tuple(columns)
 
 
-def numbered(count: int) -> tuple[Column, ...]:
+def numbered(count: int) -> tuple[HeaderColumn, ...]:
     """The columns of a table of ``count`` columns without a header: column1, column2, ..."""
-    return tuple(Column(f"column{place}", "", f"column{place}") for place in range(1, count + 1))
+    return tuple(HeaderColumn(f"column{place}", "", f"column{place}") for place in range(1, count + 1))
 
 
-def labels(columns: Sequence[Column]) -> tuple[str, ...]:
+def labels(columns: Sequence[HeaderColumn]) -> tuple[str, ...]:
     """A label of each column, all different: its name, where others have that too its title, or also its place."""
     names, titles = Counter(c.name for c in columns), Counter(c.title for c in columns)
     found = []
@@ -70,7 +71,7 @@ def labels(columns: Sequence[Column]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def place_of(columns: Sequence[Column], wanted: str, unit: str = "") -> int:
+def place_of(columns: Sequence[HeaderColumn], wanted: str, unit: str = "") -> int:
     """The place (from 0) of the column that is called ``wanted``: its title, its name or its number from 1.
 
     Where several have the name, that with the ``unit`` is taken. Raises DataError for a column that is not there, and
@@ -110,7 +111,7 @@ def is_number(text: str) -> bool:
     return "_" not in text  # float reads 1_000, by which a table means something else
 
 
-def _near(wanted: str, columns: Sequence[Column]) -> list[str]:
+def _near(wanted: str, columns: Sequence[HeaderColumn]) -> list[str]:
     """The names to list where ``wanted`` is none of them: all, or of many the nearest and the first."""
     names = [label[:100] for label in labels(columns)]
     if len(names) <= _LISTED:

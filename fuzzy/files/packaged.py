@@ -19,7 +19,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.fislines import LINE_END
 from fuzzy.naming import expected
 
-GROUP = "fuzzyfleet.rulebases"
+RULE_BASE_GROUP = "fuzzyfleet.rulebases"
 _OWN = "fuzzyfleet"  # the distribution whose names come first
 
 
@@ -89,7 +89,7 @@ def _found() -> tuple[dict[str, Path], list[str]]:
     files: dict[str, Path] = {}
     owners: dict[str, str] = {}
     problems = []
-    entries = entry_points(group=GROUP)
+    entries = entry_points(group=RULE_BASE_GROUP)
     for entry in sorted(entries, key=lambda e: (_distribution(e) != _OWN, e.name, e.value)):
         folder = _folder(entry.value)
         if folder is None:

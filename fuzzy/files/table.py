@@ -21,14 +21,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import quoted
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import replacing, write_whole
 from fuzzy.files.decimals import Marks, Numbers, numbers_of, sure_marks, why_no_number
-from fuzzy.files.header import Column, DataError, columns_of, is_number, numbered, place_of, titled
+from fuzzy.files.header import DataError, HeaderColumn, columns_of, is_number, numbered, place_of, titled
+from fuzzy.words import listed
 
 __all__ = [
     "BadRowsError",
-    "Column",
     "DataError",
+    "HeaderColumn",
     "Table",
     "TableText",
     "on_lines",
@@ -41,9 +42,9 @@ __all__ = [
     "write_table",
 ]
 
-LARGEST = 1_000_000_000  # bytes of a file
+_LARGEST = 1_000_000_000  # bytes of a file
 LONGEST_LINE = 1_000_000  # characters
-MOST_COLUMNS = 10_000
+_MOST_COLUMNS = 10_000
 MOST_FIELDS = 20_000_000  # rows times columns
 _LISTED = 5  # lines and columns that a message names
 
@@ -95,7 +96,7 @@ class TableText:
     """A table whose header is known and whose numbers are still text: choose columns, then read :meth:`numbers`."""
 
     file: str  # what messages call it
-    columns: tuple[Column, ...]
+    columns: tuple[HeaderColumn, ...]
     headed: bool  # is there a header?
     separator: str
     _text: str
@@ -254,11 +255,11 @@ def open_table(path: str | Path) -> TableText:
     """Read the header of the table in the file ``path``. Raises DataError."""
     try:
         with Path(path).open("rb") as file:
-            data = file.read(LARGEST + 1)
+            data = file.read(_LARGEST + 1)
     except OSError as error:
         raise DataError(f"cannot read {path}: {error.strerror or error}") from None
-    if len(data) > LARGEST:
-        raise DataError(f"{path}: more than {LARGEST / 1e9:g} GB, the most that is read")
+    if len(data) > _LARGEST:
+        raise DataError(f"{path}: more than {_LARGEST / 1e9:g} GB, the most that is read")
     return parse_table(data, str(path))
 
 
@@ -281,8 +282,8 @@ def parse_table(text: str | bytes, file: str) -> TableText:
     if first is None:
         raise DataError(f"{file}: the file is empty, expected rows of numbers")
     place, row = first
-    if len(row) > MOST_COLUMNS:
-        raise DataError(f"{file}, line {place}: {len(row)} columns; a table has at most {MOST_COLUMNS}")
+    if len(row) > _MOST_COLUMNS:
+        raise DataError(f"{file}, line {place}: {len(row)} columns; a table has at most {_MOST_COLUMNS}")
     titles = [field.strip() for field in row]
     headed = not any(is_number(title) or any(sure_marks(title)) for title in titles)
     return TableText(file, columns_of(titles) if headed else numbered(len(row)), headed, separator, text, begin)
@@ -297,8 +298,7 @@ def write_table(
     """
     text = table_text(names, values, units)
     try:
-        with replacing(path) as target:
-            target.write_text(text, encoding="utf-8", newline="")
+        write_whole(path, text)
     except OSError as error:
         raise DataError(f"cannot write {path}: {error.strerror or error}") from None
 
@@ -373,9 +373,6 @@ def _in_words(error: str) -> str:
 
 def on_lines(lines: Sequence[int]) -> str:
     """Name ``lines`` of a file in words; of many the first."""
-    if len(lines) == 1:
-        return f"line {lines[0]}"
     more = len(lines) - _LISTED
-    if more <= 0:
-        return f"lines {', '.join(map(str, lines[:-1]))} and {lines[-1]}"
-    return f"lines {', '.join(map(str, lines[:_LISTED]))} and {more} more"
+    names = [*map(str, lines[:_LISTED]), *([f"{more} more"] if more > 0 else [])]
+    return f"line{'s' * (len(lines) != 1)} {listed(names)}"

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.quantity import described
 
 # In shares of the range: below, no sample is near another and the squares of distances lose all meaning.
 LEAST_RADIUS, LARGEST_RADIUS = 1e-6, 1e6
@@ -29,12 +30,12 @@ class ClusteringError(InputError):
 
 
 @dataclass(frozen=True)
-class Options:
+class ClusteringOptions:
     """The options that decide when a sample becomes a center. The defaults are MATLAB's."""
 
-    squash: float = 1.25  # how far beyond its radius a center takes the density away, in radii
-    accept: float = 0.5  # candidates with more than this share of the first center's density are centers
-    reject: float = 0.15  # candidates with no more end the search; between the two, distance decides
+    squash: float = described("Squash factor: how far a center takes the density away, in radii.", 1.25)
+    accept: float = described("Accept ratio: with more than this share of the first density all are centers.", 0.5)
+    reject: float = described("Reject ratio: with no more the search ends; between the two, distance decides.", 0.15)
 
     def __post_init__(self) -> None:
         for name in ("squash", "accept", "reject"):
@@ -68,7 +69,7 @@ def subtractive_clusters(
     data: Any,
     radius: float | Sequence[float] = 0.5,
     *,
-    options: Options | None = None,
+    options: ClusteringOptions | None = None,
     ranges: Any = None,
     weights: Any = None,
 ) -> Clusters:
@@ -90,7 +91,7 @@ def subtractive_clusters(
     Raises:
         ClusteringError: Data and options that cannot be used.
     """
-    return select_centers(densities(data, radius, ranges=ranges, weights=weights), options or Options())
+    return select_centers(densities(data, radius, ranges=ranges, weights=weights), options or ClusteringOptions())
 
 
 def densities(
@@ -211,7 +212,7 @@ def _density(scaled: np.ndarray, share: np.ndarray | None) -> np.ndarray:
     return density
 
 
-def select_centers(found: Densities, options: Options, most: int | None = None) -> Clusters:
+def select_centers(found: Densities, options: ClusteringOptions, most: int | None = None) -> Clusters:
     """Select centers in order of density; each reduces the density round it   [Chiu 1994, (2)-(3)].
 
     Of samples with the same density the first is selected. The search ends after ``most`` centers.

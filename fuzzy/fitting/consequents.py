@@ -66,7 +66,7 @@ def output_groups(fis: Sugeno) -> tuple[OutputGroup, ...]:
     return tuple(result)
 
 
-class Fit(NamedTuple):
+class ConsequentFit(NamedTuple):
     """A fitted system and how well the samples determine it."""
 
     fis: Sugeno
@@ -109,7 +109,7 @@ def fit_consequents(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Sugeno:
     return fitted.fis
 
 
-def say_rank(fitted: Fit, samples: int) -> None:
+def say_rank(fitted: ConsequentFit, samples: int) -> None:
     """Warn (DataWarning) where the samples do not determine all parameters."""
     if fitted.rank < fitted.parameters:
         warnings.warn(
@@ -120,7 +120,7 @@ def say_rank(fitted: Fit, samples: int) -> None:
         )
 
 
-def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Fit:
+def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> ConsequentFit:
     """The fit of :func:`fit_consequents`, with its arguments and errors; the rank and the rest instead of warnings."""
     fis = detached(fis)
     groups = output_groups(fis)
@@ -147,7 +147,7 @@ def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Fit:
             parameters, rank = parameters + len(group.columns), rank + found
             outputs[j] = replace(outputs[j], terms=_terms(outputs[j].terms, group, theta, mean, middle, half))
     silent = int((~fired.all(axis=1)).sum())
-    return Fit(replace(fis, outputs=tuple(outputs)), rmse, parameters, rank, silent)
+    return ConsequentFit(replace(fis, outputs=tuple(outputs)), rmse, parameters, rank, silent)
 
 
 def _checked(fis: Sugeno, groups: Sequence[OutputGroup], x: Any, y: Any, ridge: float) -> tuple[np.ndarray, np.ndarray]:
@@ -183,8 +183,7 @@ def output_table(y: Any, names: Sequence[str] | None = None) -> np.ndarray:
 
 def _layers(fis: Sugeno, x: np.ndarray) -> tuple[Any, np.ndarray]:
     """The inference's layers at ``x``, and where any rule fires (samples, outputs)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         layers = infer(replace(fis, no_rule_fires="nan"), x)
     return layers, np.asarray(layers.fired)
 

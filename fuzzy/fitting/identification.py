@@ -14,7 +14,14 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from fuzzy.errors import shortened
-from fuzzy.fitting.clustering import Clusters, DataWarning, Options, column_ranges, finite_table, subtractive_clusters
+from fuzzy.fitting.clustering import (
+    ClusteringOptions,
+    Clusters,
+    DataWarning,
+    column_ranges,
+    finite_table,
+    subtractive_clusters,
+)
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
 from fuzzy.membership import Gaussian, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
@@ -75,7 +82,7 @@ def identify(
       ``mfs`` is the number of terms (2) and ``kind`` the membership function by MATLAB's name ("gbellmf"), each one
       value or one for each input.
     - "subtractive" makes one rule, and one Gaussian per input, for each cluster of [x y]. ``radius`` (0.5) and
-      ``options`` (:class:`fuzzy.fitting.clustering.Options`) are those of the clustering.
+      ``options`` (:class:`fuzzy.fitting.clustering.ClusteringOptions`) are those of the clustering.
     - "fcm" does so for clusters of fuzzy c-means: ``clusters`` ("auto" for as many as
       subtractive clustering finds), ``exponent`` (2), ``iterations`` (100), ``improvement`` (1e-5) and ``seed`` (0; an
       int or a numpy Generator).
@@ -239,12 +246,16 @@ def cluster_partition(centers: np.ndarray, sigma: np.ndarray, inputs: int) -> Pa
     return Partition(terms, [(k,) * inputs for k in range(len(centers))], "cluster")
 
 
-def _subtractive(data: Data, radius: float | Sequence[float] = 0.5, options: Options | None = None) -> Partition:
+def _subtractive(
+    data: Data, radius: float | Sequence[float] = 0.5, options: ClusteringOptions | None = None
+) -> Partition:
     found = _clusters_of(data, radius, options)
     return cluster_partition(found.centers, found.sigma, len(data.inputs))
 
 
-def _clusters_of(data: Data, radius: float | Sequence[float] = 0.5, options: Options | None = None) -> Clusters:
+def _clusters_of(
+    data: Data, radius: float | Sequence[float] = 0.5, options: ClusteringOptions | None = None
+) -> Clusters:
     both = np.concatenate([data.x, data.y], axis=1)
     return subtractive_clusters(both, radius, options=options, ranges=data.ranges)
 

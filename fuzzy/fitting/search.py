@@ -12,8 +12,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.fitting.clustering import Options, densities, select_centers
-from fuzzy.fitting.consequents import Fit, IdentificationError, least_squares
+from fuzzy.fitting.clustering import ClusteringOptions, densities, select_centers
+from fuzzy.fitting.consequents import ConsequentFit, IdentificationError, least_squares
 from fuzzy.fitting.identification import checked, cluster_partition, system_of
 
 # 108 settings. Those of Table 5.1 are among them (radius .5 .9, squash .1 .5, accept .5 .9, reject .1 .3 .7) and so are
@@ -28,7 +28,7 @@ class Trial(NamedTuple):
     """A setting that was tried, with the number of rules and the error that it gives."""
 
     radius: float  # as a share of every column's range
-    options: Options
+    options: ClusteringOptions
     rules: int  # with more than the search's limit: one more than the limit, and not fitted
     rmse: tuple[float, ...]  # (outputs,) of the training data, in each output's unit; nan if not fitted
     error: float  # what is compared: the rmse, or with several outputs the root mean square of rmse / range
@@ -109,7 +109,7 @@ def search_clusters(
         y: The outputs (samples,) or (samples, outputs), in any units.
         rules: The wanted number of rules.
         radii: The radii to try, as shares of every column's range.
-        squashes: The squash factors to try (see :class:`fuzzy.fitting.clustering.Options`).
+        squashes: The squash factors to try (see :class:`fuzzy.fitting.clustering.ClusteringOptions`).
         accepts: The accept ratios to try.
         rejects: The reject ratios to try.
         order: 1 for linear consequents, 0 for constants.
@@ -134,13 +134,13 @@ def search_clusters(
     if limit < rules:
         raise IdentificationError(f"limit ({limit}) must not be less than rules ({rules})")
     data = checked(x, y, input_names, output_names, input_units, output_units)
-    choices = [Options(*each) for each in product(squashes, accepts, rejects) if each[2] <= each[1]]
+    choices = [ClusteringOptions(*each) for each in product(squashes, accepts, rejects) if each[2] <= each[1]]
     if not choices or not len(radii):
         raise IdentificationError("no setting to try: every radius, squash, accept and reject needs a value")
     both = np.concatenate([data.x, data.y], axis=1)
     span = (data.high - data.low)[len(data.inputs) :]
     trials: list[Trial] = []
-    fits: dict[tuple[int, frozenset[int]], Fit] = {}
+    fits: dict[tuple[int, frozenset[int]], ConsequentFit] = {}
     for place, radius in enumerate(radii):
         first = densities(both, radius, ranges=data.ranges)
         for options in choices:

@@ -4,8 +4,8 @@ from typing import Any
 
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.shown import shown
-from fuzzy.sketch import counted
 from fuzzy.system import Constant, Linear, Sugeno, Variable
+from fuzzy.words import counted
 
 _DIGITS = 6
 

@@ -15,6 +15,7 @@ from fuzzy.insight.universe import consequent_range, universe_grid
 from fuzzy.rule import Rule
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno, Variable
+from fuzzy.words import listed
 
 Severity = Literal["error", "warning", "note"]
 
@@ -73,8 +74,7 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int]
         _terms,
         _consequents,
     ]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         findings = [finding for look in looks for finding in look(fis)]
     return sorted(findings, key=lambda finding: get_args(Severity).index(finding.severity))
 
@@ -131,7 +131,7 @@ def _unused(fis: Sugeno) -> Iterator[Finding]:
                 yield Finding(
                     "warning" if kind == "input" else "note",
                     "unused term",
-                    f"no rule uses {_listed(unused)} of {variable.name}",
+                    f"no rule uses {listed(unused)} of {variable.name}",
                     (variable.name, *unused),
                 )
 
@@ -189,7 +189,7 @@ def _compared(fis: Sugeno, first: int, second: int, named: Sequence[int]) -> Ite
 
 
 def _numbers(rules: Sequence[int], named: Sequence[int]) -> str:
-    return f"rules {_listed([str(named[r]) for r in rules])}"
+    return f"rules {listed(str(named[r]) for r in rules)}"
 
 
 def _when(rule: Rule) -> str:
@@ -212,7 +212,7 @@ def _silent_rules(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
             yield Finding(
                 "warning",
                 "rule never fires",
-                f"rule {number} can never fire, because never {_listed(never)}: {rule}",
+                f"rule {number} can never fire, because never {listed(never)}: {rule}",
                 (number,),
             )
 
@@ -291,14 +291,14 @@ def _consequents(fis: Sugeno) -> Iterator[Finding]:
                 linear[name] = f"{name} ({_number(least, output)} to {_number(most, output)})"
         severity: Severity
         # A plane that leaves the range in some corner may never be asked there.
-        for severity, listed in (("warning", constants), ("note", linear)):
-            if listed:
+        for severity, outside in (("warning", constants), ("note", linear)):
+            if outside:
                 yield Finding(
                     severity,
                     "consequent out of range",
-                    f"{_listed(list(listed.values()))} of {output.name} {'leaves' if len(listed) == 1 else 'leave'} "
+                    f"{listed(outside.values())} of {output.name} {'leaves' if len(outside) == 1 else 'leave'} "
                     f"its range [{low:g} {high:g}]",
-                    (output.name, *listed),
+                    (output.name, *outside),
                 )
 
 
@@ -309,7 +309,3 @@ def _number(value: float, variable: Variable, digits: int = 4) -> str:
 
 def _grid(variable: Variable) -> np.ndarray:
     return universe_grid(variable, 1001)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -165,8 +165,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
         raise FuzzySystemError(
             f"{fis.name}: one point of {len(fis.inputs)} inputs ({names}) can be explained, got shape {x.shape}"
         )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         result = infer(replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis, x)
     takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
     share = np.where(takes_part, result.weights[:, None], 0.0)
@@ -213,8 +212,7 @@ def firing_strengths(fis: Sugeno, x: Any) -> np.ndarray:
     if fis.out_of_range in ("warn", "error"):
         fis = replace(fis, out_of_range="ignore")
     x = np.asarray(x, dtype=float)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         firing = infer(replace(fis, no_rule_fires="nan"), x).firing
     return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, firing)
 

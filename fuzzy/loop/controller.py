@@ -122,7 +122,7 @@ def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
     return Roles(*found)
 
 
-class Controller(Protocol):
+class LoopController(Protocol):
     """What a loop asks at each sample."""
 
     def __call__(self, error: float, rate: float, total: float) -> tuple[float, float]:

@@ -43,7 +43,7 @@ class Sampled(Protocol):
         """The state a sample after ``time`` [s], under two inputs one after the other."""
 
 
-class Plant(Protocol):
+class LoopPlant(Protocol):
     """What :func:`fuzzy.loop.response.step_response` controls."""
 
     def sampled(self, sample_time: float) -> Sampled:

@@ -49,7 +49,7 @@ class Example(NamedTuple):
     disturbance: tuple[float, float]  # s, size
 
 
-EXAMPLES = {
+PLANT_EXAMPLES = {
     "lag": Example(
         "first order with dead time", TransferFunction((1,), (1, 1), 0.2), 15, (1, 0.6, 1, 0.8, 1.2), (-4, 4), (8, 0.5)
     ),

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.loop.controller import PID, Controller, LoopError, Roles, RuleController, Scale, roles_of
-from fuzzy.loop.plant import Plant
+from fuzzy.loop.controller import PID, LoopController, LoopError, Roles, RuleController, Scale, roles_of
+from fuzzy.loop.plant import LoopPlant
+from fuzzy.quantity import described
 from fuzzy.system import Sugeno
 
 MOST_STEPS = 20_000
@@ -25,16 +26,16 @@ class Loop:
     Raises LoopError for a setting that cannot be used.
     """
 
-    reference: float = 1.0  # in the unit of the plant's output
-    duration: float = 10.0  # s
-    sample_time: float = 0.0  # s; 0: a 500th of the duration
+    reference: float = described("Where the output is to go, from 0.", 1.0)  # in the unit of the plant's output
+    duration: float = described("How long, in s.", 10.0)
+    sample_time: float = described("In s; 0: a 500th of the duration.", 0.0)
     disturbance_time: float = math.inf  # s: the first sample from then on feels it
     disturbance: float = 0.0  # added to the plant's input, before its dead time
     low: float = -math.inf  # the actuator's limits
     high: float = math.inf
-    noise: float = 0.0  # standard deviation of the measurement
-    seed: int = 0  # of the noise
-    rate_filter: float = 0.0  # s: the time constant of a first-order filter of the error's rate
+    noise: float = described("Standard deviation of the measurement.", 0.0)
+    seed: int = described("The seed of the noise.", 0)
+    rate_filter: float = described("Time constant of a first-order filter of the error's rate, in s.", 0.0)
     scale: Scale = field(default_factory=Scale)
 
     def __post_init__(self) -> None:
@@ -133,7 +134,7 @@ class StepResponse:
         error_sum: (steps + 1,) the integral of e, the error's unit · s.
         known: (steps + 1, inputs): what the rule base was given; (steps + 1, 0) of a PID.
         figures: Rise time, settling time, overshoot, steady-state error and integrals of the error.
-        loop: Controller, plant and settings: what was simulated.
+        loop: LoopController, plant and settings: what was simulated.
         stopped: Why it ended early, in a sentence; empty: it did not. The rest of the arrays is nan.
     """
 
@@ -152,7 +153,7 @@ class StepResponse:
 
 def step_response(
     controller: Sugeno | PID,
-    plant: Plant,
+    plant: LoopPlant,
     *,
     roles: Mapping[str, str] | None = None,
     scale: Scale | None = None,
@@ -200,9 +201,9 @@ def step_response(
     return respond(controller, plant, loop, chosen)
 
 
-def respond(controller: Sugeno | PID, plant: Plant, loop: Loop, roles: Roles | None = None) -> StepResponse:
+def respond(controller: Sugeno | PID, plant: LoopPlant, loop: Loop, roles: Roles | None = None) -> StepResponse:
     """As :func:`step_response` from a Loop, with the ``roles`` of a system's variables."""
-    asked: Controller
+    asked: LoopController
     if isinstance(controller, Sugeno):
         asked = RuleController(controller, roles_of(controller) if roles is None else roles, loop.scale)
     else:
@@ -227,7 +228,7 @@ class _Sample(NamedTuple):
     total: float
 
 
-def _simulated(controller: Controller, plant: Plant, loop: Loop) -> tuple[list[_Sample], str]:
+def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[_Sample], str]:
     """The samples, and why there are not more."""
     period, first = loop.period, loop.disturbed
     moving = plant.sampled(period)
@@ -255,7 +256,7 @@ def _simulated(controller: Controller, plant: Plant, loop: Loop) -> tuple[list[_
 
 
 def _limited(
-    controller: Controller, loop: Loop, error: float, rate: float, total: float, integrated: float
+    controller: LoopController, loop: Loop, error: float, rate: float, total: float, integrated: float
 ) -> tuple[float, float, float]:
     """The control within its limits, the loop's integral of du, and the error's sum, both clamped."""
     low, high, period = loop.low, loop.high, loop.period

@@ -26,7 +26,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
 
 Consequents = Literal["constants", "planes"]
-GRID = 4096  # points at which systems are compared, about
+_GRID = 4096  # points at which systems are compared, about
 _MOST_INPUTS = 6  # of a grid; more inputs are sampled
 _RIDGE = 1e-9  # without a unit: holds planes where the grid does not determine them
 _SEED = 20
@@ -83,7 +83,7 @@ def mamdani_of(parts: MamdaniParts) -> Mamdani:
     return Mamdani(parts.inputs, parts.outputs, parts.rules, complements=parts.complements, **settings)
 
 
-def input_grid(inputs: tuple[Variable, ...] | Any, points: int = GRID, offset: bool = False) -> np.ndarray:
+def input_grid(inputs: tuple[Variable, ...] | Any, points: int = _GRID, offset: bool = False) -> np.ndarray:
     """About ``points`` places (points, inputs) over the universes of ``inputs``, the same at each call.
 
     A grid with the ends of each universe; with ``offset`` the middles of its cells, which it does not hold. Of more
@@ -100,7 +100,7 @@ def input_grid(inputs: tuple[Variable, ...] | Any, points: int = GRID, offset: b
     return np.asarray(low + grid * (high - low))
 
 
-def mamdani_difference(original: Mamdani, fis: Sugeno, points: int = GRID) -> tuple[Difference, ...]:
+def mamdani_difference(original: Mamdani, fis: Sugeno, points: int = _GRID) -> tuple[Difference, ...]:
     """How far ``fis`` is from ``original``, an output each, on a grid of places over the inputs.
 
     Where no rule fires both give the middle of the range.
@@ -133,7 +133,7 @@ def differences(fis: Sugeno, reference: Callable[[np.ndarray], np.ndarray], x: n
 
 
 def fit_to_mamdani(
-    original: Mamdani, fis: Sugeno, consequents: Consequents = "constants", points: int = GRID
+    original: Mamdani, fis: Sugeno, consequents: Consequents = "constants", points: int = _GRID
 ) -> Sugeno:
     """``fis`` with the consequents that come nearest to ``original`` in the mean square over a grid of
     about ``points`` places.
@@ -192,6 +192,5 @@ def _check_alike(original: Mamdani, fis: Sugeno) -> None:
 
 
 def _quiet(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         return np.asarray(fis(x))

@@ -34,8 +34,7 @@ def recognise(x: np.ndarray, degrees: np.ndarray) -> Recognised:
     best: Recognised | None = None
     for kind, parameters in _candidates(x, degrees):
         try:
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore", RuntimeWarning)
+            with warnings.catch_warnings(action="ignore", category=RuntimeWarning), np.errstate(all="ignore"):
                 function = membership_function(kind, [float(p) for p in parameters])
                 error = float(np.abs(np.asarray(function(x)) - degrees).max())
         except MembershipError:

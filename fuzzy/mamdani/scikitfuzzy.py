@@ -108,8 +108,8 @@ def _simulated(
             for name, value in zip(inputs, point, strict=True):
                 simulation.input[name] = float(value)
             try:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", DeprecationWarning)  # scikit-fuzzy's use of numpy
+                # What scikit-fuzzy uses of numpy is deprecated
+                with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
                     simulation.compute()
                 row[:] = [simulation.output.get(name, np.nan) for name in outputs]
             except (ValueError, AssertionError):  # it gives no answer where no rule fires

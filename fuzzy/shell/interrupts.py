@@ -14,7 +14,8 @@ from typing import NoReturn
 
 import typer
 
-INTERRUPTED, TERMINATED = 130, 143
+INTERRUPTED = 130  # the exit status after SIGINT: 128 + 2
+TERMINATED = 143  # the exit status after SIGTERM: 128 + 15
 _AGAIN = 0.05  # s after which an interrupt that was swallowed is raised once more
 
 

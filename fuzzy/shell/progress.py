@@ -20,6 +20,11 @@ class Begin(Protocol):
     def __call__(self, description: str, total: int) -> Advance: ...  # noqa: D102
 
 
+def unwatched(description: str, total: int) -> Advance:
+    """Begin a task of which no progress is shown."""
+    return lambda description=None: None
+
+
 class Mover:
     """Moves a bar to a number of steps, by what advances it by one; never back."""
 

@@ -14,13 +14,18 @@ from typing import Any
 import typer
 
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
+from fuzzy.shell.options import Application
 
-OK, FAILED, USAGE, BROKEN_PIPE = 0, 1, 2, 141
+# Exit statuses
+OK = 0
+FAILED = 1
+USAGE = 2  # of input that cannot be used
+BROKEN_PIPE = 141  # nobody reads the output: 128 + SIGPIPE
 # typer brings its own copy of click or uses the installed one, by version: this finds the class in either.
 _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
-def application(purpose: str, *examples: str) -> typer.Typer:
+def application(purpose: str, *examples: str) -> Application:
     """A command line without commands, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
 
     It has the options --install-completion and --show-completion, if it is not a group of commands in another one.
@@ -29,7 +34,7 @@ def application(purpose: str, *examples: str) -> typer.Typer:
         purpose: What it is for, a sentence.
         examples: Commands with which its help ends, that run as they stand, one after the other.
     """
-    return typer.Typer(
+    return Application(
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,

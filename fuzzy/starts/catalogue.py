@@ -16,7 +16,7 @@ from fuzzy.naming import expected
 from fuzzy.starts.packaged import packaged_starts
 from fuzzy.starts.start import Start, StartError
 
-GROUP = "fuzzyfleet.starts"
+START_GROUP = "fuzzyfleet.starts"
 
 
 class Catalogue(NamedTuple):
@@ -38,7 +38,9 @@ def find_starts() -> Catalogue:
     starts: dict[str, Start] = {}
     sentences = []
     # fuzzy's own stand first
-    for point in sorted(entry_points(group=GROUP), key=lambda point: (point.name != "fuzzy", point.name, point.value)):
+    for point in sorted(
+        entry_points(group=START_GROUP), key=lambda point: (point.name != "fuzzy", point.name, point.value)
+    ):
         try:
             found = tuple(point.load()())
             if not all(isinstance(start, Start) for start in found):

@@ -15,8 +15,8 @@ from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
 
-KINDS = {"pd": ("u",), "pi": ("du",), "pid": ("u", "du")}  # and the outputs of each
-TERMS = {  # how many terms a variable has, and their names from the lowest to the highest
+CONTROL_KINDS = {"pd": ("u",), "pi": ("du",), "pid": ("u", "du")}  # and the outputs of each
+CONTROL_TERMS = {  # how many terms a variable has, and their names from the lowest to the highest
     3: ("N", "ZE", "P"),
     5: ("NB", "NS", "ZE", "PS", "PB"),
     7: ("NB", "NM", "NS", "ZE", "PS", "PM", "PB"),
@@ -39,11 +39,11 @@ def rule_table(kind: str = "pd", terms: int = 7) -> Sugeno:
 
     Raises RuleTableError for another kind or number.
     """
-    if kind not in KINDS:
-        raise RuleTableError(expected(str(kind), KINDS, "kind of rule table"))
-    if isinstance(terms, bool) or terms not in TERMS:
+    if kind not in CONTROL_KINDS:
+        raise RuleTableError(expected(str(kind), CONTROL_KINDS, "kind of rule table"))
+    if isinstance(terms, bool) or terms not in CONTROL_TERMS:
         raise RuleTableError(f"a rule table has 3, 5 or 7 terms a variable, got {terms!r}")
-    names, middle = TERMS[terms], terms // 2
+    names, middle = CONTROL_TERMS[terms], terms // 2
     # Thirds are made of whole numbers, so that neighbours end exactly where a peak is.
     peaks = [(place - middle) / middle for place in range(-1, terms + 1)]
     curves = {name: Triangle(*peaks[place : place + 3]) for place, name in enumerate(names)}
@@ -52,10 +52,10 @@ def rule_table(kind: str = "pd", terms: int = 7) -> Sugeno:
     for i, j in product(range(terms), repeat=2):
         consequent = names[min(max(i + j - middle, 0), terms - 1)]
         when = (Clause("error", names[i]), Clause("error_rate", names[j]))
-        rules.append(Rule(when, tuple((output, consequent) for output in KINDS[kind])))
+        rules.append(Rule(when, tuple((output, consequent) for output in CONTROL_KINDS[kind])))
     return Sugeno(
         inputs=[Variable(name, (-1.0, 1.0), curves) for name in ("error", "error_rate")],
-        outputs=[Variable(name, (-1.0, 1.0), values) for name in KINDS[kind]],
+        outputs=[Variable(name, (-1.0, 1.0), values) for name in CONTROL_KINDS[kind]],
         rules=rules,
         name=f"fuzzy-{kind}-{terms}x{terms}",
         out_of_range="clip",

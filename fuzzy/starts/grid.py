@@ -9,8 +9,8 @@ from fuzzy.rule import Clause, Rule
 from fuzzy.starts.start import StartError
 from fuzzy.system import Sugeno, Variable
 
-MOST_RULES = 2000  # as many as the designer shows
-SHAPES = {name: function.title for name, function in MATLAB_NAMES.items() if function.grid is not None}
+_MOST_RULES = 2000  # as many as the designer shows
+GRID_SHAPES = {name: function.title for name, function in MATLAB_NAMES.items() if function.grid is not None}
 _WORDS = {
     2: "low high",
     3: "low medium high",
@@ -49,13 +49,13 @@ def grid(inputs: int, outputs: int, terms: int, shape: str, low: float, high: fl
     """
     if not low < high:
         raise StartError(f"low must lie below high, got {low:g} and {high:g}")
-    if terms**inputs > MOST_RULES:
+    if terms**inputs > _MOST_RULES:
         raise StartError(
-            f"{terms} terms of each of {inputs} inputs make {terms**inputs} rules, more than {MOST_RULES}: "
+            f"{terms} terms of each of {inputs} inputs make {terms**inputs} rules, more than {_MOST_RULES}: "
             "take fewer terms or inputs"
         )
-    if shape not in SHAPES:
-        raise StartError(f"{quoted(shape)} cannot be spread; known: {', '.join(SHAPES)}")
+    if shape not in GRID_SHAPES:
+        raise StartError(f"{quoted(shape)} cannot be spread; known: {', '.join(GRID_SHAPES)}")
     names = names_of(terms)
     ins = [Variable(f"input{i}", (low, high), evenly(shape, low, high, terms)) for i in range(1, inputs + 1)]
     step = (high - low) / (terms - 1)

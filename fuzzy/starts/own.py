@@ -2,13 +2,13 @@
 
 from functools import partial
 
-from fuzzy.starts.control import KINDS, TERMS, rule_table
-from fuzzy.starts.grid import SHAPES, grid
+from fuzzy.starts.control import CONTROL_KINDS, CONTROL_TERMS, rule_table
+from fuzzy.starts.grid import GRID_SHAPES, grid
 from fuzzy.starts.samples import TABLE_OPTIONS, clusters_example, from_clusters, from_grid, grid_example
-from fuzzy.starts.start import Choice, Number, Start
+from fuzzy.starts.start import Choice, NumberOption, Start
 from fuzzy.system import Sugeno
 
-EMPTY, CONTROL, DATA = "Empty", "Control tables", "From data"
+EMPTY, CONTROL, _DATA = "Empty", "Control tables", "From data"
 _OUTPUTS = {"pd": "the control u", "pi": "the change du of the control", "pid": "the control u and its change du"}
 
 
@@ -19,7 +19,7 @@ def control_table(kind: str, terms: str) -> Sugeno:
 
 def starts() -> list[Start]:
     """An empty grid, control tables, clusters of a table, a grid over a table."""
-    sizes = {str(n): f"{n} x {n} rules" for n in TERMS}
+    sizes = {str(n): f"{n} x {n} rules" for n in CONTROL_TERMS}
     tables = [
         Start(
             f"fuzzy-{kind}",
@@ -29,7 +29,7 @@ def starts() -> list[Start]:
             partial(control_table, kind),
             (Choice("terms", "Rules", sizes, "7"),),
         )
-        for kind in KINDS
+        for kind in CONTROL_KINDS
     ]
     return [
         Start(
@@ -39,34 +39,34 @@ def starts() -> list[Start]:
             "Evenly spread terms and a rule for each combination, which all say the middle: fill in the rest.",
             grid,
             (
-                Number("inputs", "Inputs", 1, 6, 2),
-                Number("outputs", "Outputs", 1, 6, 1),
-                Number("terms", "Terms of each", 2, 9, 3),
-                Choice("shape", "Membership function", SHAPES, "trimf"),
-                Number("low", "Lowest value", -1e9, 1e9, -1, whole=False),
-                Number("high", "Highest value", -1e9, 1e9, 1, whole=False),
+                NumberOption("inputs", "Inputs", 1, 6, 2),
+                NumberOption("outputs", "Outputs", 1, 6, 1),
+                NumberOption("terms", "Terms of each", 2, 9, 3),
+                Choice("shape", "Membership function", GRID_SHAPES, "trimf"),
+                NumberOption("low", "Lowest value", -1e9, 1e9, -1, whole=False),
+                NumberOption("high", "Highest value", -1e9, 1e9, 1, whole=False),
             ),
         ),
         *tables,
         Start(
             "clusters",
-            DATA,
+            _DATA,
             "Clusters of a table",
             "A rule where the samples of a .csv file are dense (subtractive clustering), with fitted consequents.",
             from_clusters,
-            (*TABLE_OPTIONS, Number("radius", "Radius, a share of the range", 0.05, 2, 0.5, whole=False)),
+            (*TABLE_OPTIONS, NumberOption("radius", "Radius, a share of the range", 0.05, 2, 0.5, whole=False)),
             clusters_example,
         ),
         Start(
             "data-grid",
-            DATA,
+            _DATA,
             "Grid over a table",
             "Evenly spread terms over the ranges of a .csv file, a rule for each combination, fitted consequents.",
             from_grid,
             (
                 *TABLE_OPTIONS,
-                Number("terms", "Terms of each input", 2, 9, 3),
-                Choice("shape", "Membership function", SHAPES, "gaussmf"),
+                NumberOption("terms", "Terms of each input", 2, 9, 3),
+                Choice("shape", "Membership function", GRID_SHAPES, "gaussmf"),
                 Choice("order", "Consequents", {"0": "constant", "1": "linear"}, "1"),
             ),
             grid_example,

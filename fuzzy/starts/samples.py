@@ -10,19 +10,19 @@ from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.files.table import open_table
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.termnames import with_telling_names
-from fuzzy.starts.start import Choice, Columns, File, Option
+from fuzzy.starts.start import Choice, ColumnsOption, File, Option
 from fuzzy.system import Sugeno
 
 # The options of every start that reads a table.
 TABLE_OPTIONS: tuple[Option, ...] = (
     File("file", "Table of samples"),
-    Columns("inputs", "Inputs", "file", "all that are no outputs"),
-    Columns("outputs", "Outputs", "file", "the last"),
+    ColumnsOption("inputs", "Inputs", "file", "all that are no outputs"),
+    ColumnsOption("outputs", "Outputs", "file", "the last"),
     Choice("bad", "Rows without a number", {"refuse": "name them and stop", "skip": "leave them out"}, "refuse"),
 )
 
 
-class Samples(NamedTuple):
+class ChosenSamples(NamedTuple):
     """The chosen columns of a table."""
 
     x: np.ndarray  # (samples, inputs)
@@ -30,7 +30,7 @@ class Samples(NamedTuple):
     names: dict[str, Any]  # of the columns, and their units, as identify() takes them
 
 
-def read_samples(file: Path, inputs: str = "", outputs: str = "", bad: str = "refuse") -> Samples:
+def read_samples(file: Path, inputs: str = "", outputs: str = "", bad: str = "refuse") -> ChosenSamples:
     """Read a table's chosen columns, by titles, names or numbers with commas between; raises InputError.
 
     With ``bad`` "skip" rows without a number in one of the columns are left out.
@@ -39,7 +39,7 @@ def read_samples(file: Path, inputs: str = "", outputs: str = "", bad: str = "re
     of, to = chosen_columns(text, inputs or None, outputs or None)
     table = text.numbers([*of, *to], skip_bad=bad == "skip")
     n = len(of)
-    return Samples(table.values[:, :n], table.values[:, n:], names_of(table, n))
+    return ChosenSamples(table.values[:, :n], table.values[:, n:], names_of(table, n))
 
 
 def from_clusters(file: Path, inputs: str, outputs: str, bad: str, radius: float) -> Sugeno:

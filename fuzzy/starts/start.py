@@ -38,7 +38,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Number:
+class NumberOption:
     """An option that is a number from ``low`` to ``high``, both included."""
 
     name: str
@@ -89,7 +89,7 @@ class File:
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnsOption:
     """An option that is some columns of a table, by titles, names or numbers with commas between; empty: the usual."""
 
     name: str
@@ -108,7 +108,7 @@ class Columns:
         return {"kind": "columns", "of": self.of, "usual": self.usual}
 
 
-Option = Choice | Number | File | Columns
+Option = Choice | NumberOption | File | ColumnsOption
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Start:
             elif isinstance(option, File):
                 raise StartError(f"{self.name} needs {option.name}=FILE{option.ending}, {option.title.lower()}")
             else:
-                values[option.name] = "" if isinstance(option, Columns) else option.value
+                values[option.name] = "" if isinstance(option, ColumnsOption) else option.value
         more = {"report": report} if self.reports else {}
         fis = self.make(**values, **more)
         return fis if self.own_name else replace(fis, name=name)

@@ -22,12 +22,13 @@ from fuzzy.fitting.consequents import IdentificationError, least_squares, output
 from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.inference import InferenceWarning
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
-from fuzzy.tuning.journal import SearchInterrupt, kept_search
+from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from fuzzy.tuning.systemspace import MOVED, SystemSpace
 
-EVALUATIONS, SEED = 1000, 1
+_EVALUATIONS = 1000  # of the cost, at most
+_SEED = 1  # of the search
 Progress = Callable[[Evaluations], bool | None]
 
 
@@ -84,8 +85,8 @@ def tune(
     move: Collection[str] = MOVED,
     solve: bool = False,
     symmetric: bool = False,
-    evaluations: int = EVALUATIONS,
-    seed: int = SEED,
+    evaluations: int = _EVALUATIONS,
+    seed: int = _SEED,
     engine: str = "cmaes",
     check: tuple[Any, Any] | None = None,
     folder: Path | None = None,
@@ -149,7 +150,7 @@ def tune(
             return float("inf")
 
     try:
-        found = kept_search(
+        found = resumable_search(
             lambda values: np.array([error(row) for row in values]),
             space.parameters,
             about=about,
@@ -173,7 +174,7 @@ def cross_validate_tuning(
     *,
     folds: int = 5,
     order: FoldOrder = "shuffled",
-    seed: int = SEED,
+    seed: int = _SEED,
     folder: Path | None = None,
     progress: Callable[[int, Evaluations], bool | None] | None = None,
     **options: Any,
@@ -213,8 +214,7 @@ def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
     Nothing is said of inputs outside their universes; where no rule fires the middle of the output's range stands.
     """
     quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
         return float(np.sqrt(np.mean((_outputs(quiet, x) - y) ** 2)))
 
 

@@ -18,13 +18,13 @@ import numpy as np
 
 from fuzzy.extras import install_command
 from fuzzy.naming import expected
-from fuzzy.tuning.parameter import Parameter, TuningError, start_of
+from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of
 
 STEP = 0.1  # of CMA-ES at first, in unit coordinates
 WORST = 1e250  # what CMA-ES is told of an infinite cost, with which it cannot count
-FRONT = 6  # places on a front that are looked for side by side
+_FRONT = 6  # places on a front that are looked for side by side
 AFAR = 0.2  # of the points of the random search: anywhere
-NEAREST, FARTHEST = 0.005, 0.3  # the steps of the others from the best, in unit coordinates
+_NEAREST, FARTHEST = 0.005, 0.3  # the steps of the others from the best, in unit coordinates
 
 
 class Engine(ABC):
@@ -54,7 +54,7 @@ class Engine(ABC):
 class RandomSearch(Engine):
     """A fifth of the points anywhere, the others about the best so far, at steps of all sizes."""
 
-    def __init__(self, parameters: Sequence[Parameter], seed: int) -> None:
+    def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
         self.rng = np.random.default_rng(seed)
         self.best, self.cost = start_of(parameters), math.inf
         self.choices = np.array([len(p.choices) for p in parameters])
@@ -63,7 +63,7 @@ class RandomSearch(Engine):
     def ask(self) -> np.ndarray:  # noqa: D102
         shape = self.size, len(self.best)
         anywhere = self.rng.random(shape)
-        steps = NEAREST * (FARTHEST / NEAREST) ** self.rng.random((self.size, 1))
+        steps = _NEAREST * (FARTHEST / _NEAREST) ** self.rng.random((self.size, 1))
         near = np.abs(self.best + steps * self.rng.standard_normal(shape))  # reflected at 0, and at 1
         near = np.clip(1 - np.abs(1 - near), 0.0, 1.0)
         afar = self.rng.random((self.size, 1)) < AFAR
@@ -79,7 +79,7 @@ class RandomSearch(Engine):
 class CmaEs(Engine):
     """CMA-ES; with choices, CatCMA with margin. Raises TuningError where the package cmaes is not installed."""
 
-    def __init__(self, parameters: Sequence[Parameter], seed: int) -> None:
+    def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
         self.cmaes, self.seed, self.starts = _cmaes(), seed, 0
         self.best, self.cost = start_of(parameters), math.inf
         self.is_choice = np.array([bool(p.choices) for p in parameters])
@@ -99,8 +99,7 @@ class CmaEs(Engine):
             self.engine = self.cmaes.CMA(mean=inside, sigma=STEP, bounds=bounds, seed=seed, population_size=size)
 
     def ask(self) -> np.ndarray:  # noqa: D102
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             self.asked = [self.engine.ask() for _ in range(self.engine.population_size)]
         return _points(self.asked, self.is_choice) if self.choices else np.array(self.asked)
 
@@ -108,8 +107,7 @@ class CmaEs(Engine):
         costs = objectives.sum(axis=1)
         self._keep(points, costs)
         finite = np.minimum(costs, WORST)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             self.engine.tell(list(zip(self.asked, finite.tolist(), strict=True)))
             stopped = not self.is_choice.all() and self.engine.should_stop()
         if stopped:
@@ -123,20 +121,20 @@ class ParetoCmaEs(Engine):
     [Toure 2019, arXiv 1904.08823], [Hamano 2025]. Raises TuningError where the package cmaes is not installed.
     """
 
-    def __init__(self, parameters: Sequence[Parameter], seed: int) -> None:
+    def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
         cmaes, rng = _cmaes(), np.random.default_rng(seed)
         self.best = start_of(parameters)
         self.is_choice = np.array([bool(p.choices) for p in parameters])
         choices = [len(p.choices) for p in parameters if p.choices]
         numbers, size = self.best[~self.is_choice], generation_size(len(parameters))
-        seeds = np.random.SeedSequence(seed).generate_state(FRONT + 1)
+        seeds = np.random.SeedSequence(seed).generate_state(_FRONT + 1)
         kernels = []
-        for own in seeds[:FRONT]:
+        for own in seeds[:_FRONT]:
             inside = np.clip(numbers + STEP * rng.standard_normal(len(numbers)), 0.01, 0.99)
             kernels.append(_mixed(cmaes, inside, choices, self.best[self.is_choice], size, int(own)))
         spaces: dict[str, Any] = {"x_space": np.tile([0.0, 1.0], (len(numbers), 1))} if len(numbers) else {}
         spaces |= {"c_space": choices} if choices else {}
-        self.engine = cmaes.COMOCatCMAwM(**spaces, kernels=kernels, seed=int(seeds[FRONT]))
+        self.engine = cmaes.COMOCatCMAwM(**spaces, kernels=kernels, seed=int(seeds[_FRONT]))
         self.asked: list[Any] = []
 
     def ask(self) -> np.ndarray:  # noqa: D102
@@ -188,14 +186,14 @@ def _points(asked: list[Any], is_choice: np.ndarray) -> np.ndarray:
     return points
 
 
-ENGINES: dict[str, Callable[[Sequence[Parameter], int], Engine]] = {
+ENGINES: dict[str, Callable[[Sequence[SearchParameter], int], Engine]] = {
     "cmaes": CmaEs,
     "random": RandomSearch,
     "pareto": ParetoCmaEs,
 }
 
 
-def engine_of(name: str, parameters: Sequence[Parameter], seed: int) -> Engine:
+def engine_of(name: str, parameters: Sequence[SearchParameter], seed: int) -> Engine:
     """The engine of that name for a search. Raises TuningError for an unknown one."""
     if name not in ENGINES:
         raise TuningError(expected(name, ENGINES, "engine"))

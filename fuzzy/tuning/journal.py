@@ -14,7 +14,7 @@ import numpy as np
 
 from fuzzy.files.claim import alone, claim
 from fuzzy.files.table import write_frame
-from fuzzy.tuning.parameter import Parameter, TuningError
+from fuzzy.tuning.parameter import SearchParameter, TuningError
 from fuzzy.tuning.search import Cost, Evaluations, search
 
 ABOUT, HISTORY = "search.json", "history.csv"
@@ -80,9 +80,9 @@ class SearchInterrupt(KeyboardInterrupt):
         self.found = found
 
 
-def kept_search(
+def resumable_search(
     cost: Cost,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[SearchParameter],
     *,
     about: Mapping[str, Any],
     folder: Path | None,

@@ -14,8 +14,8 @@ import numpy as np
 from fuzzy.rule import Rule
 from fuzzy.system import Sugeno, Variable
 
-POINTS = 201  # at which memberships are compared
-NEAR = 1e-9
+_POINTS = 201  # at which memberships are compared
+_NEAR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ def mirror_of(fis: Sugeno) -> Mirror | None:
 def _mirrored_terms(variable: Variable) -> tuple[int, ...] | None:
     """The place of each term's mirror image about 0; None where one has none."""
     low, high = variable.universe
-    if not variable.terms or abs(low + high) > NEAR * (high - low):
+    if not variable.terms or abs(low + high) > _NEAR * (high - low):
         return None
-    x = np.linspace(-high, high, POINTS)
+    x = np.linspace(-high, high, _POINTS)
     degrees = [term(x) for term in variable.terms.values()]
     found = []
     for one in degrees:
-        same = [k for k, other in enumerate(degrees) if np.allclose(one[::-1], other, rtol=0, atol=NEAR)]
+        same = [k for k, other in enumerate(degrees) if np.allclose(one[::-1], other, rtol=0, atol=_NEAR)]
         if not same:
             return None
         found.append(same[0])
@@ -102,7 +102,7 @@ def _is_image(fis: Sugeno, output: Variable, rule: int, image: int, sign: int, i
     if one is None or other is None:
         return one is other
     signs = np.array([*(sign * s for s in inputs), sign])
-    return bool(np.allclose(signs * one, other, rtol=NEAR, atol=0))
+    return bool(np.allclose(signs * one, other, rtol=_NEAR, atol=0))
 
 
 def _consequent(fis: Sugeno, output: Variable, rule: int) -> np.ndarray | None:

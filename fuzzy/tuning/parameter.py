@@ -21,7 +21,7 @@ class TuningError(InputError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parameter:
+class SearchParameter:
     """One number, or one choice, that a search may change."""
 
     name: str
@@ -66,11 +66,11 @@ class Parameter:
         return min(max(value, self.lower), self.upper)
 
 
-def start_of(parameters: Sequence[Parameter]) -> np.ndarray:
+def start_of(parameters: Sequence[SearchParameter]) -> np.ndarray:
     """The unit coordinates (parameters,) from which a search starts."""
     return np.array([p.unit_of(p.start) for p in parameters])
 
 
-def values_at(parameters: Sequence[Parameter], points: np.ndarray) -> np.ndarray:
+def values_at(parameters: Sequence[SearchParameter], points: np.ndarray) -> np.ndarray:
     """The values (points, parameters) at unit coordinates of the same shape."""
     return np.array([[p.value_of(float(u)) for p, u in zip(parameters, row, strict=True)] for row in points])

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.tuning.engines import engine_of
-from fuzzy.tuning.parameter import Parameter, TuningError, start_of, values_at
+from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of, values_at
 
 Cost = Callable[[np.ndarray], np.ndarray]  # of values (points, parameters): (points,), or (points, objectives)
 
@@ -21,7 +21,7 @@ Cost = Callable[[np.ndarray], np.ndarray]  # of values (points, parameters): (po
 class Evaluations:
     """All that a search has evaluated, in its order; the first one is the start."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[SearchParameter, ...]
     values: np.ndarray = field(repr=False)  # (evaluations, parameters)
     objectives: np.ndarray = field(repr=False)  # (evaluations, objectives): what was measured
     names: tuple[str, ...] = ("cost",)  # of the objectives
@@ -63,7 +63,7 @@ class Evaluations:
 
 def search(
     cost: Cost,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[SearchParameter],
     *,
     evaluations: int,
     seed: int,

@@ -21,16 +21,16 @@ from fuzzy.naming import expected
 from fuzzy.rule import Rule
 from fuzzy.system import Constant, Sugeno, Variable
 from fuzzy.tuning.mirror import Mirror, coefficients, mirror_of
-from fuzzy.tuning.parameter import Parameter, TuningError
+from fuzzy.tuning.parameter import SearchParameter, TuningError
 
 Movable = Literal["memberships", "consequents", "weights", "choices", "rules"]
 MOVABLE: tuple[str, ...] = get_args(Movable)
 MOVED: tuple[Movable, ...] = ("memberships", "consequents")  # by default
 STRETCH = 4.0  # by which a gap may grow or shrink against the others
 WIDEN = 1.5  # by which a width or a slope may change besides
-SMALLEST = 0.1  # of the greatest number alike: how far a consequent may move at least
-NEAR = 1e-9  # of the universe: places that are the same
-KEPT, LEFT_OUT = "kept", "left out"
+_SMALLEST = 0.1  # of the greatest number alike: how far a consequent may move at least
+_NEAR = 1e-9  # of the universe: places that are the same
+_KEPT, LEFT_OUT = "kept", "left out"
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class SystemSpace:
         return mirror_of(self.fis) if self.symmetric else None
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[SearchParameter, ...]:
         """What may move, each with its name, start and bounds."""
         return tuple(
             replace(parameter, name=self.prefix + parameter.name)
@@ -110,7 +110,7 @@ class _Draft:
 class _Part:
     """Some parameters, and how their values change a draft."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[SearchParameter, ...]
 
     def put(self, draft: _Draft, values: list[float]) -> None:
         raise NotImplementedError
@@ -127,13 +127,13 @@ def _parts(fis: Sugeno, move: Collection[str], mirror: Mirror | None, reach: np.
     if "weights" in move:
         for orbit in orbits:
             weight = fis.rules[orbit[0]].weight
-            yield _Weight((Parameter(name=f"rule {_numbers(orbit)}.weight", start=weight),), orbit)
+            yield _Weight((SearchParameter(name=f"rule {_numbers(orbit)}.weight", start=weight),), orbit)
     if "choices" in move:
         for k in range(len(fis.outputs)):
             yield from _choices(fis, k, orbits, mirror)
     if "rules" in move and len(orbits) > 1:
         for orbit in orbits:
-            parameter = Parameter(name=f"rule {_numbers(orbit)}", start=0.0, choices=(KEPT, LEFT_OUT))
+            parameter = SearchParameter(name=f"rule {_numbers(orbit)}", start=0.0, choices=(_KEPT, LEFT_OUT))
             yield _OnOff((parameter,), orbit)
 
 
@@ -176,7 +176,7 @@ class _Memberships(_Part):
         orbits = [orbit for orbit in _orbits(range(len(names)), images) if orbit[0] in wide]
         widths = tuple(tuple(names[k] for k in orbit) for orbit in orbits)
         parameters = [
-            Parameter(
+            SearchParameter(
                 name=f"{variable.name}.gap {edges[g[0]]:.4g} to {edges[g[0] + 1]:.4g}",
                 start=1.0,
                 lower=1 / STRETCH,
@@ -186,7 +186,7 @@ class _Memberships(_Part):
             for g in groups[1:]
         ]
         parameters += [
-            Parameter(
+            SearchParameter(
                 name=f"{variable.name}.{'+'.join(of)}.width", start=1.0, lower=1 / WIDEN, upper=WIDEN, scale="log"
             )
             for of in widths
@@ -219,7 +219,7 @@ def _edges(variable: Variable) -> np.ndarray:
     span = high - low
     edges = [low]
     for place in sorted(_places(variable)):
-        if place - edges[-1] > NEAR * span and high - place > NEAR * span:
+        if place - edges[-1] > _NEAR * span and high - place > _NEAR * span:
             edges.append(place)
     return np.array([*edges, high])
 
@@ -237,7 +237,7 @@ def _moved(term: MembershipFunction, edges: np.ndarray, moved: np.ndarray, wider
     def at(x: float) -> float:
         if not edges[0] < x < edges[-1]:
             return x
-        near = np.flatnonzero(np.abs(edges - x) <= NEAR * (edges[-1] - edges[0]))
+        near = np.flatnonzero(np.abs(edges - x) <= _NEAR * (edges[-1] - edges[0]))
         return float(moved[near[0]]) if len(near) else float(np.interp(x, edges, moved))
 
     numbers = term.numbers
@@ -292,7 +292,7 @@ def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndar
     if not table:
         return
     greatest = np.abs(np.array(list(table.values()))).max(axis=0)
-    least = SMALLEST * greatest if least is None else least
+    least = _SMALLEST * greatest if least is None else least
     images = _term_images(fis, output, mirror)
     signs = np.ones(inputs + 1, dtype=int)
     if mirror is not None:
@@ -313,7 +313,7 @@ def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndar
             start = float(table[name][column])
             what = "" if column == inputs else f".{fis.inputs[column].name}"
             both = (name,) if image == name else (name, image)
-            parameter = Parameter(
+            parameter = SearchParameter(
                 name=f"{variable.name}.{'+'.join(both)}{what}", start=start, lower=start - reach, upper=start + reach
             )
             yield _Consequent((parameter,), output, place, both, (1, int(signs[column]))[: len(both)])
@@ -380,7 +380,7 @@ def _choices(fis: Sugeno, output: int, orbits: list[tuple[int, ...]], mirror: Mi
         if len(terms) < 2 or start not in terms:
             continue
         taken = tuple((t, images[t])[: len(orbit)] if mirror is not None else (t,) for t in terms)
-        parameter = Parameter(
+        parameter = SearchParameter(
             name=f"rule {_numbers(orbit)}.{variable.name}", start=float(terms.index(start)), choices=tuple(terms)
         )
         yield _Choice((parameter,), variable.name, orbit, taken)

@@ -5,27 +5,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fuzzy.words import listed
 from robotics.arena.changes import CHANGES
 from robotics.arena.entrants import Sort, sort_of
 from robotics.arena.outcome import Outcome
 from robotics.laws.catalogue import law_title
-from robotics.statistics.bootstrap import Interval
+from robotics.statistics.intervals import Interval
 from robotics.statistics.pairs import MARGIN
 
-MOST = 10  # sentences
+MOST_SENTENCES = 10  # sentences
 _FEW = 6  # laws that a sentence lists
 _TIMES = 2.0  # from here on a cost is "2.9 times as much", below "8 % more"
 _CHEAP = 0.1  # of the leader's computing time
 
 
 def answer(outcome: Outcome) -> list[str]:
-    """The sentences, MOST at most."""
+    """The sentences, MOST_SENTENCES at most."""
     said = _Said(outcome)
     if not said.finite:
         return [said.all_fail(), *said.failures(), said.protocol()]
     found = [said.leader(), *said.crown(), *said.distances(), *said.computing()]
     found += [*said.effort(), *said.failures(), *said.robustness(), said.stands(), *said.tuning(), said.protocol()]
-    return found[:MOST]
+    return found[:MOST_SENTENCES]
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,12 @@ class _Said:
         searches = arena.repeats * len(arena.engines)
         less = [f"{law_title(law)} only {count}" for law, count in arena.exceptions.items()]
         alike = f", {listed(less)}" if less else ""
+        tuned = len(self.of.laws) - len(arena.untuned)
+        as_published = [self.title(self.of.laws.index(law)) for law in arena.untuned]
+        if as_published:
+            alike += f"; {listed(as_published)}, of which nothing moves, took part as published"
         return (
-            f"{_capital(_number(len(self.of.laws)))} laws were tuned from their published gains with "
+            f"{_capital(_number(tuned))} law{'s were' if tuned > 1 else ' was'} tuned from their published gains with "
             f"{'the same budget, ' if not less else ''}{arena.evaluations} evaluations of {_runs(runs)} in "
             f"{f'each of {_number(searches)} searches' if searches > 1 else 'one search'}{alike}, and each drove "
             f"{_number(len(arena.scenarios('test')))} scenarios that no search had seen, {arena.testing_runs} times "
@@ -144,7 +149,7 @@ class _Said:
         gain = self.of.gain
         helped = [k for k in self.of.order if gain.high[k] < 1]
         worse = [k for k in self.of.order if gain.low[k] > 1]
-        left = len(self.of.order) - len(helped) - len(worse)
+        left = len(self.of.order) - len(self.of.arena.untuned) - len(helped) - len(worse)
         helped.sort(key=lambda k: float(gain.value[k]))
         said = [f"of {self.title(k)} by {_percent(1 - float(gain.value[k]))}" for k in helped[:_FEW]]
         text = f"Tuning lowered the cost {listed(said)}" if said else "Tuning lowered no law's cost on the test"
@@ -287,12 +292,6 @@ def compared(ratio: Interval, than: str = "") -> str:
         between = f"{_percent(-ends[0])} {less} to {end}"
     other = f" than {than}" if than else ""
     return f"costs {_percent(abs(value - 1))} {'more' if more else 'less'}{other} (95 %: {between})"
-
-
-def listed(items: Iterable[str], word: str = "and") -> str:
-    """Items as a sentence lists them: "a, b and c"."""
-    *before, last = items
-    return f"{', '.join(before)} {word} {last}" if before else last
 
 
 def _ratio(ratio: Interval) -> str:

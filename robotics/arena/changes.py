@@ -3,20 +3,20 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from robotics.laws.setting import Truth
+from robotics.laws.setting import TrueParameters
 from robotics.scenario.description import Scenario
 from robotics.vehicle.robot import Robot
 
-SHARE = 0.2  # by which a robot's numbers differ from what is believed
-TIMES = 2  # by which latency and noise do
+_SHARE = 0.2  # by which a robot's numbers differ from what is believed
+_TIMES = 2  # by which latency and noise do
 
-Changed = tuple[Scenario, Truth | None]  # the scenario, and what is so where laws are told otherwise
+Changed = tuple[Scenario, TrueParameters | None]  # the scenario, and what is so where laws are told otherwise
 
 
 def _robot(change: Callable[[Robot], Robot]) -> Callable[[Scenario], Changed]:
     def changed(scenario: Scenario) -> Changed:
         robots = tuple(change(member.robot) for member in scenario.robots)
-        return scenario, Truth(robots=robots, latency=scenario.latency)
+        return scenario, TrueParameters(robots=robots, latency=scenario.latency)
 
     return changed
 
@@ -43,28 +43,28 @@ def _friction(factor: float) -> Callable[[Robot], Robot]:
 
 def _latency(scenario: Scenario) -> Changed:
     robots = tuple(member.robot for member in scenario.robots)
-    return scenario, Truth(robots=robots, latency=TIMES * scenario.latency)
+    return scenario, TrueParameters(robots=robots, latency=_TIMES * scenario.latency)
 
 
 def _noise(scenario: Scenario) -> Changed:
     sensing = scenario.sensing
     noisier = replace(
         sensing,
-        position_noise=TIMES * sensing.position_noise,
-        heading_noise=TIMES * sensing.heading_noise,
+        position_noise=_TIMES * sensing.position_noise,
+        heading_noise=_TIMES * sensing.heading_noise,
     )
     return replace(scenario, sensing=noisier), None
 
 
 CHANGES: Mapping[str, Callable[[Scenario], Changed]] = {
-    "mass +20 %": _robot(_mass(1 + SHARE)),
-    "mass -20 %": _robot(_mass(1 - SHARE)),
-    "wheels +20 %": _robot(_radius(1 + SHARE)),
-    "wheels -20 %": _robot(_radius(1 - SHARE)),
-    "friction +20 %": _robot(_friction(1 + SHARE)),
-    "friction -20 %": _robot(_friction(1 - SHARE)),
-    f"latency ×{TIMES}": _latency,
-    f"noise ×{TIMES}": _noise,
+    "mass +20 %": _robot(_mass(1 + _SHARE)),
+    "mass -20 %": _robot(_mass(1 - _SHARE)),
+    "wheels +20 %": _robot(_radius(1 + _SHARE)),
+    "wheels -20 %": _robot(_radius(1 - _SHARE)),
+    "friction +20 %": _robot(_friction(1 + _SHARE)),
+    "friction -20 %": _robot(_friction(1 - _SHARE)),
+    f"latency ×{_TIMES}": _latency,
+    f"noise ×{_TIMES}": _noise,
 }
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.columns import codes
 from robotics.arena.description import Arena
-from robotics.laws.equation import AT_V, AT_W, FIRST, SECOND, WISH_V, WISH_W, EquationLaw, equation
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import Law
-from robotics.laws.setting import Setting
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.vehicle.plant import Level
@@ -23,15 +23,15 @@ from robotics.vehicle.plant import Level
 REPEATS = 15  # of which the quickest counts: what else the machine does only adds
 SEEDS = 8  # runs that are driven at a time
 LONG = 2.0  # s: fewer repeats where one takes long
-LEAST = 0.01  # µs: what is less is lost in the measurement
+LEVEL = codes(Level)
+_LEAST = 0.01  # µs: what is less is lost in the measurement
 
 
 @equation
-def _nothing(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def _nothing(aim, gain):  # type: ignore[no-untyped-def]
     """Command the reference's velocity, or no torques."""
-    share = known.gains[0, known.column[i]]
-    command[FIRST, i] = command[WISH_V, i] = share * known.seen[AT_V, i]
-    command[SECOND, i] = command[WISH_W, i] = share * known.seen[AT_W, i]
+    share = 1.0 if gain.at == LEVEL.velocity else 0.0
+    return share * aim.v, share * aim.w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,10 +45,6 @@ class Nothing(EquationLaw):
     def level(self) -> Level:
         """That of the law that it stands beside, since the plant does other work for torques."""
         return self.at
-
-    def gain_rows(self, setting: Setting) -> list[Any]:
-        """Whether velocities are commanded."""
-        return [float(self.at == "velocity")]
 
 
 @dataclass(frozen=True)
@@ -69,7 +65,7 @@ def timed(arena: Arena, law: str) -> Timed:
     while len(rows) < REPEATS and np.sum(rows) < LONG:
         rows.append((_seconds(scenario, pair[0]), _seconds(scenario, pair[1])))
     whole, without = (float(v) for v in np.min(rows, axis=0))
-    return Timed(max(1e6 * (whole - without) / (SEEDS * scenario.ticks), LEAST), whole / SEEDS)
+    return Timed(max(1e6 * (whole - without) / (SEEDS * scenario.ticks), _LEAST), whole / SEEDS)
 
 
 def _seconds(scenario: Scenario, law: Law[Any]) -> float:

@@ -7,7 +7,7 @@ seeds, count from the first number of the block: 1,000,000 for tuning, 2,000,000
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,9 +23,9 @@ from robotics.scenario.description import Scenario
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.text import parse_table, placed
-from robotics.tuning.cost import TERMS, Cost, Term
+from robotics.tuning.cost import COST_TERMS, Cost, Term
 from robotics.tuning.file import read_terms
-from robotics.tuning.space import PARTS, PARTS_MOVED, LawSpace
+from robotics.tuning.space import PARTS, PARTS_MOVED, LawSpace, NothingMovesError
 from robotics.tuning.tune import CHOOSING, TESTING, TUNING
 
 Block = Literal["tune", "choose", "test"]
@@ -64,7 +64,7 @@ class Arena:
     robustness_runs: int = whole(25, least=2, most=MOST_SEEDS, doc="Likewise for each change that no law is told of.")
     seed: int = whole(1, least=0, most=10**9, doc="The seed of the searches and of the intervals.")
     conditions: Conditions = described("What all scenarios share.", default_factory=Conditions)
-    cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", TERMS)
+    cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", COST_TERMS)
     exceptions: Mapping[str, int] = described(
         "Evaluations of laws that compute for too long: no longer the same budget, and said so.", default_factory=dict
     )
@@ -89,9 +89,11 @@ class Arena:
                 raise ArenaError(expected(part, PARTS, "part that can move")).about("move")
         for i, law in enumerate(self.laws):
             try:
-                LawSpace(self.law(law), self.move)
+                self.space(law)
             except InputError as error:
                 raise ArenaError(f"laws: {error}").about("laws", i) from None
+        if len(self.untuned) == len(self.laws):
+            raise ArenaError(f"laws: none has anything that moves, of {', '.join(self.move)}").about("laws")
         if self.reference and self.reference not in self.laws:
             raise ArenaError(expected(self.reference, self.laws, "law of the arena")).about("reference")
         for law in self.exceptions:
@@ -106,9 +108,21 @@ class Arena:
         """The law of a ``specification``, its files looked for beside the arena's first."""
         return as_law(located(specification, self.folder))
 
+    def space(self, law: str) -> LawSpace | None:
+        """What may move of ``law``, a specification, by the one rule for all; None: it takes part as published."""
+        try:
+            return LawSpace(self.law(law), self.move)
+        except NothingMovesError:
+            return None
+
+    @cached_property
+    def untuned(self) -> tuple[str, ...]:
+        """The laws of which nothing moves: they take part as published."""
+        return tuple(law for law in self.laws if self.space(law) is None)
+
     def budget(self, law: str) -> int:
-        """How many candidates each search of ``law``, a specification, tries."""
-        return self.exceptions.get(law, self.evaluations)
+        """How many candidates each search of ``law``, a specification, tries: 0 where nothing of it moves."""
+        return 0 if law in self.untuned else self.exceptions.get(law, self.evaluations)
 
     @property
     def made_cost(self) -> Cost:

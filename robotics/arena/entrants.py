@@ -32,16 +32,16 @@ def sort_of(law: Law[Any]) -> Sort:
     return _SORTS.get(type(law)) or ("fuzzy" if law.fuzzy_systems else "other")
 
 
-class Terms(NamedTuple):
+class EntryTerms(NamedTuple):
     """The terms on which a law takes part, in words."""
 
     level: str
     knows: str
 
 
-def terms_of(law: Law[Any]) -> Terms:
+def terms_of(law: Law[Any]) -> EntryTerms:
     """What a law commands, and what it uses beside its robot's measured posture."""
     said = list(law.knows)
     if isinstance(law, NeuralPolicy):
         said.append(law.network.training)
-    return Terms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")
+    return EntryTerms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")

@@ -15,18 +15,19 @@ from robotics.laws.catalogue import law_title
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.statistics.aggregates import CVAR, IQM, SCENARIO_IQM
-from robotics.statistics.bootstrap import Interval, contrasts, interval
+from robotics.statistics.bootstrap import contrasts, interval
+from robotics.statistics.intervals import Interval
 from robotics.statistics.pairs import holm, signed_rank_p_values, verdicts
 from robotics.statistics.ranking import Reweighted, gap_closed, reweighted
 from robotics.statistics.shares import failure_rate, performance_profile, probability_of_improvement
 
 STATISTIC = SCENARIO_IQM  # by which laws are ranked
-DRAWS = 2000
-LIMITS = 60  # points of a performance profile
+_DRAWS = 2000
+_LIMITS = 60  # points of a performance profile
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class ArenaEntry:
     """What is known of one law."""
 
     law: str  # its specification
@@ -47,11 +48,11 @@ class Outcome:
     """What came of an arena; arrays have a place for each law, in the arena's order."""
 
     arena: Arena
-    entries: tuple[Entry, ...]
+    entries: tuple[ArenaEntry, ...]
     computing: Mapping[str, float]  # µs a period, by law
     machine: str
     versions: Mapping[str, str]
-    draws: int = DRAWS
+    draws: int = _DRAWS
 
     @property
     def laws(self) -> list[str]:
@@ -220,7 +221,7 @@ class Outcome:
     def limits(self) -> np.ndarray:
         """Relative costs (limits,) at which the performance profile is taken."""
         some = self.relative[np.isfinite(self.relative)]
-        return np.geomspace(max(float(np.quantile(some, 0.005)), 1e-3), float(np.quantile(some, 0.995)), LIMITS)
+        return np.geomspace(max(float(np.quantile(some, 0.005)), 1e-3), float(np.quantile(some, 0.995)), _LIMITS)
 
     @cached_property
     def profiles(self) -> Interval:
@@ -256,7 +257,7 @@ class Outcome:
             means = entry.choosing.mean(axis=(1, 2))
             for k, engine in enumerate(self.arena.engines):
                 ends = [entry.looked_at[s, -1] for s, one in enumerate(entry.searches) if one.engine == engine]
-                found[k, n] = min(means[0], *(means[c] for c in ends))
+                found[k, n] = min([means[0], *(means[c] for c in ends)])
         return found
 
     @cached_property
@@ -275,7 +276,7 @@ class Outcome:
             means = entry.choosing.mean(axis=(1, 2))
             for k, budget in enumerate(self.budgets):
                 at = max((b for b, e in enumerate(entry.budgets) if e <= budget), default=0)
-                values = means[entry.looked_at[:, at]]
+                values = means[entry.looked_at[:, at]] if entry.searches else means[:1]
                 found[:, n, k] = np.median(values), values.min(), values.max()
         return Interval(*found)
 

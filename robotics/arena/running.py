@@ -16,29 +16,29 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import alone, claim
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Begin
+from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.tuning.search import Evaluations
 from robotics.arena.changes import CHANGES
 from robotics.arena.computing import Timed, machine, timed
 from robotics.arena.description import Arena, about
 from robotics.arena.families import ArenaError
-from robotics.arena.outcome import Entry, Outcome
-from robotics.arena.work import WHOLE, Drive, Search, budgets_of, driven, plain, searched
+from robotics.arena.outcome import ArenaEntry, Outcome
+from robotics.arena.work import WHOLE, DriveJob, Search, budgets_of, driven, plain, searched
 from robotics.experiments.executors import InProcess, WorkerError, Workers, as_done
 from robotics.experiments.versions import versions
 
-PLAN, TIMES = "arena.json", "computing.json"
+_PLAN, _TIMES = "arena.json", "computing.json"
 PUBLISHED, TUNED = "published", "tuned"
-LOST = "the connection to the workers was lost; the same command goes on from there"
-UNKNOWN = Timed(float("nan"), 1.0)
-Piece = TypeVar("Piece", Search, Drive)
+_LOST = "the connection to the workers was lost; the same command goes on from there"
+_UNKNOWN = Timed(float("nan"), 1.0)
+Piece = TypeVar("Piece", Search, DriveJob)
 
 
 @dataclass(frozen=True)
-class Crew:
+class ArenaWorkers:
     """Who does the work, and what it cannot do."""
 
     workers: Workers
@@ -48,7 +48,7 @@ class Crew:
 def held(
     arena: Arena,
     folder: Path,
-    crew: Crew | None = None,
+    crew: ArenaWorkers | None = None,
     *,
     fresh: bool = False,
     clocked: bool = True,
@@ -64,15 +64,17 @@ def held(
         fresh: Whether to discard what the folder holds of an arena.
         clocked: Whether computing times are measured first; otherwise there are none, and nothing is foretold.
         begin: Starts a bar of a progress display, by its text and total.
-        told: Called with a sentence before the work begins: how long it will take.
+        told: Called with sentences before the work begins: which laws are not tuned, and how long it will take.
 
     Raises ArenaError where the folder holds another arena, another process is at work there, or a law fails.
     """
-    crew = crew or Crew(Workers(InProcess()))
+    crew = crew or ArenaWorkers(Workers(InProcess()))
     folder.mkdir(parents=True, exist_ok=True)
     with alone(folder, ArenaError(f"{folder}: another arena is held here; wait for it, or give another --out")):
         _open(arena, folder, fresh)
-        times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, UNKNOWN)
+        times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, _UNKNOWN)
+        for law in arena.untuned:
+            told(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
         if clocked:
             told(_estimate(arena, times, crew))
         return _Held(arena, folder, crew, times, begin).outcome()
@@ -81,17 +83,21 @@ def held(
 class _Held:
     """An arena that is being held."""
 
-    def __init__(self, arena: Arena, folder: Path, crew: Crew, times: Mapping[str, Timed], begin: Begin | None) -> None:
+    def __init__(
+        self, arena: Arena, folder: Path, crew: ArenaWorkers, times: Mapping[str, Timed], begin: Begin | None
+    ) -> None:
         self.arena, self.folder, self.crew, self.times = arena, folder, crew, times
-        self.begin: Begin = begin or _silent
+        self.begin: Begin = begin or unwatched
 
     def outcome(self) -> Outcome:
         """Do all the work there is, and put together what came of it."""
         searches = self.searches()
-        published = [Drive(law, PUBLISHED, (None,), "test", (k,), self.arena.testing_runs) for law, k in self.places()]
+        published = [
+            DriveJob(law, PUBLISHED, (None,), "test", (k,), self.arena.testing_runs) for law, k in self.places()
+        ]
         candidates = {law: self.candidates(law, searches) for law in self.arena.laws}
         choosing = [
-            Drive(law, "choose", tuple(candidates[law]), "choose", (k,), self.arena.choosing_runs)
+            DriveJob(law, "choose", tuple(candidates[law]), "choose", (k,), self.arena.choosing_runs)
             for law in self.arena.laws
             for k in range(len(self.arena.scenarios("choose")))
         ]
@@ -114,6 +120,7 @@ class _Held:
         todo = [
             Search(law, engine, repeat)
             for law in arena.laws
+            if law not in arena.untuned
             for engine in arena.engines
             for repeat in range(arena.repeats)
         ]
@@ -142,8 +149,8 @@ class _Held:
         for search, evaluated in searches.items():
             if search.law == law:
                 found += [_best(evaluated, n) for n in budgets_of(self.arena, law)]
-        start = next(tuple(map(float, e.values[0])) for s, e in searches.items() if s.law == law)
-        numbers = sorted({values for values in found if values is not None} - {start})
+        starts = {tuple(map(float, e.values[0])) for s, e in searches.items() if s.law == law}
+        numbers = sorted({values for values in found if values is not None} - starts)
         return [None, *numbers]
 
     # Driving ---------------------------------------------------------------------------------------------------
@@ -152,23 +159,23 @@ class _Held:
         """Every law with every scenario that is tested on."""
         return [(law, k) for law in self.arena.laws for k in range(len(self.arena.scenarios("test")))]
 
-    def tests(self, chosen: Mapping[str, tuple[float, ...] | None]) -> list[Drive]:
+    def tests(self, chosen: Mapping[str, tuple[float, ...] | None]) -> list[DriveJob]:
         """The runs of the chosen laws, as they are told and with every change; those of a law that stays are there."""
         arena, every = self.arena, tuple(range(len(self.arena.scenarios("test"))))
         drives = [
-            Drive(law, TUNED, (chosen[law],), "test", (k,), arena.testing_runs)
+            DriveJob(law, TUNED, (chosen[law],), "test", (k,), arena.testing_runs)
             for law, k in self.places()
             if chosen[law] is not None
         ]
         return drives + [
-            Drive(law, change, (chosen[law],), "test", every, arena.robustness_runs, change)
+            DriveJob(law, change, (chosen[law],), "test", every, arena.robustness_runs, change)
             for law in arena.laws
             for change in CHANGES
         ]
 
-    def drives(self, what: str, todo: Sequence[Drive]) -> dict[Drive, pd.DataFrame]:
+    def drives(self, what: str, todo: Sequence[DriveJob]) -> dict[DriveJob, pd.DataFrame]:
         """Do drives, or read what the folder has of them."""
-        found: dict[Drive, pd.DataFrame] = {}
+        found: dict[DriveJob, pd.DataFrame] = {}
         left = []
         for drive in todo:
             table = _read(self.file(drive), drive)
@@ -187,7 +194,7 @@ class _Held:
             advance()
         return found
 
-    def file(self, drive: Drive) -> Path:
+    def file(self, drive: DriveJob) -> Path:
         """Where the runs of a drive stand."""
         which = f"-{drive.scenarios[0] + 1}" if len(drive.scenarios) == 1 else ""
         return self.folder / "runs" / plain(drive.law) / f"{plain(drive.part)}{which}.csv"
@@ -198,7 +205,7 @@ class _Held:
         self,
         law: str,
         candidates: Sequence[tuple[float, ...] | None],
-        found: Mapping[Drive, pd.DataFrame],
+        found: Mapping[DriveJob, pd.DataFrame],
         searches: Mapping[Search, Evaluations],
     ) -> tuple[float, ...] | None:
         """The law as published or the end of a search, whichever costs least on the runs for choosing."""
@@ -207,7 +214,7 @@ class _Held:
         allowed = [n for n, values in enumerate(candidates) if values is None or values in ends]
         return candidates[min(allowed, key=lambda n: float(costs[n]))]
 
-    def choosing_costs(self, law: str, count: int, found: Mapping[Drive, pd.DataFrame]) -> np.ndarray:
+    def choosing_costs(self, law: str, count: int, found: Mapping[DriveJob, pd.DataFrame]) -> np.ndarray:
         """What a law's candidates cost (candidates, scenarios, seeds), a failed run what the search took it for."""
         arena = self.arena
         scenarios = len(arena.scenarios("choose"))
@@ -223,19 +230,19 @@ class _Held:
         law: str,
         candidates: Sequence[tuple[float, ...] | None],
         chosen: tuple[float, ...] | None,
-        found: Mapping[Drive, pd.DataFrame],
+        found: Mapping[DriveJob, pd.DataFrame],
         searches: Mapping[Search, Evaluations],
-    ) -> Entry:
+    ) -> ArenaEntry:
         """All that is known of a law in the end."""
         arena = self.arena
         mine = {s: e for s, e in searches.items() if s.law == law}
         budgets = budgets_of(arena, law)
         place = {values: n for n, values in enumerate(candidates)}
-        start = next(tuple(map(float, e.values[0])) for e in mine.values())
+        starts = {tuple(map(float, e.values[0])) for e in mine.values()}
 
         def of(evaluated: Evaluations, n: int) -> int:
             values = _best(evaluated, n)
-            return 0 if values == start else place[values]
+            return 0 if values in starts else place[values]
 
         order = sorted(mine, key=lambda s: (arena.engines.index(s.engine), s.repeat))
         tables: dict[str, pd.DataFrame] = {}
@@ -244,15 +251,15 @@ class _Held:
             if drives:
                 tables[part] = pd.concat([found[d] for d in drives], ignore_index=True)
         ways = {s.name for s in order if chosen is not None and _best(mine[s], arena.budget(law)) == chosen}
-        return Entry(
+        return ArenaEntry(
             law=law,
-            parameters=tuple(p.name for p in next(iter(mine.values())).parameters),
+            parameters=next((tuple(p.name for p in e.parameters) for e in mine.values()), ()),
             chosen=chosen,
             by=min(ways) if ways else "",
             budgets=tuple(budgets),
             searches=tuple(order),
             on_tuning=np.array([[float(np.min(mine[s].costs[:n])) for n in budgets] for s in order]),
-            looked_at=np.array([[of(mine[s], n) for n in budgets] for s in order]),
+            looked_at=np.array([[of(mine[s], n) for n in budgets] for s in order], dtype=int),
             choosing=self.choosing_costs(law, len(candidates), found),
             runs={PUBLISHED: tables[PUBLISHED], TUNED: tables.get(TUNED, tables[PUBLISHED])},
             changed={change: tables[change] for change in CHANGES},
@@ -277,15 +284,15 @@ def _open(arena: Arena, folder: Path, fresh: bool) -> None:
     """Check that the folder is this arena's, or make it so."""
 
     def discard() -> None:
-        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / TIMES]:
+        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / _TIMES]:
             if left.is_file():
                 left.unlink()
 
     plan = {**about(arena), "versions": versions()}
-    claim(folder / PLAN, plan, discard, kind="arena", elsewhere="--out", fault=ArenaError, fresh=fresh)
+    claim(folder / _PLAN, plan, discard, kind="arena", elsewhere="--out", fault=ArenaError, fresh=fresh)
 
 
-def _read(path: Path, drive: Drive) -> pd.DataFrame | None:
+def _read(path: Path, drive: DriveJob) -> pd.DataFrame | None:
     """The runs of a drive, if the folder has them whole."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
@@ -300,14 +307,14 @@ def _read(path: Path, drive: Drive) -> pd.DataFrame | None:
 
 def _times(arena: Arena, folder: Path, begin: Begin | None) -> dict[str, Timed]:
     """How long the laws compute: measured once for a folder."""
-    path = folder / TIMES
+    path = folder / _TIMES
     if path.exists():
         try:
             there = json.loads(path.read_text(encoding="utf-8"))
             return {law: Timed(**there["laws"][law]) for law in arena.laws}
         except (OSError, ValueError, KeyError, TypeError):
             pass  # it is measured again
-    advance = (begin or _silent)("measuring computing times", len(arena.laws))
+    advance = (begin or unwatched)("measuring computing times", len(arena.laws))
     found: dict[str, Timed] = {}
     for law in arena.laws:
         try:
@@ -315,13 +322,11 @@ def _times(arena: Arena, folder: Path, begin: Begin | None) -> dict[str, Timed]:
         except InputError as error:
             raise ArenaError(f"{law}: {error}") from None
         advance()
-    with replacing(path) as temporary:
-        rows = {"machine": machine(), "laws": {law: asdict(one) for law, one in found.items()}}
-        temporary.write_text(json.dumps(rows, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_json(path, {"machine": machine(), "laws": {law: asdict(one) for law, one in found.items()}})
     return found
 
 
-def _estimate(arena: Arena, times: Mapping[str, Timed], crew: Crew) -> str:
+def _estimate(arena: Arena, times: Mapping[str, Timed], crew: ArenaWorkers) -> str:
     """A sentence: how long it will take."""
     seconds = estimated_seconds(arena, times)
     total = sum(seconds.values())
@@ -362,17 +367,13 @@ def _as_done(
     jobs: Sequence[Piece], submit: "Callable[[Piece], Future[Any]]", workers: Workers
 ) -> "Iterator[tuple[Piece, Any]]":
     """Pieces of work with their results as they get done. Raises ArenaError for one that fails."""
-    for job, future in as_done(jobs, submit, workers, ArenaError(LOST)):
+    for job, future in as_done(jobs, submit, workers, ArenaError(_LOST)):
         try:
             result = future.result()
         except CancelledError:
-            raise ArenaError(LOST) from None
+            raise ArenaError(_LOST) from None
         except WorkerError as error:
             raise ArenaError(f"{job.law}: {error}; the same command goes on from there") from None
         except InputError as error:
             raise ArenaError(f"{job.law}: {error}") from None
         yield job, result
-
-
-def _silent(description: str, total: int) -> Any:
-    return lambda description=None: None

@@ -15,7 +15,6 @@ from robotics.arena.changes import changed
 from robotics.arena.description import Arena
 from robotics.experiments.executors import Workers
 from robotics.experiments.population import simulate_many
-from robotics.tuning.space import LawSpace
 from robotics.tuning.tune import Tuned, tune
 
 BUDGETS = (10, 20, 50, 100, 200, 300, 500, 700, 1000)  # evaluations at which a search is looked at
@@ -38,7 +37,7 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveJob:
     """Candidates of one law that drive some scenarios of a block, and are measured."""
 
     law: str
@@ -66,15 +65,10 @@ def search_folder(folder: Path, search: Search) -> Path:
     return folder / "searches" / plain(search.law) / search.name
 
 
-def space_of(arena: Arena, law: str) -> LawSpace:
-    """What may move of a law, by the one rule for all."""
-    return LawSpace(arena.law(law), arena.move)
-
-
 def budgets_of(arena: Arena, law: str) -> list[int]:
     """The numbers of evaluations at which the searches of a law are looked at; the last is its whole budget."""
     whole = arena.budget(law)
-    return [n for n in BUDGETS if n < whole] + [whole]
+    return [n for n in BUDGETS if n < whole] + [whole] * (whole > 0)
 
 
 def searched(arena: Arena, search: Search, folder: Path, workers: Workers | None = None) -> Evaluations:
@@ -89,8 +83,10 @@ def tuned(arena: Arena, search: Search, folder: Path, workers: Workers | None = 
 
 
 def _tuned(arena: Arena, search: Search, folder: Path, workers: Workers | None) -> Tuned:
+    space = arena.space(search.law)
+    assert space is not None
     return tune(
-        space_of(arena, search.law),
+        space,
         arena.scenarios("tune"),
         specification=search.law,
         runs=arena.runs,
@@ -105,21 +101,20 @@ def _tuned(arena: Arena, search: Search, folder: Path, workers: Workers | None) 
     )
 
 
-def driven(arena: Arena, drive: Drive) -> pd.DataFrame:
+def driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
     """Drive and measure: a row a run, with the places of its candidate and of its scenario, and its seed."""
     with threadpool_limits(1, "blas"):
         return _driven(arena, drive)
 
 
-def _driven(arena: Arena, drive: Drive) -> pd.DataFrame:
-    space = space_of(arena, drive.law)
-    laws = [space.law if values is None else space.made(values) for values in drive.candidates]
+def _driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
+    law, space = arena.law(drive.law), arena.space(drive.law)
+    laws = [law if values is None or space is None else space.made(values) for values in drive.candidates]
     names = list(dict.fromkeys([*arena.made_cost.metrics, *SHOWN]))
     seeds, scenarios, found = arena.seeds(drive.block, drive.runs), arena.scenarios(drive.block), []
     for place in drive.scenarios:
         scenario, truth = changed(scenarios[place], drive.change)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a rule base that is asked outside of its universe pays for it
+        with warnings.catch_warnings(action="ignore"):  # a rule base that is asked outside of its universe pays for it
             runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=names, truth=truth, threads=1)
         shape = runs.stopped.shape[:2]
         candidate, seed = np.meshgrid(np.arange(len(laws)), np.asarray(seeds), indexing="ij")

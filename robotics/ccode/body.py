@@ -9,7 +9,7 @@ from typing import Any
 from fuzzy.ccode.numbertype import ExportError
 from robotics.ccode.expressions import Array, Expressions, Translation
 from robotics.ccode.pythonsource import spoken
-from robotics.ccode.terms import Known, Row, Table, Term
+from robotics.ccode.terms import Known, Lane, Row, Table, Term
 
 _UNROLLED = 8  # turns of a loop that are written one by one
 
@@ -132,7 +132,7 @@ class Body(Expressions):
             self.say(f"{held.text} = {self._as(held.kind, value)};")
         elif isinstance(held, Array) and held.name == spoken(name):
             self._copied(held, value)
-        elif isinstance(value, (Known, Table)):
+        elif isinstance(value, (Known, Table, Lane)):
             self.env[name] = value
         elif isinstance(value, (Row, Array)):
             self.array(name, value)

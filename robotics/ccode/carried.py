@@ -1,6 +1,6 @@
 """The laws that can be written in C: what their numbers are called there."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,67 +16,26 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import PID
 from robotics.laws.tracking.sliding_mode import SlidingMode
 
-# The numbers of a robot: its limits, and its nominal dynamics
-LIMITS = ("V_MAX m/s", "W_MAX rad/s", "HALF_AXLE m", "WHEEL_SPEED_LIMIT m/s, of the rim")
-_DYNAMICS = ("MASS kg", "INERTIA kg m²", "WHEEL_RADIUS m", "HALF_AXLE m")
-_LYAPUNOV = ("KX 1/s", "KY 1/m²", "KPSI 1/m", "CATCH_UP m/s", "", "", "")
+# What a number is called in C, where that is not its name in capitals
+SYMBOLS = {"lam": "LAMBDA", "radius": "WHEEL_RADIUS"}
 
 
 @dataclass(frozen=True)
 class Carried:
-    """What the numbers of a law are called in C, each "NAME unit"; "" is an option, which chooses what is written."""
+    """What a law in C has beside its columns."""
 
-    gains: Sequence[str]
-    memory: Sequence[str] = ()
-    work: Mapping[str, int] | None = None  # names of places, by where they begin
-    bases: Callable[[Any], Mapping[str, Sugeno]] | None = None
     sections: str = ""  # of the thesis
+    bases: Callable[[Any], Mapping[str, Sugeno]] | None = None
 
 
-_FUZZY = Carried(
-    gains=("", "", "LOOK_AHEAD s", "STEERING_DISTANCE m", "DEADBAND m", "", "", "", "", "", "", ""),
-    work={"ASKED": 0, "Y_ERR": 4, "ALL": 5, "SAID": 9, "WORK": 12},
-    bases=lambda law: {"rules": law.tracking.fis, "turn": law.turn.fis},
-    sections="(2.35), (2.36), 5.3.1",
-)
+_FUZZY = Carried("(2.35), (2.36), 5.3.1", lambda law: {"rules": law.tracking.fis, "turn": law.turn.fis})
 CARRIED: dict[type[Law[Any]], Carried] = {
     FuzzyTracking: _FUZZY,
     OwnRules: _FUZZY,
-    Lyapunov: Carried(_LYAPUNOV, sections="(2.30) to (2.32)"),
-    LinearQuadratic: Carried(
-        (
-            *("Q_X 1/m²", "Q_Y 1/m²", "Q_HEADING 1/rad²", "R_V s²/m²", "R_W s²/rad²"),
-            *("SLOWEST m/s", "CATCH_UP m/s", ""),
-        ),
-    ),
-    PID: Carried(
-        (
-            *(*LIMITS, "KX 1/s", "IX 1/s²", "KY rad/(m s)", "IY rad/(m s²)", "KPSI 1/s", "DPSI 1", "FILTER_TIME s"),
-            *("BAND m", "MOST_V m/s", "MOST_W rad/s", "SLOWEST m/s", "CATCH_UP m/s", ""),
-        ),
-        memory=("along m s", "aside m s", "before rad: the heading error of the period before", "rate rad/s"),
-    ),
-    SlidingMode: Carried(
-        (
-            *LIMITS,
-            *_DYNAMICS,
-            "",
-            "",
-            "K m/s² (rad/s²)",
-            "LAMBDA 1/s",
-            "MU0 1",
-            "ALPHA s/m",
-            "",
-            "LEAD m/s",
-            *_LYAPUNOV,
-        ),
-        memory=(
-            *("integral_v m: of the error", "integral_w rad", "s_v m/s: the surface", "s_w rad/s"),
-            *("push_v m/s²: of the reaching law", "push_w rad/s²", "desired_v m/s", "desired_w rad/s"),
-            *("command_v m/s", "command_w rad/s"),
-        ),
-        sections="(2.13) to (2.23)",
-    ),
+    Lyapunov: Carried("(2.30) to (2.32)"),
+    LinearQuadratic: Carried(),
+    PID: Carried(),
+    SlidingMode: Carried("(2.13) to (2.23)"),
 }
 NAMES = "fuzzy (with any rule base of fuzzy tracking), fuzzy-lateral, lyapunov, lqr, pid, csm, assm, qssm, esm"
 

@@ -9,8 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from fuzzy.ccode.numbertype import ExportError
+from fuzzy.compiled.columns import Columns
 from robotics.ccode.pythonsource import said_of, spoken
-from robotics.ccode.terms import Arithmetic, Known, Row, Table, Term
+from robotics.ccode.terms import Arithmetic, Known, Lane, Row, Table, Term
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,11 @@ class Translation(Protocol):
     def function(self, python: Any, arguments: Sequence[Any]) -> Function:
         """The function of C for these arguments."""
 
-    def pointer(self, table: Table) -> str:
+    def pointer(self, table: Table | Lane) -> str:
         """What a function takes for a table."""
 
-    def read(self, table: Table, entry: int) -> Any:
-        """An entry of a table."""
+    def read(self, table: Table | Lane, entry: int | str) -> Any:
+        """An entry of a table, or a column of a lane."""
 
     def constant(self, name: str, value: float) -> Term:
         """A number with a name and a unit."""
@@ -151,6 +152,8 @@ class Expressions:
 
     def _attribute(self, node: ast.Attribute) -> Any:
         owner = self.value(node.value)
+        if isinstance(owner, Lane):
+            return self.translator.read(owner, node.attr)
         if isinstance(owner, Table):
             return self.translator.read(Table(f"{owner.name}.{node.attr}".removeprefix("known.")), -1)
         if isinstance(owner, Known) and hasattr(owner.value, node.attr):
@@ -185,6 +188,8 @@ class Expressions:
         if getattr(python, "__module__", "") == "math" or isinstance(python, np.ufunc):
             name = {"absolute": "abs"}.get(python.__name__, python.__name__)
             return self.arithmetic.called(name, arguments)
+        if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], Table):
+            return Lane(arguments[0].name, python, arguments[0].first)
         name = getattr(python, "__name__", "")
         own = self.translator.call(self, name, arguments)
         if own is not NotImplemented:
@@ -201,7 +206,7 @@ class Expressions:
         """A call of a function of C."""
         given: list[str] = []
         for a in arguments:
-            if isinstance(a, Table):
+            if isinstance(a, (Table, Lane)):
                 pointer = self.translator.pointer(a)
                 name = pointer.rpartition("*")[2]
                 given += [name] if pointer and name not in given else []

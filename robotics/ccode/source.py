@@ -1,7 +1,10 @@
 """A control law as a header and a source of C: the step that a robot makes in every control period."""
 
+import ast
+import inspect
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -12,39 +15,21 @@ from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import ExportError, Floating
 from fuzzy.ccode.phrases import guarded
 from fuzzy.ccode.source import CSources, c_sources
+from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import expected
 from robotics.ccode.body import Body
-from robotics.ccode.carried import LIMITS, Carried, carried, first_numbers, rule_bases
+from robotics.ccode.carried import SYMBOLS, Carried, carried, first_numbers, rule_bases
 from robotics.ccode.pythonsource import parsed
-from robotics.ccode.terms import PIECES, Arithmetic, Known, Row, Table, Term, piece
+from robotics.ccode.terms import PIECES, Arithmetic, Known, Lane, Row, Table, Term, piece
 from robotics.ccode.translation import Translator
-from robotics.laws import equation as rows
+from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
-from robotics.vehicle.plant import velocity_limits, within
+from robotics.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
 NUMBERS = ("double", "float")
-SEEN = ("x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "at_s")
-AHEAD = ("ahead_x", "ahead_y", "ahead_heading", "ahead_v", "ahead_w", "ahead_s")
-_UNITS = {
-    "x": "m, measured",
-    "y": "m, measured",
-    "heading": "rad, measured; need not be wrapped",
-    "v": "m/s, by the encoders over the last period",
-    "w": "rad/s, by the encoders over the last period",
-    "at_x": "m, where the robot shall be now",
-    "at_y": "m",
-    "at_heading": "rad",
-    "at_v": "m/s, how fast it shall be now",
-    "at_w": "rad/s",
-    "at_s": "m, how far along its path",
-    "ahead_x": "m, where it shall be {ahead} s from now",
-    "ahead_y": "m",
-    "ahead_heading": "rad",
-    "ahead_v": "m/s",
-    "ahead_w": "rad/s",
-    "ahead_s": "m",
-}
+SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
+AHEAD = tuple(f"ahead_{name}" for name in AimColumns.columns)
 
 
 class LawSources(NamedTuple):
@@ -90,6 +75,9 @@ class _Writer:
         self.arithmetic = Arithmetic(number)
         self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
         self.limits = [float(row[0]) for row in velocity_limits(setting.robots[:1])]
+        self.work = _places(type(law).works)
+        self.equation = inspect.getattr_static(type(law), "equation")
+        self.lanes = _lanes(type(law), self.equation)
         self.radius = setting.robots[0].wheel_radius
         self.memory = first_numbers(law, setting)
         self.constants: dict[str, _Constant] = {}
@@ -107,8 +95,40 @@ class _Writer:
         self.constants[name] = _Constant(value, unit)
         return Term(name, "real")
 
-    def read(self, table: Table, row: int) -> Any:
-        """An entry of a table of the law, or (row −1) a part of all that it knows."""
+    def read(self, table: Table | Lane, row: Any) -> Any:
+        """An entry of a table of the law, or (row −1) a part of all that it knows; a column of a lane by its name."""
+        return self._column(table, row) if isinstance(table, Lane) else self._entry(table, row)
+
+    def _column(self, lane: Lane, name: str) -> Any:
+        column, path = lane.of.columns[name], (*lane.path, name)
+        if column.of is not None:
+            return Lane(lane.name, column.of, lane.first + column.row, path)
+        if column.width is not None:
+            return Table(lane.name, lane.first + column.row)
+        match lane.name:
+            case "robot":
+                return Term(f"input->{name}", "real")
+            case "aim":
+                return Term(f"input->at_{name}", "real")
+            case "gain":
+                value = self.gains[lane.first + column.row]
+                return self._gain(path, column, value) if column.unit else Known(value)
+            case "limit":
+                return self._gain(path, column, self.limits[column.row])
+            case "memory":
+                return Term(f"state->{_field(path)}", "real")
+            case "command":
+                return self._commanded(path)
+        return self._entry(Table(lane.name), lane.first + column.row)
+
+    def _gain(self, path: tuple[str, ...], column: Column, value: float) -> Term:
+        """A gain under its own name, or under all that lead to it where another number has that."""
+        names = [SYMBOLS.get(name, name).upper() for name in path]
+        told = _said(column, ", ")
+        taken = names[-1] in self.constants and self.constants[names[-1]].value != value
+        return self.constant(f"{'_'.join(names) if taken else names[-1]} {told}", value)
+
+    def _entry(self, table: Table, row: int) -> Any:
         match table.name:
             case "dt":
                 return self.constant("PERIOD s, from one step to the next", self.setting.period)
@@ -120,39 +140,27 @@ class _Writer:
                 return table
             case "rules":
                 return table
-            case "gains":
-                text = self.how.gains[row]
-                return self.constant(text, self.gains[row]) if text else Known(self.gains[row])
-            case "limits":
-                return self.constant(LIMITS[row], self.limits[row])
-            case "seen":
-                return Term(f"input->{SEEN[row]}", "real")
-            case "memory":
-                return Term(f"state->{self.how.memory[row].partition(' ')[0]}", "real")
-            case "command":
-                return self._commanded(row)
+            case "gain":
+                return Known(self.gains[row])
             case "work":
-                assert self.how.work is not None
-                place, first = max(((p, f) for p, f in self.how.work.items() if f <= row), key=lambda pair: pair[1])
+                place, first = max(((p, f) for p, f in self.work.items() if f <= row), key=lambda pair: pair[1])
                 return Term(f"work[{place}{f' + {row - first}' if row > first else ''}]", "real")
         raise ExportError(f"{type(self.law).__name__} reads {table.name}, which C does not have")
 
-    def _commanded(self, row: int) -> Any:
-        names = {rows.FIRST: "torque_right", rows.SECOND: "torque_left"} if self.torque else {}
-        names = {rows.FIRST: "v", rows.SECOND: "w"} | names
-        if self.torque:
-            names |= {rows.WISH_V: "v", rows.WISH_W: "w"}
-        if row not in names:
+    def _commanded(self, path: tuple[str, ...]) -> Any:
+        torques = {"first": "torque_right", "second": "torque_left", "wish_v": "v", "wish_w": "w"}
+        name = (torques if self.torque else {"first": "v", "second": "w"}).get(".".join(path))
+        if name is None:
             return None
-        if names[row] not in self.outputs:
-            self.outputs.append(names[row])
-        return Term(f"output->{names[row]}", "real")
+        if name not in self.outputs:
+            self.outputs.append(name)
+        return Term(f"output->{name}", "real")
 
     def call(self, body: Body, name: str, arguments: Any) -> Any:
         """The functions that are not translated: rule bases, and the reference at a later time."""
         if name == "moving":
             return Row(tuple(Term(f"input->{field}", "real") for field in AHEAD))
-        if name == "told":
+        if name == "tell_inputs":
             return Known(None)
         if name == "evaluate_packed":
             return self._rule_base(body, *arguments[:3])
@@ -171,16 +179,12 @@ class _Writer:
 
     def sources(self) -> LawSources:
         """All texts."""
-        python = type(self.law).equation
-        python = getattr(python, "py_func", python)
-        one = next(cell.cell_contents for cell in python.__closure__ or () if callable(cell.cell_contents))
-        one = getattr(one, "py_func", one)
-        step = self._step(one)
+        step = self._step(self.equation.function)
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
         outputs = (*self.outputs, *wheels)
         held = " ".join(function.text for function in self.translator.done.values())
         inputs = tuple(field for field in (*SEEN, *AHEAD) if f"input->{field}" in f"{step} {held}")
-        memory = tuple(row.partition(" ")[0] for row in self.how.memory)
+        memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         header = self._header(inputs, outputs, look_ahead)
         bases = tuple(self.called.values())
@@ -198,13 +202,14 @@ class _Writer:
     def _step(self, one: Any) -> str:
         tree = parsed(one)
         body = Body(self.translator, one, tree)
-        for argument, value in zip(
-            tree.args.args,
-            (Known(0), Table("known"), Table("memory"), Table("command"), Table("work")),
-            strict=True,
-        ):
-            body.env[argument.arg] = value
-        if self.how.work is not None:
+        for argument in self.equation.asks:
+            body.env[argument] = self._argument(argument)
+        if isinstance(tree.body[-1], ast.Return) and tree.body[-1].value is not None:
+            command = ast.parse("command.first, command.second = 0, 0").body[0]
+            assert isinstance(command, ast.Assign)
+            tree.body[-1], command.value = command, tree.body[-1].value
+            body.env["command"] = self.lanes["command"]
+        if self.work:
             body.say(f"{self.number.name} work[WORK] = {{{self.number.constant(0.0)}}};")
         body.run(tree.body)
         zero = self.number.constant(0.0)
@@ -214,13 +219,31 @@ class _Writer:
             body.say("return 0;")
         else:
             self._wheels(body, zero)
-        if not self.how.memory:
+        if not self._fields():
             body.lines.insert(0, "    (void)state;")
         head = (
             f"int {self.name}_step({self.name}_state *state, const {self.name}_input *input, "
             f"{self.name}_output *output) {{"
         )
-        return "\n".join([fill(head, 112, subsequent_indent="    "), *body.finished(), "}", ""])
+        return "\n".join([fill(head, 112, subsequent_indent="    "), *self._read_later(body.finished()), "}", ""])
+
+    def _read_later(self, lines: list[str]) -> list[str]:
+        """The lines of a step without those that write to work what nobody reads."""
+        text = "\n".join([*lines, *(function.text for function in self.translator.done.values())])
+        unread = [f"work[{name}] = " for name in self.work if len(re.findall(rf"\b{name}\b", text)) == 1]
+        return [line for line in lines if not line.strip().startswith(tuple(unread))]
+
+    def _argument(self, name: str) -> Any:
+        """What an argument of the equation stands for."""
+        if name in self.lanes:
+            return self.lanes[name]
+        if name in ("i", "lane", "path"):
+            return Known(0)
+        return self._entry(Table(name), -1) if name in ("time", "dt") else Table(name)
+
+    def _fields(self) -> list[tuple[str, Column]]:
+        """The fields of the state, with what each is."""
+        return [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
 
     def _wheels(self, body: Body, zero: str) -> None:
         body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")
@@ -228,10 +251,11 @@ class _Writer:
         body.say(f"    output->wheel_right = output->wheel_left = {zero};")
         body.say("    return 0;")
         body.say("}")
-        table = "gains" if self.how.gains[: len(LIMITS)] == LIMITS else "limits"
-        arguments = [Table(table), Known(0), Term("output->v", "real"), Term("output->w", "real")]
-        held = body.called(self.translator.function(within, arguments), arguments, "held")
-        half = self.constant(LIMITS[2], self.limits[2]).text
+        own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
+        limit = self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
+        arguments = [limit, Term("output->v", "real"), Term("output->w", "real")]
+        held = body.called(self.translator.function(within_limits, arguments), arguments, "held")
+        half = self.read(limit, "half_axle").text
         radius = self.constant("WHEEL_RADIUS m", self.radius).text
         for side, sign in (("right", "+"), ("left", "-")):
             body.say(f"output->wheel_{side} = ({held.name}[0] {sign} {half} * {held.name}[1]) / {radius};")
@@ -248,10 +272,10 @@ class _Writer:
                 continue
             value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(held.value)
             constants.append(f"static const {real} {name} = {value}; /* {comment(held.unit)} */")
-        places = ", ".join(f"{name} = {first}" for name, first in (self.how.work or {}).items())
+        places = ", ".join(f"{name} = {first}" for name, first in self.work.items() if name in used)
         starts = [
-            f"    state->{row.partition(' ')[0]} = {self.number.constant(float(value))};"
-            for row, value in zip(self.how.memory, self.memory, strict=True)
+            f"    state->{name} = {self.number.constant(float(value))};"
+            for (name, _), value in zip(self._fields(), self.memory, strict=True)
         ] or ["    state->nothing = 0;"]
         parts = [
             f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",
@@ -276,8 +300,8 @@ class _Writer:
             "torque_right": "N m: the right wheel's torque",
             "torque_left": "N m: the left wheel's torque",
         }
-        fields = [f"    {real} {f}; /* {_UNITS[f].format(ahead=f'{look_ahead:g}')} */" for f in inputs]
-        state = [f"    {real} {n}; /* {comment(u)} */" for n, _, u in (row.partition(" ") for row in self.how.memory)]
+        fields = [f"    {real} {f}; /* {_input_said(f, look_ahead)} */" for f in inputs]
+        state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
         state = state or ["    int nothing; /* this law remembers nothing */"]
         first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
         doc = f" by {self.how.sections}" if self.how.sections else ""
@@ -324,3 +348,48 @@ class _Writer:
             *guarded(name, declared),
         ]
         return "\n".join(text)
+
+
+def _lanes(law: type[EquationLaw], equation: Equation) -> dict[str, Lane]:
+    """The arguments of an equation that have columns."""
+    gains = gain_columns(giver(law, equation))
+    found: dict[str, type[Columns]] = {"robot": RobotColumns, "aim": AimColumns, "gain": gains}
+    found |= {"memory": law.remembers, "command": command_columns(law), "work": law.works}
+    return {name: Lane(name, of) for name, of in found.items()}
+
+
+def _leaves(of: type[Columns], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Column]]:
+    """All rows that are numbers, by the names that lead to them."""
+    for name, column in of.columns.items():
+        if column.of is not None:
+            yield from _leaves(column.of, (*path, name))
+        else:
+            yield (*path, name), column
+
+
+def _places(works: type[Columns]) -> dict[str, int]:
+    """What the numbers that a law works in are called, by where they begin, and last how many they are."""
+    found, row = {}, 0
+    for path, column in _leaves(works):
+        if column.rows:
+            found["_".join(path).upper()] = row
+        row += column.rows
+    return found | {"WORK": row} if found else {}
+
+
+def _field(path: tuple[str, ...]) -> str:
+    """What a number that is remembered is called: integral_v of v.integral."""
+    return "_".join(reversed(path))
+
+
+def _said(column: Column, between: str = ": ") -> str:
+    return column.unit + between + column.meaning if column.meaning else column.unit
+
+
+def _input_said(field: str, look_ahead: float) -> str:
+    """The unit and the meaning of an input."""
+    start, _, name = field.rpartition("_")
+    if start == "ahead":
+        column = AimColumns.columns[name]
+        return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit
+    return _said((AimColumns if start else RobotColumns).columns[name], ", ")

@@ -7,8 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from fuzzy.ccode.numbertype import Floating
+from fuzzy.compiled.columns import Columns
 
-ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = range(8)  # how tightly a text of C binds
+# How tightly a text of C binds, the tightest first
+ATOM = 0
+UNARY = 1
+PRODUCT = 2
+SUM = 3
+COMPARED = 4
+AND = 5
+OR = 6
+CHOICE = 7
 _BINDS = {ast.Mult: PRODUCT, ast.Div: PRODUCT, ast.Mod: PRODUCT, ast.Add: SUM, ast.Sub: SUM, ast.FloorDiv: PRODUCT}
 _SIGNS = {ast.Mult: "*", ast.Div: "/", ast.Add: "+", ast.Sub: "-", ast.FloorDiv: "/"}
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
@@ -47,6 +56,16 @@ class Table:
 
     name: str
     first: int = 0
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One lane of a class of columns, as the arguments of an equation are; ``name`` says which of them."""
+
+    name: str
+    of: type[Columns]
+    first: int = 0  # its first row
+    path: tuple[str, ...] = ()  # the names that lead to it, where it is within another
 
 
 class Arithmetic:

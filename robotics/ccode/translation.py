@@ -10,11 +10,13 @@ from typing import Any
 from robotics.ccode.body import Body
 from robotics.ccode.expressions import Array, Function
 from robotics.ccode.pythonsource import parsed, spoken
-from robotics.ccode.terms import Arithmetic, Known, Table, Term
+from robotics.ccode.terms import Arithmetic, Known, Lane, Table, Term
 
-_POINTERS = {"seen": "const {0}_input *input", "memory": "{0}_state *state", "command": "{0}_output *output"}
+_INPUT = "const {0}_input *input"
+_POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
+_POINTERS |= {"command": "{0}_output *output", "work": "{1} *work"}
 
-Reads = Callable[[Table, int], Any]
+Reads = Callable[[Any, Any], Any]
 Calls = Callable[[Any, str, Sequence[Any]], Any]
 
 
@@ -24,7 +26,7 @@ class Translator:
 
     prefix: str
     arithmetic: Arithmetic
-    read: Reads  # an entry of a table
+    read: Reads  # an entry of a table, or a column of a lane
     call: Calls  # functions that are not translated; NotImplemented: this one is
     constant: Callable[[str, float], Term]  # a number with a name: "NAME unit"
     done: dict[Any, Function] = field(default_factory=dict)
@@ -37,7 +39,7 @@ class Translator:
     def function(self, python: Any, arguments: Sequence[Any]) -> Function:
         """The function for these arguments: known ones are worked into it."""
         python = getattr(python, "py_func", python)
-        still = tuple(repr(a) if isinstance(a, (Known, Table)) else getattr(a, "size", "") for a in arguments)
+        still = tuple(repr(a) if isinstance(a, (Known, Table, Lane)) else getattr(a, "size", "") for a in arguments)
         key = (python, still)
         if key not in self.done:
             taken = {f.name for f in self.done.values()}
@@ -55,9 +57,9 @@ class Translator:
         parameters = []
         for argument, value in zip(tree.args.args, arguments, strict=True):
             name = spoken(argument.arg)
-            if isinstance(value, (Known, Table)):
+            if isinstance(value, (Known, Table, Lane)):
                 body.env[argument.arg] = value
-                if isinstance(value, Table) and (pointer := self.pointer(value)) and pointer not in parameters:
+                if not isinstance(value, Known) and (pointer := self.pointer(value)) and pointer not in parameters:
                     parameters.append(pointer)
             elif isinstance(value, Array):
                 body.env[argument.arg] = Array(name, value.size)
@@ -84,8 +86,6 @@ class Translator:
         said = [textwrap.fill(f"/* {' '.join(doc.split())} */", 116, subsequent_indent=" * ")] if doc else []
         return "\n".join([*said, head, *lines, "}", ""])
 
-    def pointer(self, table: Table) -> str:
+    def pointer(self, table: Table | Lane) -> str:
         """What a function takes for a table, if it is one of C."""
-        if table.name == "work":
-            return f"{self.real} *work"
-        return _POINTERS.get(table.name, "").format(self.prefix)
+        return _POINTERS.get(table.name, "").format(self.prefix, self.real)

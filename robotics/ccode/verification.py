@@ -46,7 +46,7 @@ int main(int count, char **names) {{
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveDifference:
     """How far the robots with the C are from those with the law here, over one scenario."""
 
     scenario: str
@@ -68,7 +68,7 @@ class VerifiedLaw:
         number: "double" or "float".
     """
 
-    drives: tuple[Drive, ...]
+    drives: tuple[DriveDifference, ...]
     compiler: str
     sanitized: bool
     number: str
@@ -206,7 +206,7 @@ def _check_robots(files: CLawFiles, scenario: Scenario) -> None:
             raise ExportError(f"{setting.name} drives other robots, or in another period, than the law was written for")
 
 
-def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]) -> Drive:
+def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]) -> DriveDifference:
     setting = scenario.setting
     apart = _apart(law, in_c, setting, seeds)
     steps, fine = in_c.kept["steps"], apart
@@ -215,7 +215,7 @@ def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]
     ):  # one encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
         robots = tuple(replace(robot, counts_per_turn=COUNTS) for robot in setting.robots)
         fine = _apart(law, in_c, replace(setting, robots=robots), seeds)
-    return Drive(scenario.name, seeds, apart, fine, in_c.kept["wheels"], steps)
+    return DriveDifference(scenario.name, seeds, apart, fine, in_c.kept["wheels"], steps)
 
 
 def _apart(law: Law[Any], in_c: InC, setting: Setting, seeds: tuple[int, ...]) -> float:

@@ -6,19 +6,18 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.shared import OneSeed, SavedRun
 
 
 def animate(
-    run: Annotated[
-        Path, typer.Argument(metavar="RUN.npz", help="A file that `robotics run ... --save` wrote.", show_default=False)
-    ],
+    run: SavedRun,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The file to write: .mp4, .gif or .html (a player).")
     ],
-    seed: Annotated[int | None, typer.Option(help="The seed to show, one of the run's. Default: the first.")] = None,
+    seed: OneSeed = None,
     start: Annotated[float | None, typer.Option("--from", metavar="S", help="Time at which to begin, s.")] = None,
     end: Annotated[float | None, typer.Option("--to", metavar="S", help="Time at which to end, s.")] = None,
     speed: Annotated[
@@ -48,7 +47,7 @@ def animate(
       robotics animate team.npz -o team.html
       robotics animate team.npz -o team.gif --speed 20
     """
-    from robotics.playback.animation import DPI, SLOWEST, AnimationError, check_animation, write_animation
+    from robotics.playback.animation import ANIMATION_DPI, SLOWEST, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run
 
     suffix = check_animation(out)
@@ -70,7 +69,14 @@ def animate(
         with progress_bar(quiet) as begin:
             progress = lambda frames: begin(f"drawing {out.name}", frames)  # noqa: E731
             done = write_animation(
-                result, out, seed, fps=fps, speed=speed, dpi=DPI if dpi is None else dpi, progress=progress, **span
+                result,
+                out,
+                seed,
+                fps=fps,
+                speed=speed,
+                dpi=ANIMATION_DPI if dpi is None else dpi,
+                progress=progress,
+                **span,
             )
         about |= done._asdict()
         size = f"robots drawn {done.enlarged:.1f} times their size" if done.enlarged > 1.05 else "robots to scale"

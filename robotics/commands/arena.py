@@ -11,10 +11,11 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import Json, Quiet, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, controller_list
-from robotics.commands.shared import Json, Quiet
+from robotics.commands.shared import Dask
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 FULL = "full"
 
 
+@renamed_options(jobs="--workers")
 def arena(
     file: Annotated[
         str, typer.Argument(metavar="[FILE.toml]", help="An arena's file; or a name.", autocompletion=arenas)
@@ -41,12 +43,10 @@ def arena(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/arena")
     ] = None,
-    jobs: Annotated[
+    workers: Annotated[
         int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core.")
     ] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
-    ] = None,
+    dask: Dask = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of an arena.")] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -62,13 +62,13 @@ def arena(
       robotics new law -o mylaw.py
       robotics arena demo --laws fuzzy,lyapunov,nmpc,mylaw.py:MyLaw --out out/mine
     """
-    if jobs is not None and dask is not None:
-        raise InputError("give --jobs or --dask, not both")
+    if workers is not None and dask is not None:
+        raise InputError("give --workers or --dask, not both")
     if full and file != "default":
         raise InputError(f"give --full or {file}, not both")
     from fuzzy.compiled.threads import processors
     from robotics.arena.description import load_arena, with_laws
-    from robotics.arena.running import Crew
+    from robotics.arena.running import ArenaWorkers
     from robotics.commands.compare import split_controllers
     from robotics.experiments import executors
     from robotics.report.arena import run_arena
@@ -88,10 +88,10 @@ def arena(
     try:
         with ExitStack() as stack:
             if dask is not None:
-                crew = Crew(stack.enter_context(executors.dask(dask)), apart=True)
+                crew = ArenaWorkers(stack.enter_context(executors.dask(dask)), apart=True)
             else:
                 preload = ["robotics.arena.work"]
-                crew = Crew(stack.enter_context(executors.processes(jobs or processors(), preload)))
+                crew = ArenaWorkers(stack.enter_context(executors.processes(workers or processors(), preload)))
             begin = stack.enter_context(progress_bar(quiet))
             outcome = run_arena(
                 plan, folder, crew=crew, fresh=fresh, begin=begin, told=told, command=shlex.join(command)

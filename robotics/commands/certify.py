@@ -1,21 +1,24 @@
 """The command ``robotics certify``: how fast and from where a tracking law provably converges."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fuzzy.shell.options import FieldOptions, Json, Shown
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import robots
-from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
     from robotics.experiments.certificate import Certificate, SectorModel
+    from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.scenario.robots import RobotModel
 
 
 def certify(
+    *,
     law: Annotated[
         str, typer.Option(help="lyapunov, or pdc: parallel compensation, whose own options are the next three.")
     ] = "lyapunov",
@@ -26,15 +29,23 @@ def certify(
         tuple[float, float], typer.Option(metavar="LOW HIGH", help="pdc: range of the rules' distances, m.")
     ] = (0.0, 10.0),
     alpha: Annotated[float, typer.Option(help="pdc: bound of the rules' |alpha|, rad.")] = 0.5,
-    kx: Annotated[float, typer.Option(help="Gain K_x, 1/s.")] = 1.0,
-    ky: Annotated[float, typer.Option(help="Gain K_y, 1/m².")] = 10.0,
-    kpsi: Annotated[float, typer.Option(help="Gain K_ψ, 1/m; with --form 2.31 in 1/s.")] = 5.0,
-    form: Annotated[str, typer.Option(help="Form of the law for ω: equation 2.31 or 2.32.")] = "2.32",
-    catch_up: Annotated[float, typer.Option(help="The law's catch_up, m/s; with 0 ω is exactly as printed.")] = 0.3,
+    gains: Annotated[
+        "Lyapunov",
+        FieldOptions(
+            "robotics.laws.tracking.lyapunov:Lyapunov",
+            *("kx", "ky", "kpsi", "form", "catch_up"),
+            kx=Shown(doc="Gain K_x, 1/s."),
+            ky=Shown(doc="Gain K_y, 1/m²."),
+            kpsi=Shown(doc="Gain K_ψ, 1/m; with --form 2.31 in 1/s."),
+            form=Shown(doc="Form of the law for ω: equation 2.31 or 2.32."),
+            catch_up=Shown(doc="The law's catch_up, m/s; with 0 ω is exactly as printed."),
+        ),
+    ],
     speed: Annotated[tuple[float, float], typer.Option(metavar="LOW HIGH", help="Range of v_r, m/s.")] = (0.2, 0.4),
-    reference_turn: Annotated[float, typer.Option(help="Bound of the reference's |ω_r|, rad/s.")] = 1.0,
-    turn: Annotated[float, typer.Option(help="Bound of the commanded |ω|, rad/s.")] = 5.74,
-    heading: Annotated[float, typer.Option(help="Bound of the heading error, rad.")] = 1.2,
+    bounds: Annotated[
+        "SectorModel",
+        FieldOptions("robotics.experiments.certificate:SectorModel", "reference_turn", "turn", "heading"),
+    ],
     decay: Annotated[
         float | None,
         typer.Option(help="Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest"),
@@ -58,7 +69,6 @@ def certify(
       robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
     from robotics.experiments import certificate as theory
-    from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.scenario.robots import load_robot
 
     if law not in ("lyapunov", "pdc"):
@@ -74,17 +84,8 @@ def certify(
         check_picture(plot)
     if speed[0] > speed[1]:
         raise theory.CertificateError(f"--speed: LOW must be at most HIGH; got {speed[0]:g} and {speed[1]:g} m/s")
-    if form not in ("2.31", "2.32"):
-        raise theory.CertificateError(f"--form must be 2.31 or 2.32; got {form!r}")
     machine = load_robot(robot)
-    model = theory.SectorModel(
-        law=Lyapunov(kx=kx, ky=ky, kpsi=kpsi, form=form, catch_up=catch_up),  # type: ignore[arg-type]
-        speed_low=speed[0],
-        speed_high=speed[1],
-        reference_turn=reference_turn,
-        turn=turn,
-        heading=heading,
-    )
+    model = replace(bounds, law=gains, speed_low=speed[0], speed_high=speed[1])
     found = theory.certify(model, decay)
     grid = model.grid(21)
     worst, trial = theory.worst_eigenvalue(grid, found.P), theory.try_out(found, seed=seed)
@@ -95,12 +96,10 @@ def certify(
         save_figure(plot_certificate(found, machine.robot, seed=seed), plot)
     x, y, psi = (float(width) for width in found.half_widths)
     report: dict[str, Any] = {
-        "law": {"kx": kx, "ky": ky, "kpsi": kpsi, "form": form, "catch_up": catch_up},
+        "law": {name: getattr(gains, name) for name in ("kx", "ky", "kpsi", "form", "catch_up")},
         "premises": {
             "speed": speed,
-            "reference_turn": reference_turn,
-            "turn": turn,
-            "heading": heading,
+            **{name: getattr(model, name) for name in ("reference_turn", "turn", "heading")},
         },
         "decay": found.decay,
         "fastest": found.fastest,
@@ -121,7 +120,7 @@ def certify(
     if json:
         print_json(report)
         return
-    print(f"law:    v = v_r cos ψ + {kx:g} x,  {turning(model)}")
+    print(f"law:    v = v_r cos ψ + {gains.kx:g} x,  {turning(model)}")
     print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
     print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
     print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import FAILED, print_json
-from robotics.commands.completion import controllers, scenarios
-from robotics.commands.shared import Json
+from robotics.commands.shared import ScenarioName, controller_option
 
 if TYPE_CHECKING:
     from robotics.experiments.inspection import Inspection
@@ -15,17 +15,9 @@ if TYPE_CHECKING:
 
 
 def check(
-    scenario: Annotated[
-        str, typer.Argument(help="A .toml file, or a scenario's name.", show_default=False, autocompletion=scenarios)
-    ],
+    scenario: ScenarioName,
     controller: Annotated[
-        str | None,
-        typer.Option(
-            "--controller",
-            "-c",
-            help="Who is to drive. Default: the scenario's own, or fuzzy.",
-            autocompletion=controllers,
-        ),
+        str | None, controller_option("Who is to drive. Default: the scenario's own, or fuzzy.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it to scale: .png, .pdf or .svg.")

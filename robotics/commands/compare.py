@@ -1,19 +1,19 @@
 """The command ``robotics compare``: every controller on every scenario, into tables, pictures and a report."""
 
 import shlex
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios
-from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings, print_outside, report_divergences
+from robotics.commands.shared import Laws, Metric, print_forewarnings, print_outside, report_divergences
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
 
@@ -22,14 +22,7 @@ if TYPE_CHECKING:
     from robotics.report.chapter import Front
     from robotics.report.study import MakeChapters
 
-
-class Suite(StrEnum):
-    """The scenarios that ``robotics compare`` runs when none are named."""
-
-    thesis = "thesis"
-    tracking = "tracking"
-    formation = "formation"
-    team = "team"
+Suite = Literal["thesis", "tracking", "formation", "team"]  # scenarios where none are named
 
 
 def compare(
@@ -42,7 +35,7 @@ def compare(
         typer.Option(
             help="Without names. thesis: the tracking scenarios and all claims of the thesis; or those of one kind."
         ),
-    ] = Suite.thesis,
+    ] = "thesis",
     controllers: Annotated[
         str | None,
         typer.Option(
@@ -50,10 +43,7 @@ def compare(
             autocompletion=controller_list,
         ),
     ] = None,
-    law: Annotated[
-        list[str] | None,
-        typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
-    ] = None,
+    law: Laws = None,
     metric: Metric = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
@@ -98,18 +88,18 @@ def compare(
     from robotics.scenario.reading import load_scenario, scenario_names
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
-    thesis = with_seeds(load_study("thesis"), seeds, seed) if not own and suite is Suite.thesis else None
+    thesis = with_seeds(load_study("thesis"), seeds, seed) if not own and suite == "thesis" else None
     if thesis is not None:
         settings, laws = list(thesis.settings), list(thesis.controllers)
     else:
-        kind = "tracking" if suite is Suite.thesis else suite.value
+        kind = "tracking" if suite == "thesis" else suite
         settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
         default = DEFAULT_CONTROLLERS[settings[0].kind]
         laws = [*(split_controllers(controllers) if controllers is not None else default), *(law or [])]
     judged = claims if claims is not None else thesis is not None
     command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
-    if suite is not Suite.thesis:
-        command.append(f"--suite={suite.value}")
+    if suite != "thesis":
+        command.append(f"--suite={suite}")
     if controllers is not None or law:
         command.append(f"--controllers={','.join(laws)}")
     command += [f"--metric={name}" for name in metric or []]

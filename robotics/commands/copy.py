@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import copies
-from robotics.commands.shared import Json
 
 
 def copy(

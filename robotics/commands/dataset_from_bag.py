@@ -2,17 +2,22 @@
 
 import shlex
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Distribution, Json, Quiet
+from robotics.commands.run_files import Distribution
+
+if TYPE_CHECKING:
+    from robotics.experiments.learning.drivedata import DriveRecipe
 
 
 def from_bag(
+    *,
     logs: Annotated[
         list[Path],
         typer.Argument(metavar="LOG...", help="Logs: rosbag2 folders, .mcap, .db3 or .bag files.", show_default=False),
@@ -22,32 +27,17 @@ def from_bag(
         list[str] | None,
         typer.Option("--robot", metavar="NAMESPACE", help="Whose drive: robot2; may be given again. Default: the one."),
     ] = None,
-    inputs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B,...",
-            help="Quantities that the rule base shall know (docs/quantities.md). Default: "
-            "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; "
-            "of the way driven x_err,y_err.",
-        ),
-    ] = None,
     check: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Keep every fourth stretch of 5 s for checking, here.")
     ] = None,
-    driven: Annotated[
-        bool, typer.Option("--driven", help="Take the way that was driven for what the robot was to follow.")
-    ] = False,
-    look_ahead: Annotated[
-        float, typer.Option(min=0.0, max=10.0, help="The target is so many seconds ahead, as of the law fuzzy.")
-    ] = 0.4,
-    period: Annotated[float, typer.Option(help="From row to row, s.")] = 0.05,
-    gap: Annotated[
-        float, typer.Option(help="A drive is cut where odometry, command or reference is missing for longer, s.")
-    ] = 0.5,
-    delay: Annotated[float, typer.Option(help="From a posture to the command that answers it, s.")] = 0.0,
-    whole: Annotated[
-        bool, typer.Option("--whole", help="Keep beginning and end of a drive, where nothing is commanded.")
-    ] = False,
+    recipe: Annotated[
+        "DriveRecipe",
+        FieldOptions(
+            "robotics.experiments.learning.drivedata:DriveRecipe",
+            *("inputs", "driven", "look_ahead", "period", "gap", "delay", "whole"),
+            inputs=Shown(metavar="A,B,..."),
+        ),
+    ],
     odom: Annotated[str, typer.Option(metavar="TOPIC", help="Odometry. Default: odom, or the only one.")] = "",
     cmd_vel: Annotated[str, typer.Option(metavar="TOPIC", help="Commands. Default: cmd_vel, or the only one.")] = "",
     reference: Annotated[
@@ -74,17 +64,14 @@ def from_bag(
     """
     import numpy as np
 
-    from robotics.experiments.learning.datacard import Column, write_card
-    from robotics.experiments.learning.drivedata import OUTPUTS, DriveRecipe, drive_data, drive_facts
+    from robotics.experiments.learning.datacard import CardColumn, write_card
+    from robotics.experiments.learning.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
     from robotics.experiments.learning.formationdata import write_data
     from robotics.logs.drive import read_drive
 
     check_target(out, ".csv")
     if check is not None:
         check_target(check, ".csv")
-    wanted = tuple(part.strip() for part in (inputs or "").split(",") if part.strip())
-    timing = {"period": period, "gap": gap, "delay": delay, "look_ahead": look_ahead}
-    recipe = DriveRecipe(inputs=wanted, driven=driven, whole=whole, **timing)
     topics = {"odometry": odom, "commands": cmd_vel, "reference": reference, "path": path, "distribution": ros}
     with progress_bar(quiet) as begin:
         jobs = [(log, name) for log in logs for name in robot or [""]]
@@ -97,7 +84,7 @@ def from_bag(
     everything = np.ones(len(table.values), dtype=bool)
     parts = {out: everything} if check is None else {out: ~table.for_checking, check: table.for_checking}
     columns = [
-        Column(name, unit, meaning, name in OUTPUTS and k >= len(table.inputs))
+        CardColumn(name, unit, meaning, name in DRIVE_OUTPUTS and k >= len(table.inputs))
         for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
     ]
     facts = drive_facts(drives, recipe, table, _command(logs, robot or []))
@@ -107,10 +94,10 @@ def from_bag(
         card = write_card(file, facts, columns, table.values[which])
         files[str(file)] = {"rows": len(table.values[which]), "card": str(card)}
     if json:
-        print_json({"files": files, "inputs": table.inputs, "outputs": OUTPUTS, "followed": table.followed})
+        print_json({"files": files, "inputs": table.inputs, "outputs": DRIVE_OUTPUTS, "followed": table.followed})
         return
     for name, about in files.items():
-        print(f"{name}: {about['rows']} rows, inputs {', '.join(table.inputs)}, outputs {', '.join(OUTPUTS)}")
+        print(f"{name}: {about['rows']} rows, inputs {', '.join(table.inputs)}, outputs {', '.join(DRIVE_OUTPUTS)}")
     print(f"Followed: {table.followed}")
 
 

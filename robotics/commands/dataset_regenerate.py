@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json
 
 
 def regenerate(

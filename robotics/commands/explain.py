@@ -1,26 +1,24 @@
 """The command ``robotics explain``: which rules decided what a robot did in a saved run."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json
+from robotics.commands.shared import OneSeed, SavedRun
 
 
 def explain(
-    run: Annotated[
-        Path, typer.Argument(metavar="RUN.npz", help="A file that `robotics run ... --save` wrote.", show_default=False)
-    ],
+    run: SavedRun,
     robot: Annotated[int, typer.Option(help="The robot, from 1.")] = 1,
     time: Annotated[float | None, typer.Option(metavar="S", help="The time to explain, s.")] = None,
     start: Annotated[
         float | None, typer.Option("--from", metavar="S", help="In place of --time: list the rules from here on, s.")
     ] = None,
     end: Annotated[float | None, typer.Option("--to", metavar="S", help="Up to this time, s.")] = None,
-    seed: Annotated[int | None, typer.Option(help="One of the run's seeds. Default: the first.")] = None,
+    seed: OneSeed = None,
     json: Json = False,
 ) -> None:
     """Explain what a robot did at one time, and which rules of its law decided; or list the strongest rules of a span.

@@ -1,25 +1,19 @@
 """The command ``robotics export c``: a law's control step as C99 for a robot, and the proof that it is the same."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
-from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
     from robotics.ccode.verification import VerifiedLaw
     from robotics.ccode.writing import CLawFiles
 
-
-class Number(StrEnum):
-    """The types of numbers."""
-
-    double = "double"
-    float = "float"
+Number = Literal["double", "float"]  # the types of numbers
 
 
 def c(
@@ -32,7 +26,7 @@ def c(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where NAME.h and NAME.c are written.")],
-    number: Annotated[Number, typer.Option(help="Numbers of the C: double or float.")] = Number.double,
+    number: Annotated[Number, typer.Option(help="Numbers of the C: double or float.")] = "double",
     name: Annotated[str, typer.Option(help="The files' name and the functions' prefix; the law's by default.")] = "",
     scenario: Annotated[
         str,
@@ -65,7 +59,7 @@ def c(
     from robotics.scenario.reading import load_scenario
 
     read = load_scenario(scenario)
-    files = write_c_law(controller, read, out, number.value, name=name)
+    files = write_c_law(controller, read, out, number, name=name)
     proof = verify_c_law(files, [read]) if verify else None
     if json:
         print_json(_report(files, proof))

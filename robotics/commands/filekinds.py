@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robotics.tables.keys import Table
+from robotics.tables.keys import KeyTable
 
 
 @dataclass(frozen=True)
@@ -15,13 +15,13 @@ class FileKind:
     """One kind of file. What it needs is imported by its functions, when they are called."""
 
     title: str
-    table: Callable[[], Table]
+    table: Callable[[], KeyTable]
     read: Callable[[str], Any]  # of a file's text; raises an InputError for one that cannot be read
     values: Mapping[str, Mapping[str, Any]]  # to begin with, as the file has them, by --kind; the first is the default
     use: str  # the command that uses a file, with FILE for its name
 
 
-def _scenario_table() -> Table:
+def _scenario_table() -> KeyTable:
     from robotics.scenario.keys import scenario_table
 
     return scenario_table()
@@ -33,7 +33,7 @@ def _read_scenario(text: str) -> Any:
     return parse_scenario(text, "new")
 
 
-def _robot_table() -> Table:
+def _robot_table() -> KeyTable:
     from robotics.scenario.keys import robot_file_table
 
     return robot_file_table()
@@ -45,7 +45,7 @@ def _read_robot(text: str) -> Any:
     return parse_robot(text, "new")
 
 
-def _sweep_table() -> Table:
+def _sweep_table() -> KeyTable:
     from robotics.experiments.sweeps.keys import sweep_table
 
     return sweep_table()
@@ -58,7 +58,7 @@ def _read_sweep(text: str) -> Any:
     return plan_sweep(parse_sweep(text, "new"))
 
 
-def _study_table() -> Table:
+def _study_table() -> KeyTable:
     from robotics.report.keys import study_table
 
     return study_table()
@@ -70,7 +70,7 @@ def _read_study(text: str) -> Any:
     return parse_study(text, "new")
 
 
-def _tuning_table() -> Table:
+def _tuning_table() -> KeyTable:
     from robotics.tuning.file import tuning_table
 
     return tuning_table()
@@ -195,7 +195,7 @@ KINDS: dict[str, FileKind] = {
         _tuning_table,
         _read_tuning,
         {"tuning": _TUNING},
-        "robotics tune fuzzy --scenarios lyapunov-sine --space FILE",
+        "robotics tune fuzzy lyapunov-sine --space FILE",
     ),
     "study": FileKind("a study", _study_table, _read_study, {"study": _STUDY}, "robotics study FILE"),
 }

@@ -5,25 +5,30 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from anfis.methods.catalogue import METHODS
 from fuzzy.commands.datafile import SkipBad
 from fuzzy.files.atomic import check_folder, check_target
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import scenarios
-from robotics.commands.shared import Jobs, Json, Quiet
+from robotics.commands.shared import Workers
+
+if TYPE_CHECKING:
+    from anfis import Options
 
 PAYS = 4  # networks: more of them are learnt in several processes, which take seconds to start
 
 DRIVES = ("formation-behind", "formation-ahead")  # of a leader and its followers, from datasets/README.md
 
 
+@renamed_options(jobs="--workers")
 def formation(
+    *,
     data: Annotated[
         Path, typer.Argument(metavar="DATA.csv", help='Formation data below a header of names, "v_l" or "v_l [m/s]".')
     ],
@@ -36,8 +41,10 @@ def formation(
     rules: Annotated[
         int, typer.Option(min=1, help="Wanted number of rules; the nearest that a setting gives is taken.")
     ] = 8,
-    method: Annotated[str, typer.Option(help=f"Method of learning: {', '.join(METHODS)}.")] = "hybrid",
-    epochs: Annotated[int, typer.Option(min=0, help="Number of epochs of learning.")] = 60,
+    options: Annotated[
+        "Options",
+        FieldOptions("anfis.methods.options:Options", "method", "epochs", epochs=Shown(default=60)),
+    ],
     report: Annotated[
         Path | None,
         typer.Option(metavar="PAGE.html", help="Write a page about data, networks and how they drive: one file."),
@@ -54,7 +61,7 @@ def formation(
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds of each drive, from 0 on.")] = 1,
-    jobs: Jobs = None,
+    workers: Workers = None,
     skip_bad: SkipBad = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -70,7 +77,6 @@ def formation(
     """
     from threadpoolctl import threadpool_limits
 
-    from anfis import Options
     from fuzzy.files.table import BadRowsError
     from robotics.experiments.learning.formationlearning import (
         FormationLearningError,
@@ -82,7 +88,6 @@ def formation(
     )
     from robotics.scenario.reading import load_scenario
 
-    options = Options(method=method, epochs=epochs)
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
     check_folder(out)
@@ -101,8 +106,8 @@ def formation(
             print(read.omission, file=sys.stderr)
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
         outputs = outputs_of(names)
-        advance = begin("learning", steps(epochs, len(outputs)))
-        count = jobs or (min(os.cpu_count() or 1, len(outputs)) if len(outputs) > PAYS else 1)
+        advance = begin("learning", steps(options.epochs, len(outputs)))
+        count = workers or (min(os.cpu_count() or 1, len(outputs)) if len(outputs) > PAYS else 1)
         networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance, jobs=count)
         write_networks(networks, out, data.name)
         if report is not None:
@@ -119,7 +124,7 @@ def formation(
                 runs=drive_networks(out, scenarios, range(seeds), begin),
                 title=title,
                 folder=str(out),
-                command=_command(data, check, out, rules, method, epochs, report, title, drive, seeds, skip_bad),
+                command=_command(data, check, out, rules, options, report, title, drive, seeds, skip_bad),
                 begin=begin,
             )
     rows = []
@@ -145,7 +150,7 @@ def formation(
         )
     if json:
         print_json(
-            {"method": method, "skipped": sum(skipped), "networks": rows}
+            {"method": options.method, "skipped": sum(skipped), "networks": rows}
             | ({} if report is None else {"report": str(report)})
         )
         return
@@ -166,8 +171,7 @@ def _command(
     check: Path | None,
     out: Path,
     rules: int,
-    method: str,
-    epochs: int,
+    options: "Options",
     report: Path,
     title: str | None,
     drive: Sequence[str] | None,
@@ -176,7 +180,7 @@ def _command(
 ) -> str:
     """The command line that makes the same page."""
     words = ["robotics", "learn", "formation", str(data), *(["--check", str(check)] if check else []), "-o", str(out)]
-    words += [f"--rules={rules}", f"--method={method}", f"--epochs={epochs}", f"--report={report}"]
+    words += [f"--rules={rules}", f"--method={options.method}", f"--epochs={options.epochs}", f"--report={report}"]
     words += [*([f"--title={title}"] if title is not None else []), *(f"--drive={name}" for name in drive or [])]
     words += ["--skip-bad"] if skip_bad else []
     return shlex.join([*words, f"--seeds={seeds}"])

@@ -1,23 +1,26 @@
 """The command ``robotics learn rules``: a rule base that does what another law does."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 from robotics.commands.repeat import Stress
-from robotics.commands.shared import Json, Quiet, number_cell
+from robotics.commands.shared import number_cell
 
 if TYPE_CHECKING:
     from robotics.experiments.learning.courses import Course
+    from robotics.experiments.learning.lesson import ImitationPlan
 
 
 def rules_(
+    *,
     teacher: Annotated[
         str,
         typer.Option(
@@ -40,29 +43,21 @@ def rules_(
     robots: Annotated[
         int | None, typer.Option(min=1, max=200, help="Robots of random scenarios. Default: crossing: 3, obstacles: 1.")
     ] = None,
-    inputs: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Inputs: quantities of docs/quantities.md.")
-    ] = "x_err,y_err,heading_err,target_v,target_w",
-    outputs: Annotated[str, typer.Option(metavar="NAME,...", help="Outputs: v, w, or speed for at most.")] = "v,w",
-    into: Annotated[
-        str, typer.Option(metavar="LAW:GAIN", help="The law that flies the rule base, and its gain that names it.")
-    ] = "fuzzy:rule_base",
-    rules: Annotated[int, typer.Option(min=1, max=30, help="Number of rules.")] = 12,
-    rounds: Annotated[
-        int, typer.Option(min=0, max=20, help="Rounds in which the learner drives and the teacher corrects it.")
-    ] = 3,
+    lesson: Annotated[
+        "Callable[..., ImitationPlan]",
+        FieldOptions(
+            "robotics.experiments.learning.lesson:ImitationPlan",
+            *("inputs", "outputs", "into", "rules", "rounds", "disturbance"),
+            later=True,
+            inputs=Shown(default=("x_err", "y_err", "heading_err", "target_v", "target_w"), metavar="NAME,..."),
+            outputs=Shown(metavar="NAME,..."),
+            into=Shown(metavar="LAW:GAIN"),
+        ),
+    ],
     epochs: Annotated[int, typer.Option(min=0, help="Epochs of hybrid learning in each round.")] = 30,
     seeds: Annotated[int, typer.Option(min=2, help="Runs of each scenario; every fourth is kept for checking.")] = 12,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     unseen: Annotated[int, typer.Option(min=1, help="Seeds after these, on which both laws fly at the end.")] = 10,
-    disturbance: Annotated[
-        float,
-        typer.Option(
-            min=0.0,
-            max=10.0,
-            help="Disturbance of every second run; 1: starts 0.2 m and 0.3 rad off, pushes of 0.05 m/s and 0.3 rad/s.",
-        ),
-    ] = 1.0,
     data: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Save the samples, with names and units in the header.")
     ] = None,
@@ -82,38 +77,32 @@ def rules_(
     from anfis import Options
     from fuzzy.files.table import write_table
     from robotics.experiments.learning.imitation import flights, imitate, steps, write_rule_base
-    from robotics.experiments.learning.lesson import RIDGE, Lesson
+    from robotics.experiments.learning.lesson import RIDGE
 
     check_target(out)
     if data is not None:
         check_target(data)
-    lesson = Lesson(
+    plan = lesson(
         teacher=teacher,
         courses=_courses(scenario or [], stress or [], robots),
-        inputs=_names(inputs),
-        outputs=_names(outputs),
-        into=into,
         seeds=tuple(range(seed, seed + seeds)),
-        rules=rules,
-        rounds=rounds,
-        disturbance=disturbance,
         options=Options(epochs=epochs, ridge=RIDGE),
     )
-    lesson.check_file(out)
+    plan.check_file(out)
     with progress_bar(quiet) as begin:
-        found = imitate(lesson, begin("learning", steps(lesson)))
+        found = imitate(plan, begin("learning", steps(plan)))
     write_rule_base(found, out)
     if data is not None:
         write_table(data, *found.table())
     with progress_bar(quiet) as begin:
         after = range(seed + seeds, seed + seeds + unseen)
-        flown = flights(lesson, out, after, begin("flying unseen seeds", 2 * len(lesson.courses)))
+        flown = flights(plan, out, after, begin("flying unseen seeds", 2 * len(plan.courses)))
     if json:
         rows = [row.told() for row in found.rounds]
         print_json(
             {
                 "file": str(out),
-                "rules": rules,
+                "rules": plan.rules,
                 "rounds": rows,
                 "taken": found.best,
                 "seeds": list(after),
@@ -128,11 +117,7 @@ def rules_(
         print(f"\n{course:48} {'teacher':>12} {'learnt':>12}")
         for name, value in laws["teacher"].items():
             print(f"{name:48} {number_cell(value):>12} {number_cell(laws['learnt'][name]):>12}")
-    print(f"\nIt flies as --controller {lesson.controller(out)}")
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(filter(None, (part.strip() for part in text.split(","))))
+    print(f"\nIt flies as --controller {plan.controller(out)}")
 
 
 def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["Course", ...]:

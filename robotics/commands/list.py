@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
     from fuzzy.system import Variable

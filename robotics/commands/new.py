@@ -9,10 +9,10 @@ from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from robotics.commands.filekinds import KINDS
 from robotics.commands.scenario import file_kind
-from robotics.commands.shared import Json
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 
 

@@ -8,8 +8,9 @@ import typer
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import Json
+from robotics.commands.shared import OneSeed
 
 
 class Kind(NamedTuple):
@@ -64,7 +65,7 @@ def plot(
             autocompletion=_kinds,
         ),
     ] = "run",
-    seed: Annotated[int | None, typer.Option(help="The seed to show, one of the run's. Default: the first.")] = None,
+    seed: OneSeed = None,
     robot: Annotated[
         int | None, typer.Option(help="The robot, from 1; for errors, velocities, rules (default: 1) and sonar (all).")
     ] = None,

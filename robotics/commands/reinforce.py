@@ -7,10 +7,10 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, scenarios
-from robotics.commands.shared import Json, Quiet
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.files.atomic import check_target
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import robots
-from robotics.commands.shared import Json, number_cell
+from robotics.commands.shared import number_cell
 
 if TYPE_CHECKING:
     from robotics.scenario.robots import RobotModel

@@ -5,56 +5,31 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import (
-    Distribution,
-    Events,
-    Json,
+    Files,
     Law,
-    Layout,
-    Mcap,
     Metric,
-    Player,
-    Plot,
-    Quiet,
-    Rosbag,
-    Save,
-    Storage,
-    Table,
+    ScenarioName,
     chosen_controller,
+    controller_option,
     print_forewarnings,
     print_run,
 )
 
 
 def run_(
-    scenario: Annotated[
-        str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False, autocompletion=scenarios)
-    ],
+    *,
+    scenario: ScenarioName,
     controller: Annotated[
-        str | None,
-        typer.Option(
-            "--controller",
-            "-c",
-            help="Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy.",
-            autocompletion=controllers,
-        ),
+        str | None, controller_option("Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy.")
     ] = None,
     law: Law = None,
     metric: Metric = None,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 1,
-    plot: Plot = None,
-    save: Save = None,
-    table: Table = None,
-    events: Events = None,
-    player: Player = False,
-    mcap: Mcap = None,
-    rosbag: Rosbag = None,
-    layout: Layout = None,
-    storage: Storage = "mcap",
-    ros: Distribution = "jazzy",
+    files: Files,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -65,7 +40,6 @@ def run_(
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
     """
-    from robotics.commands.run_files import RunFiles
     from robotics.experiments.forewarnings import forewarnings
     from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
@@ -79,8 +53,6 @@ def run_(
     setting = load_scenario(scenario)
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
     driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
-    logs: dict[str, Any] = {"mcap": mcap, "rosbag": rosbag, "layout": layout, "storage": storage, "distribution": ros}
-    files = RunFiles(save=save, table=table, events=events, plot=plot, player=player, **logs)
     files.check_logs(range(seed, seed + seeds))
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
     print_forewarnings(forewarnings(setting.setting, driver, controller))

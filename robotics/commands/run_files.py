@@ -4,18 +4,26 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from fuzzy.files.atomic import check_folder, check_target
-from fuzzy.files.table import write_frame
-from robotics.logs.layout import write_layout
-from robotics.logs.typestore import check_distribution
-from robotics.logs.writing import check_mcap, check_rosbag, check_storage, seed_files, write_mcap, write_rosbag
-from robotics.playback.player import write_player
-from robotics.simulation.mode_changes import mode_change_table
-from robotics.simulation.run import Run
+from robotics.commands.completion import distributions, storages
+
+if TYPE_CHECKING:
+    from robotics.simulation.run import Run
 
 MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
+
+Distribution = Annotated[
+    str,
+    typer.Option(
+        "--ros",
+        help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
+        autocompletion=distributions,
+    ),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,16 +31,33 @@ class RunFiles:
     """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong
     ending and a place where no file can be written."""
 
-    save: Path | None = None  # .npz, without loss
-    table: Path | None = None  # .csv, every sample
-    events: Path | None = None  # .csv, who avoided, yielded or timed out, and when
-    plot: Path | None = None  # .png, .pdf or .svg, of the first seed
-    player: bool = False  # <scenario>-seed-<first seed>.html in the folder in which one is
-    mcap: Path | None = None  # .mcap, of each seed
-    rosbag: Path | None = None  # a new folder, of each seed
-    layout: Path | None = None  # .json, for Foxglove
-    storage: str = "mcap"  # of the rosbag
-    distribution: str = "jazzy"  # of ROS 2, for both logs
+    plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")] = None
+    save: Annotated[Path | None, typer.Option(metavar="FILE.npz", help="Save the run without loss.")] = None
+    table: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Save every sample as CSV.")] = None
+    events: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when.")
+    ] = None
+    player: Annotated[
+        bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
+    ] = False
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.mcap",
+            help="Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.",
+        ),
+    ] = None
+    rosbag: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Log the run as a rosbag2 folder; of several seeds one each."),
+    ] = None
+    layout: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write a Foxglove layout for the log.")] = (
+        None
+    )
+    storage: Annotated[
+        str, typer.Option(help="Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages)
+    ] = "mcap"
+    distribution: Distribution = "jazzy"
 
     def __post_init__(self) -> None:
         if self.plot is not None:
@@ -47,6 +72,9 @@ class RunFiles:
         if self.layout is not None:
             check_target(self.layout, ".json")
         if self.logged:
+            from robotics.logs.typestore import check_distribution
+            from robotics.logs.writing import check_storage
+
             check_distribution(self.distribution)
             check_storage(self.storage)
 
@@ -57,6 +85,8 @@ class RunFiles:
 
     def check_logs(self, seeds: Sequence[int]) -> None:
         """See, before the run, that the logs of these seeds can be written. Raises LogError or TargetError."""
+        from robotics.logs.writing import check_mcap, check_rosbag
+
         for path in self._logs(self.mcap, seeds).values():
             check_mcap(path)
         for path in self._logs(self.rosbag, seeds).values():
@@ -78,11 +108,15 @@ class RunFiles:
             return False
         return wanted
 
-    def write(self, run: Run, begin: Callable[[str, int], Callable[[], None]] | None = None) -> Path | None:
+    def write(self, run: "Run", begin: Callable[[str, int], Callable[[], None]] | None = None) -> Path | None:
         """Write ``run`` to all of the files; return the page that plays it, if there is one. Raises OSError.
 
         ``begin`` starts a bar of a progress display, by its text and total.
         """
+        from fuzzy.files.table import write_frame
+        from robotics.playback.player import write_player
+        from robotics.simulation.mode_changes import mode_change_table
+
         if self.save is not None:
             run.save(self.save)
         if self.table is not None:
@@ -103,10 +137,15 @@ class RunFiles:
 
     @staticmethod
     def _logs(path: Path | None, seeds: Sequence[int]) -> dict[int, Path]:
+        from robotics.logs.writing import seed_files
+
         return {} if path is None else seed_files(path, seeds)
 
-    def _write_logs(self, run: Run, begin: Callable[[str, int], Callable[[], None]] | None) -> None:
+    def _write_logs(self, run: "Run", begin: Callable[[str, int], Callable[[], None]] | None) -> None:
         """Write the logs of all seeds, and the layout."""
+        from robotics.logs.layout import write_layout
+        from robotics.logs.writing import write_mcap, write_rosbag
+
         logs: list[tuple[Any, Path | None, dict[str, Any]]] = [
             (write_mcap, self.mcap, {}),
             (write_rosbag, self.rosbag, {"storage": self.storage}),

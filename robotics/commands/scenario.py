@@ -8,12 +8,12 @@ import typer
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from robotics.commands.filekinds import KINDS, FileKind
-from robotics.commands.shared import Json
 
 if TYPE_CHECKING:
-    from robotics.tables.keys import Placed, Table
+    from robotics.tables.keys import KeyTable, Placed
 
 
 def _kinds(incomplete: str) -> list[str]:
@@ -102,7 +102,7 @@ def _print_one(p: "Placed") -> None:
         print(f"  example   {header + ' ' if header else ''}{shape}{example_line(key)}")
 
 
-def _print_tables(table: "Table", found: list["Placed"], whole: bool) -> None:
+def _print_tables(table: "KeyTable", found: list["Placed"], whole: bool) -> None:
     """Print keys in groups, one for each table; a table that stands in several places is printed in the first."""
     from rich.console import Console
     from rich.table import Table as Grid
@@ -132,7 +132,7 @@ def _print_tables(table: "Table", found: list["Placed"], whole: bool) -> None:
         print("\n".join(line.rstrip() for line in text.get().splitlines()))
 
 
-def _tables_by_header(table: "Table") -> dict[str, str]:
+def _tables_by_header(table: "KeyTable") -> dict[str, str]:
     """The names of tables by their headers, such as "[[robots]]"."""
     from robotics.tables.keys import walk
 

@@ -10,13 +10,16 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import FieldOptions, Shown
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
-from robotics.commands.completion import distributions, metrics, storages
+from robotics.commands.completion import controllers, metrics, scenarios
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
+    from robotics.commands.run_files import RunFiles
     from robotics.experiments.stress.crew import Stressed
+    from robotics.experiments.stress.disturbance import Disturbance
     from robotics.measures.tracking import Metric as Measured
     from robotics.simulation.run import Run
 
@@ -24,17 +27,19 @@ UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for con
 _COLUMNS = 6  # robots that get a column each
 _SHOWN = 5  # runs whose first contact is named
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
-Jobs = Annotated[
+Workers = Annotated[
     int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core, if it pays.")
 ]
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")]
-Save = Annotated[Path | None, typer.Option("--save", metavar="FILE.npz", help="Save the run without loss.")]
-Table = Annotated[Path | None, typer.Option("--table", metavar="FILE.csv", help="Save every sample as CSV.")]
-Events = Annotated[
-    Path | None,
-    typer.Option("--events", metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when."),
+ScenarioName = Annotated[
+    str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False, autocompletion=scenarios)
+]
+SavedRun = Annotated[
+    Path, typer.Argument(metavar="RUN.npz", help="A file that `robotics run ... --save` wrote.", show_default=False)
+]
+OneSeed = Annotated[int | None, typer.Option(help="One of the run's seeds. Default: the first.")]
+Laws = Annotated[
+    list[str] | None,
+    typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
 ]
 Law = Annotated[
     str | None,
@@ -45,42 +50,27 @@ Metric = Annotated[
     typer.Option(
         "--metric",
         metavar="FILE.py:NAME",
-        help="A metric of your own besides: mymetric.py:comfort.",
+        help="Also measure your own metric, mymetric.py:comfort.",
         autocompletion=metrics,
     ),
 ]
-Mcap = Annotated[
-    Path | None,
-    typer.Option(
-        "--mcap",
-        metavar="FILE.mcap",
-        help="Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.",
+Dask = Annotated[
+    str | None,
+    typer.Option("--dask", metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786."),
+]
+Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles")]
+Wrong = Annotated[
+    "Disturbance",
+    FieldOptions(
+        "robotics.experiments.stress.disturbance:Disturbance",
+        freeze=Shown(doc="Stop one robot for this many seconds."),
     ),
 ]
-Rosbag = Annotated[
-    Path | None,
-    typer.Option("--rosbag", metavar="FOLDER", help="Log the run as a rosbag2 folder; of several seeds one each."),
-]
-Layout = Annotated[
-    Path | None, typer.Option("--layout", metavar="FILE.json", help="Write a Foxglove layout for the log.")
-]
-Storage = Annotated[
-    str,
-    typer.Option(
-        "--storage", help="Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages
-    ),
-]
-Distribution = Annotated[
-    str,
-    typer.Option(
-        "--ros",
-        help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
-        autocompletion=distributions,
-    ),
-]
-Player = Annotated[
-    bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
-]
+
+
+def controller_option(sentence: str) -> Any:
+    """The option that names the controller."""
+    return typer.Option("--controller", "-c", help=sentence, autocompletion=controllers)
 
 
 def chosen_controller(controller: str | None, law: str | None) -> str | None:

@@ -1,70 +1,55 @@
 """The command ``robotics stress obstacles``: thousands of random courses among unknown obstacles."""
 
-from enum import StrEnum
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
+from fuzzy.shell.options import Json, Quiet, renamed_options
 from fuzzy.shell.progress import progress_bar
-from robotics.commands.completion import controllers
-from robotics.commands.shared import Jobs, Json, Law, Quiet, chosen_controller, print_forewarnings, print_stressed
+from robotics.commands.shared import (
+    Law,
+    Workers,
+    Wrong,
+    chosen_controller,
+    controller_option,
+    print_forewarnings,
+    print_stressed,
+)
+
+Field = Literal["A", "B", "U"]  # the class of a course: what stands on it
+Team = Literal["1", "3"]  # the number of robots on a course
+Side = Literal["beside", "crossing"]  # how the lanes of several robots lie to each other
 
 
-class Field(StrEnum):
-    """The class of a course: what stands on it."""
-
-    A = "A"
-    B = "B"
-    U = "U"
-
-
-class Team(StrEnum):
-    """The number of robots on a course."""
-
-    one = "1"
-    three = "3"
-
-
-class Side(StrEnum):
-    """How the lanes of several robots lie to each other."""
-
-    beside = "beside"
-    crossing = "crossing"
-
-
+@renamed_options(jobs="--workers")
 def obstacles(
+    *,
     runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random courses.")] = 1000,
     field: Annotated[
         Field, typer.Option("--class", help="A: gaps of 0.7 m; B: obstacles may overlap; U: a trap.")
-    ] = Field.A,
-    robots: Annotated[Team, typer.Option(help="Number of robots, each on a lane.")] = Team.one,
+    ] = "A",
+    robots: Annotated[Team, typer.Option(help="Number of robots, each on a lane.")] = "1",
     lanes: Annotated[
         Side, typer.Option(help="beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
-    ] = Side.beside,
+    ] = "beside",
     controller: Annotated[
-        str | None,
-        typer.Option(
-            help="Controller: committed (default), literal, or one that `robotics list` names.",
-            autocompletion=controllers,
-        ),
+        str | None, controller_option("Controller: committed (default), literal, or one that `robotics list` names.")
     ] = None,
     law: Law = None,
     seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
-    loss: Annotated[float, typer.Option(min=0, max=0.95, help="Share of the messages that are lost.")] = 0.0,
-    latency: Annotated[float, typer.Option(min=0, max=10, help="Latency of the messages, s.")] = 0.0,
-    freeze: Annotated[float, typer.Option(min=0.0, max=600.0, help="Seconds for which one robot is held up.")] = 0.0,
+    disturbance: Wrong,
     moving: Annotated[
         int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes, at 0.2 m/s at most.")
     ] = 0,
-    jobs: Jobs = None,
+    workers: Workers = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Simulate random courses among obstacles that the robots only sense: who arrives, and who touches what.
 
     The plant is the full one, sonars and postures are noisy. A course depends on its seed alone, so that `robotics
-    repeat obstacles --seed N` with the same options repeats one. The number of processes changes no number.
+    repeat obstacles --seed N` with the same options repeats one. The number of workers changes no number.
 
     \b
     Example:
@@ -72,7 +57,6 @@ def obstacles(
     """
     from robotics.experiments.forewarnings import blind
     from robotics.experiments.stress.crew import in_chunks
-    from robotics.experiments.stress.disturbance import Disturbance
     from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
     from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
@@ -80,14 +64,13 @@ def obstacles(
     controller = chosen_controller(controller, law) or "committed"
     name = ALIASES["obstacles"].get(controller, controller)
     driver = make_controller(name)
-    count = int(robots.value)
-    print_forewarnings(blind(obstacle_ensemble([seed], field.value, count, lanes=lanes.value), driver, controller))
-    wrong = Disturbance(loss=loss, latency=latency, freeze=freeze)
+    count = int(robots)
+    print_forewarnings(blind(obstacle_ensemble([seed], field, count, lanes=lanes), driver, controller))
     with progress_bar(quiet) as begin:
-        stress = partial(
-            stress_obstacles, name, kind=field.value, robots=count, disturbance=wrong, moving=moving, lanes=lanes.value
-        )
-        stressed = in_chunks(stress, count, range(seed, seed + runs), jobs=jobs, begin=begin)
-    about: dict[str, Any] = {"controller": controller, "class": field.value, "robots": count, "lanes": lanes.value}
-    about |= {"first_seed": seed, "loss": loss, "latency_s": latency, "freeze_s": freeze, "moving": moving}
+        course: dict[str, Any] = {"kind": field, "moving": moving, "lanes": lanes}
+        stress = partial(stress_obstacles, name, robots=count, disturbance=disturbance, **course)
+        stressed = in_chunks(stress, count, range(seed, seed + runs), jobs=workers, begin=begin)
+    about: dict[str, Any] = {"controller": controller, "class": field, "robots": count, "lanes": lanes}
+    wrong = {"loss": disturbance.loss, "latency_s": disturbance.latency, "freeze_s": disturbance.freeze}
+    about |= {"first_seed": seed, **wrong, "moving": moving}
     print_stressed(about, stressed, json)

@@ -7,14 +7,16 @@ from typing import Annotated
 import typer
 
 from fuzzy.files.atomic import check_folder
+from fuzzy.shell.options import Json, Quiet, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
-from robotics.commands.shared import Json, Quiet, print_forewarnings, print_outside
+from robotics.commands.shared import print_forewarnings, print_outside
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.experiments.versions import versions
 
 
+@renamed_options(jobs="--workers")
 def study(
     name: Annotated[
         str, typer.Argument(metavar="STUDY.toml", help="A study's file; or a name: thesis.", autocompletion=studies)
@@ -26,7 +28,7 @@ def study(
     seeds: Annotated[
         int | None, typer.Option(min=1, help="Number of seeds. Default: the file's; a verdict needs 20.")
     ] = None,
-    jobs: Annotated[
+    workers: Annotated[
         int, typer.Option(min=1, max=1000, help="Number of processes that simulate; the numbers do not depend on it.")
     ] = 1,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
@@ -79,7 +81,7 @@ def study(
     command = ["robotics", "study", name, f"--seeds={plan.seeds}"]
 
     with rows_kept(wanted, folder / "results.csv") as kept, progress_bar(quiet) as begin:
-        made = run_study(plan, folder, jobs=jobs, report=report, begin=begin, command=shlex.join(command), kept=kept)
+        made = run_study(plan, folder, jobs=workers, report=report, begin=begin, command=shlex.join(command), kept=kept)
     left = print_outside(run for each in made.comparisons for run in each.runs.values())
     if json:
         print_json(

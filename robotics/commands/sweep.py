@@ -10,10 +10,11 @@ import typer
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import Json, Quiet
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import sweeps
-from robotics.commands.shared import Json, Metric, Quiet, print_forewarnings
+from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
 
 
 def sweep(
@@ -21,17 +22,12 @@ def sweep(
         str,
         typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.", autocompletion=sweeps),
     ],
-    law: Annotated[
-        list[str] | None,
-        typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
-    ] = None,
+    law: Laws = None,
     metric: Metric = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes of this machine. Default: only this one.")
     ] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
-    ] = None,
+    dask: Dask = None,
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder of the results. Default: out/NAME")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a sweep.")] = False,
     json: Json = False,

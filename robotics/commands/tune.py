@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
+from fuzzy.shell.options import Json, Quiet, renamed_options
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
-from robotics.commands.completion import controllers
-from robotics.commands.shared import Json, Quiet, print_forewarnings
+from robotics.commands.completion import controllers, scenarios
+from robotics.commands.shared import Dask, print_forewarnings
 from robotics.experiments.versions import versions
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from robotics.tuning.unseen import Unseen
 
 
+@renamed_options(jobs="--workers", runs="--seeds", check_runs="--check-seeds", scenarios="")
 def tune(
     law: Annotated[
         str,
@@ -35,8 +36,10 @@ def tune(
         ),
     ],
     on: Annotated[
-        str,
-        typer.Option("--scenarios", metavar="A,B", help="Comma-separated names or .toml files to tune on."),
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO", help="Names or .toml files to tune on.", show_default=False, autocompletion=scenarios
+        ),
     ],
     unseen: Annotated[
         str | None,
@@ -49,7 +52,7 @@ def tune(
     noise: Annotated[
         bool, typer.Option("--noise", help="Measure postures with 3 mm and 3 mrad of noise where nothing is random.")
     ] = False,
-    runs: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
     evaluations: Annotated[
         int, typer.Option(min=1, help="Number of candidates that are tried, the law as it is included.")
     ] = 1000,
@@ -62,19 +65,17 @@ def tune(
     pareto: Annotated[
         bool, typer.Option("--pareto", help="Look for the front between the cost's two objectives.")
     ] = False,
-    check_runs: Annotated[
+    check_seeds: Annotated[
         int, typer.Option(min=0, help="Unseen seeds by which before and after are compared; 0: none.")
     ] = 200,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/tune-LAW")
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a search.")] = False,
-    jobs: Annotated[
+    workers: Annotated[
         int | None, typer.Option(min=1, max=1000, help="Number of threads. Default: one for each core.")
     ] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786.")
-    ] = None,
+    dask: Dask = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -85,8 +86,8 @@ def tune(
 
     \b
     Example:
-      robotics tune lyapunov --scenarios lyapunov-sine,noisy-position --evaluations 100 --runs 5 -o tuned
-      robotics tune fuzzy --scenarios lyapunov-sine --unseen lyapunov-circle --evaluations 50 --runs 5 -o rules
+      robotics tune lyapunov lyapunov-sine noisy-position --evaluations 100 --seeds 5 -o tuned
+      robotics tune fuzzy lyapunov-sine --unseen lyapunov-circle --evaluations 50 --seeds 5 -o rules
       robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
     from robotics.experiments import executors
@@ -99,8 +100,8 @@ def tune(
     from robotics.tuning.unseen import compared
 
     tuning = load_tuning(space) if space is not None else TuningFile()
-    settings = [load_scenario(name) for name in _names(on, "--scenarios")]
-    others = [load_scenario(name) for name in _unseen(unseen, settings)] if check_runs else []
+    settings = [load_scenario(name) for name in on]
+    others = [load_scenario(name) for name in _unseen(unseen, settings)] if check_seeds else []
     if noise:
         settings, others = ([with_noise(s) for s in group] for group in (settings, others))
     moving, cost = tuning.space(make_controller(law)), tuning.made_cost()
@@ -122,7 +123,7 @@ def tune(
                 moving,
                 settings,
                 specification=law,
-                runs=runs,
+                runs=seeds,
                 evaluations=evaluations,
                 seed=seed,
                 engine=engine,
@@ -130,7 +131,7 @@ def tune(
                 pareto=pareto,
                 folder=folder,
                 fresh=fresh,
-                threads=jobs,
+                threads=workers,
                 workers=crew,
                 progress=told,
             )
@@ -142,19 +143,12 @@ def tune(
             f"{name}; the same command goes on from there"
         )
     result = write_tuned(found, law, folder)
-    checked = compared(found, settings, others, check_runs, jobs) if check_runs else []
+    checked = compared(found, settings, others, check_seeds, workers) if check_seeds else []
     seconds = time.monotonic() - began
     if json:
         print_json(_as_json(found, result, folder, checked, seconds))
     else:
         _print(found, result, folder, checked, seconds)
-
-
-def _names(text: str, option: str) -> list[str]:
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    if not names:
-        raise InputError(f"{option}: at least one name is needed; `robotics list scenarios` shows them")
-    return names
 
 
 def _unseen(text: str | None, settings: "list[Scenario]") -> list[str]:

@@ -8,21 +8,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-
-class TryItPanel:
-    """The panel "Try it", as the designer finds it."""
-
-    title = "Try it"
-    order = 50
-
-    def build(self, bench: Any) -> None:
-        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        from robotics.designer.session import TryoutSession
-
-        TryoutSession(bench)
+from fuzzy.designer.panel import SessionPanel
 
 
-panel = TryItPanel()
+def _begin(bench: Any) -> None:
+    from robotics.designer.session import TryoutSession
+
+    TryoutSession(bench)
+
+
+panel = SessionPanel("Try it", 50, _begin)
 
 
 # Data for the panel "Train" -------------------------------------------------------------------------------------

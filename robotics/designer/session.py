@@ -5,7 +5,7 @@ one at a time: while one is made, only the latest wish waits.
 """
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
@@ -13,7 +13,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from fuzzy.designer.folder import check_size, open_folder
+from fuzzy.designer.folder import check_size
+from fuzzy.designer.session import refusal_of
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
@@ -22,13 +23,13 @@ from fuzzy.system import Sugeno
 from robotics.designer import tryout
 from robotics.designer.conditions import packaged_text
 from robotics.designer.folderfiles import (
-    FolderOffers,
     FolderText,
     changed_at,
     checked_text,
     law_path,
     read_text_file,
 )
+from robotics.designer.foldersession import FolderSession
 from robotics.designer.moments import RunMoments, rule_times
 from robotics.designer.seedrounds import COUNTS, SeedRounds, Work
 from robotics.designer.severalseeds import (
@@ -55,22 +56,22 @@ _ORDER = (
 )  # the first things to look at are made first
 _RUNS = {"tried", "before", "rival"}
 _REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
-_LOOK = 1.0  # s between two looks at the files
 _KEPT = 32  # runs of rivals
 _CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival", "beside")
 _HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
 MODULE = Path(__file__).parent / "static" / "tryout.js"
 
 
-class TryoutSession:
+class TryoutSession(FolderSession):
     """The trials of one page: the choices, the runs that are known, and those that are still to be made.
 
     A drag runs one seed; several are run once nothing else is wanted, see robotics.designer.seedrounds.
     """
 
+    error = TryoutError
+
     def __init__(self, bench: Any) -> None:
-        self.bench = bench
-        self.folder = open_folder(bench.document.folder)
+        super().__init__(bench)
         self.wish = TryoutTrial(
             folder=str(self.folder.path)
         )  # what was chosen; what is empty is chosen to suit the system
@@ -80,7 +81,7 @@ class TryoutSession:
         self.needs: str | None = None  # the group of scenarios for which law and rival were chosen; none: that to come
         # The system to compare with until another is chosen: that of the file, from which the present one may differ.
         # A new system has no file, and one may have been spoilt meanwhile.
-        self.before, self.label = self._present(), "as opened"
+        self.before, self.label = self.present, "as opened"
         self.opening: asyncio.Task[None] | None = None  # reads the file, once the panel is seen
         self.place: dict[str, Any] = {}
         self.variables: Any = None  # those of the system that found this place
@@ -94,117 +95,78 @@ class TryoutSession:
         # Of the folder's file that was chosen to compare with: its system, or its law's specification
         self.rival_system: Sugeno | None = None
         self.rival_law: str | InputError = ""
-        self.offers = FolderOffers(self.folder, self._read)
-        self.reads: dict[str, object] = {}  # the latest reading of each kind; what an earlier one gives is dropped
-        self.reading: dict[str, asyncio.Task[None]] = {}
-        self.watched: dict[str, tuple[str, Any]] = {}  # files of the folder by what they are, and their state when read
-        self.watch: asyncio.TimerHandle | None = None
         self.wanted = set(_ORDER) - {"check", "rules"}
-        self.seen = False  # nothing is run for a panel that nobody looks at
         self.task: asyncio.Task[None] | None = None
         self.moments = RunMoments(bench)
         self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
-        self.rounds = SeedRounds(self._background, self._work, self._progress, self._publish)
-        nothing = ["choices", "course", "tried", "before", "rival", "busy", "problem", "editor", "seeds", "round"]
-        nothing += ["rules", "moment"]
+        self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
+        nothing = [
+            "choices",
+            "course",
+            "tried",
+            "before",
+            "rival",
+            "busy",
+            "editor",
+            "seeds",
+            "round",
+            "rules",
+            "moment",
+        ]
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
-        self.widget = bench.widget(MODULE, files=files, trial=self._trial(), **dict.fromkeys(nothing))
-        self.widget.on_message(self.heard)
+        acts = {"see": self._see, "list": self.list_files, "choose": self._choose, "file": self._take, "pin": self._pin}
+        texts = {"edit": self._edit, "text": self._write, "save": self._save, "revert": self._revert}
+        self.put(
+            MODULE,
+            acts | {"time": self._look_at_time} | texts,
+            files=files,
+            trial=self._trial(),
+            **dict.fromkeys([*nothing, "moment"]),
+        )
         bench.on_change(self._changed)
-        bench.on_close(self._closed)
+        bench.on_close(self.close)
 
     # Messages
 
     def heard(self, message: Any) -> None:
-        """Do what the page asks; an error becomes a sentence on the page."""
+        """Do what the page asks, at once, and run what is wanted then."""
         content = message if isinstance(message, dict) else {}
-        tasks = {"see": self._see, "list": self._list, "choose": self._choose, "file": self._take, "pin": self._pin}
-        tasks |= {
-            "time": self._look_at_time,
-            "edit": self._edit,
-            "text": self._write,
-            "save": self._save,
-            "revert": self._revert,
-        }
-        try:
-            wish = content.get("do")
-            if not isinstance(wish, str) or wish not in tasks:
-                raise TryoutError(expected(str(wish), tasks, "wish"))
-            tasks[wish](content)
-        except InputError as error:
-            field = content.get("name") if content.get("do") == "choose" else None
-            self.widget.update(problem=_refusal(str(error), field), trial=self._trial())
-        self._go()
+        with self.refusing(content):
+            self.act(content)
+        self.go()
+
+    def begin(self) -> None:
+        """Leave what was refused on the page until the next run."""
+
+    def refuse(self, error: Exception, message: Mapping[str, Any]) -> None:
+        """Say on the page why nothing came of a message, and what is still chosen."""
+        self.widget.update(problem=refusal_of(error, message), trial=self._trial())
 
     def _see(self, content: dict[str, Any]) -> None:
         self.seen = bool(content.get("on"))
         if self.seen:
             if self.opening is None:
-                self.opening = self._begin("before", self._open_before)
-            self._list(content)
+                self.opening = self.begin_reading("before", self._open_before)
+            self.list_files(content)
             self._look()
 
     def _look_at_time(self, content: dict[str, Any]) -> None:
         self.widget.update(moment={"count": content.get("count")})  # whatever becomes of it, the page asks again
         self.widget.update(moment=self.moments.look(content))
 
-    def _list(self, _: dict[str, Any]) -> None:
-        if "list" not in self.reads:
-            self._begin("list", self._offer)
-
-    async def _offer(self, _: object) -> None:
-        """Show what the folder offers; a file that takes too long is said and left out."""
-        try:
-            late = await self.offers.look()
-            self.widget.update(files=self.offers.found(self.bench.document.path))
-            if late:
-                self.widget.update(problem={"message": late})
-        finally:
-            del self.reads["list"]
-
     async def _open_before(self, mine: object) -> None:
         path = self.bench.document.path
         with suppress(InputError, WorkError):
-            system = await self._read(path.name, _system_in, path)
+            system = await self.bench.read(path.name, _system_in, path)
             if self.reads["before"] is mine:
                 self.before, self.label = system, "in the file"
 
     def _pin(self, _: dict[str, Any]) -> None:
         self.reads["before"] = object()
-        self.before, self.label = self._present(), "pinned"
+        self.before, self.label = self.present, "pinned"
         self.wanted |= {"before"}
 
-    # Files, which are read in another process: a page waits for none of them
-
-    async def _read(self, name: str, function: Any, *args: Any) -> Any:
-        return await self.bench.read(name, function, *args)
-
-    def _begin(self, what: str, work: Callable[[object], Coroutine[Any, Any, None]]) -> asyncio.Task[None]:
-        """Begin to read what is ``what``, with its mark in ``reads``; an earlier reading of that is overtaken."""
-        self.reads[what] = mine = object()
-        task = asyncio.get_running_loop().create_task(work(mine))
-        self.reading[what] = task
-        return task
-
-    def _read_then(self, what: str, name: str, then: Callable[[Any], None], function: Any, *args: Any) -> None:
-        """Do ``then`` with what reading the file ``name`` gives, unless something else is ``what`` by then."""
-
-        async def work(mine: object) -> None:
-            self._say_busy("file")
-            try:
-                found = await self._read(name, function, *args)
-                if self.reads[what] is mine:
-                    then(found)
-            except (InputError, WorkError) as error:
-                if self.reads[what] is mine:
-                    self.widget.update(problem=_refusal(str(error), what), trial=self._trial())
-            finally:
-                self._say_busy(None)
-            self._go()
-
-        self._begin(what, work)
-
-    def _say_busy(self, what: str | None) -> None:
+    def say_busy(self, what: str | None) -> None:
         """Say what is waited for, unless something is run, which is said all the time."""
         if self.task is None or self.task.done():
             self.widget.update(busy=what and {"what": what, "took": None})
@@ -236,7 +198,7 @@ class TryoutSession:
             self.watched[what] = name, state
             self._want(self._with(what, name, file.text))
 
-        self._read_then(what, name, take, read_text_file, self.folder, name)
+        self.read_then(what, name, take, read_text_file, self.folder, name)
 
     def _with(self, what: str, name: str, text: str | None) -> Any:
         """The wish with another scenario or robot."""
@@ -246,8 +208,7 @@ class TryoutSession:
 
     def _put_away(self, what: str) -> None:
         """Edit and watch the scenario or the robot no longer."""
-        self.reads[what] = object()
-        self.watched.pop(what, None)
+        self.forget_file(what)
         self.desks.pop(what, None)
         if self.open == what:
             self.open = ""
@@ -266,8 +227,7 @@ class TryoutSession:
             known = [n for pairs in self._rivals().values() for n, _ in pairs]
             if value not in known:
                 raise TryoutError(expected(str(value), known, "law to compare with"))
-            self.reads["rival"] = object()
-            self.watched.pop("rival", None)
+            self.forget_file("rival")
             self._set_rival(value, None)
 
     def _take_rival(self, value: str, file: str) -> None:
@@ -278,7 +238,7 @@ class TryoutSession:
             self.watched["rival"] = file, state
             self._set_rival(value, found)
 
-        self._read_then("rival", file, take, *self._rival_reading(value))
+        self.read_then("rival", file, take, *self._rival_reading(value))
 
     def _rival_reading(self, value: str) -> tuple[Any, ...]:
         """The function that reads a rival of the folder, and what it takes."""
@@ -369,7 +329,7 @@ class TryoutSession:
             self._show_desk()
         elif what in self.watched:
             file = self.watched[what][0]
-            self._read_then(what, file, lay, read_text_file, self.folder, file)
+            self.read_then(what, file, lay, read_text_file, self.folder, file)
         else:
             lay(FolderText(name, packaged_text(what, name) if text is None else text, None))
 
@@ -411,10 +371,10 @@ class TryoutSession:
         desk = desk.saved_as(self.folder, desk.file.name if name is None else str(name), bool(content.get("overwrite")))
         self._lay(desk)
         if not desk.asks:
-            self.watched[desk.what] = desk.file.name, changed_at(self.folder, desk.file.name)
+            self.watch(desk.what, desk.file.name)
             if not desk.problem:
                 self._want(self._with(desk.what, desk.file.name, desk.file.text))
-            self._list({})
+            self.list_files({})
 
     def _lay(self, desk: TextDesk) -> None:
         self.desks[desk.what] = desk
@@ -440,39 +400,31 @@ class TryoutSession:
         self.wanted |= {"course", "tried"}
 
     def _changed(self) -> None:
-        if self.trial is not None and self.last and self._present() == self.last[1] and "tried" not in self.wanted:
+        if self.trial is not None and self.last and self.present == self.last[1] and "tried" not in self.wanted:
             return  # one looks at another point, or edits what drives nobody
-        if self.trial is None or _variables(self._present()) != self.variables:
+        if self.trial is None or _variables(self.present) != self.variables:
             self.wanted |= {"course"}
         self.wanted |= {"tried"}
         self.widget.update(seeds=None)
-        self._go()
+        self.go()
 
-    def _look(self) -> None:
-        """Read the files anew that have changed, and look again in a second while the panel is seen."""
-        if self.watch is not None:
-            self.watch.cancel()
-        self.watch = asyncio.get_running_loop().call_later(_LOOK, self._look) if self.seen else None
-        for what, (name, before) in list(self.watched.items()) if self.seen else ():
-            state = changed_at(self.folder, name)
-            if state == before:
-                continue
-            self.watched[what] = name, state
-            if what == "rival":
-                self._begin(what, self._reread_rival)
-            else:
-                self._read_then(what, name, partial(self._reread, what, name), read_text_file, self.folder, name)
+    def reread(self, what: str, name: str) -> None:
+        """Begin to read a file anew."""
+        if what == "rival":
+            self.begin_reading(what, self._reread_rival)
+        else:
+            self.read_then(what, name, partial(self._reread, what, name), read_text_file, self.folder, name)
 
     async def _reread_rival(self, mine: object) -> None:
         """Compare with the rival's file as it is now, or say that it cannot be."""
         rival, name = self.rival, self.watched["rival"][0]
         try:
-            found = await self._read(name, *self._rival_reading(rival))
+            found = await self.bench.read(name, *self._rival_reading(rival))
         except (InputError, WorkError) as error:
             found = TryoutError(str(error))
         if self.reads["rival"] is mine:
             self._set_rival(rival, found)
-            self._go()
+            self.go()
 
     def _reread(self, what: str, name: str, file: FolderText) -> None:
         """Take a file as it is now; one that is being edited here stays as it is here."""
@@ -483,19 +435,17 @@ class TryoutSession:
                 return
         self._want(replace(self._with(what, name, file.text), robot_of=self.wish.robot_of))
 
-    def _closed(self) -> None:
-        self.seen = False
+    def close(self) -> None:
+        """Read and run no more."""
+        super().close()
         self.rounds.rest()
-        for task in self.reading.values():
-            task.cancel()
         if self.ruling is not None:
             self.ruling.cancel()
-        if self.watch is not None:
-            self.watch.cancel()
 
     # Runs
 
-    def _go(self) -> None:
+    def go(self) -> None:
+        """Run what is wanted, if the panel is seen."""
         if self.seen and self.wanted:
             self.rounds.rest()
         if self.seen and self.wanted and (self.task is None or self.task.done()):
@@ -533,7 +483,7 @@ class TryoutSession:
             self._settle(data, said)
         elif what in _RUNS:
             # That the law refuses the run is what became of it, and no fault of the page's.
-            names = {"tried": self._present().name, "before": self.label, "rival": self._rival()}
+            names = {"tried": self.present.name, "before": self.label, "rival": self._rival()}
             why = {"label": names[what], "why": said["message"], "failed": said["failed"]} if said else data
             self.widget.update(**{what: why} | ({"problem": None} if what == "tried" else {}))
             if what == "tried":
@@ -548,7 +498,7 @@ class TryoutSession:
 
         def want() -> None:
             self.wanted |= {"rules"}
-            self._go()
+            self.go()
 
         if self.ruling is not None:
             self.ruling.cancel()
@@ -583,22 +533,22 @@ class TryoutSession:
         self._want(replace(self.wish, law="", task=""))
 
     async def _made(self, what: str) -> dict[str, Any] | None:
-        fis, trial, keys = self._present(), self._driven(), self._keys()
+        fis, trial, keys = self.present, self._driven(), self._keys()
         if what == "check":
             await self._check()
             return None
         if what == "choices":
-            self.choices = await self._background(tryout.choices)
+            self.choices = await self.bench.background(tryout.choices)
             return self.choices
         if what == "course":
             self.variables = _variables(fis)
-            return await self._background(tryout.place_data, fis, self.wish, self.bench.document.path.stem)
+            return await self.bench.background(tryout.place_data, fis, self.wish, self.bench.document.path.stem)
         if trial is None:
             return None
         if what == "rules":
             return await self._rule_times()
         if what == "tried":
-            made = await self._background(tryout.design_data, fis, trial)
+            made = await self.bench.background(tryout.design_data, fis, trial)
             self.last = trial, fis, made
             return self.moments.take(fis, keys, made)
         if what == "before":
@@ -607,19 +557,19 @@ class TryoutSession:
             label = {"label": self.label}
             if self.last[:2] == (trial, self.before):  # nothing has been edited yet
                 return _beside(self.last[2]) | label
-            return _beside(await self._background(tryout.design_data, self.before, trial)) | label
+            return _beside(await self.bench.background(tryout.design_data, self.before, trial)) | label
         return await self._beside_rival(trial)
 
     async def _rule_times(self) -> dict[str, Any] | None:
         moments, number = self.moments, self.moments.number
         if moments.asked is None or moments.system is None or self._course()["played"]:
             return None  # of robots that are played the player's data say it
-        return await self._background(rule_times, moments.system, moments.asked) | {"number": number}
+        return await self.bench.background(rule_times, moments.system, moments.asked) | {"number": number}
 
     async def _check(self) -> None:
         desk = self.desks.get(self.open)
         if desk is not None:
-            fault = await self._background(tryout.checked, desk.what, desk.file.name, desk.text, self.wish.folder)
+            fault = await self.bench.background(tryout.checked, desk.what, desk.file.name, desk.text, self.wish.folder)
             self._judge(fault, desk)
 
     async def _beside_rival(self, trial: TryoutTrial) -> dict[str, Any]:
@@ -627,9 +577,9 @@ class TryoutSession:
         key = (rival, file, trial, self.beside)
         if key not in self.known:
             if self.rival_system is not None and rival == self.rival:
-                made = await self._background(tryout.rival_system_data, self.rival_system, trial, rival)
+                made = await self.bench.background(tryout.rival_system_data, self.rival_system, trial, rival)
             else:
-                made = await self._background(tryout.rival_data, self._specification(), trial)
+                made = await self.bench.background(tryout.rival_data, self._specification(), trial)
             while len(self.known) >= _KEPT:
                 del self.known[next(iter(self.known))]
             self.known[key] = made if self.beside else _beside(made)
@@ -648,7 +598,7 @@ class TryoutSession:
         return None if self.trial is None else replace(self.trial, seed=self.rounds.shown(self.trial.seed))
 
     def _work(self) -> dict[str, Work]:
-        trial, fis = self.trial, self._present()
+        trial, fis = self.trial, self.present
         if trial is None:
             return {}
         work: dict[str, Work] = {"tried": (trial.seed, design_seeds, fis, trial, self.rounds.count)}
@@ -679,7 +629,7 @@ class TryoutSession:
                 self.wanted |= _RUNS
         runs = {"tried": summary(rows, metrics)}
         for other in ("before", "rival"):
-            known = rows if other == "before" and self.before == self._present() else self.rounds.known(other)
+            known = rows if other == "before" and self.before == self.present else self.rounds.known(other)
             if known is not None:
                 runs[other] = summary(known, metrics)
         self.widget.update(
@@ -692,17 +642,9 @@ class TryoutSession:
                 "rows": [{"state": state_of(row), "value": row.get("metrics", {}).get(by)} | row for row in rows],
             }
         )
-        self._go()
-
-    async def _background(self, function: Any, *args: Any) -> dict[str, Any]:
-        made: dict[str, Any] = await self.bench.background(function, *args)
-        return made
+        self.go()
 
     # What the page sees
-
-    def _present(self) -> Sugeno:
-        fis: Sugeno = self.bench.document.design.in_force
-        return fis
 
     def _keys(self) -> tuple[int, ...]:
         return tuple(line.key for line in self.bench.document.design.lines if line.enabled)
@@ -732,11 +674,6 @@ class TryoutSession:
             raise TryoutError("the panel is not ready yet")
         rivals: dict[str, list[list[str]]] = self.choices["rivals"]
         return rivals
-
-
-def _refusal(message: str, field: Any) -> dict[str, Any]:
-    """What the page shows of a refusal: under the field of that choice, if it is one's."""
-    return {"message": message, "field": field if field in _CHOICES else None}
 
 
 def _system_in(path: Path) -> Sugeno:

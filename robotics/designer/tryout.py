@@ -33,7 +33,7 @@ from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
-from robotics.scenario.conditions import GROUPS, MEETINGS, OBSTACLES, group_of, noises
+from robotics.scenario.conditions import AMONG_OBSTACLES, GROUPS, MEETINGS, group_of, noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_names
 from robotics.scenario.robots import load_robot, robot_names
@@ -148,7 +148,7 @@ def _chosen(uses: list[Use], wish: TryoutTrial, scenario: Scenario | None) -> Us
         return first
     tracking = {use.law: use for use in uses if use.task == "tracking"}
     # Where robots would touch each other or an obstacle, one that does not avoid them shows nothing of the rule base.
-    usual = {MEETINGS: "crash-yielding", OBSTACLES: "obstacles"}.get(group_of(scenario), "cooperation")
+    usual = {MEETINGS: "crash-yielding", AMONG_OBSTACLES: "obstacles"}.get(group_of(scenario), "cooperation")
     return tracking.get(scenario.controller.partition(":")[0]) or tracking[usual]
 
 
@@ -276,7 +276,7 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
     kind = course["kind"]
     rival = mine.rival if preset_of(mine.rival).kind == kind else _RIVALS[kind]
     if kind == "team" and mine.task == "tracking":
-        rival = {MEETINGS: "right-of-way", OBSTACLES: "fuzzy-team"}.get(course["group"], rival)
+        rival = {MEETINGS: "right-of-way", AMONG_OBSTACLES: "fuzzy-team"}.get(course["group"], rival)
     return {
         "trial": asdict(trial),
         "course": course

@@ -11,14 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from anfis.designer.task import TrainingProcess
 from fuzzy.designer.autosave import PROCESS
-from fuzzy.designer.folder import open_folder
-from fuzzy.designer.wishes import Wishes, refusal_at
+from fuzzy.designer.longtask import TaskSession
+from fuzzy.designer.panel import SessionPanel
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis, parse_fis
-from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
 from robotics.designer.folderfiles import FolderOffers, read_text_file
@@ -41,42 +39,30 @@ from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.tuning.space import PARTS
 
 MODULE = Path(__file__).parent / "static" / "tuning.js"
-_EVERY = 0.1  # s between looks at the search
 _BEFORE = "before tuning"
 _HELD: set[Path] = set()  # searches that run in this process, whichever page began them
 
 
-class TunePanel:
-    """The panel "Tune" as the designer finds it, by an entry point."""
+class TuneSession(TaskSession):
+    """The tuning of one page: what it has chosen, and the process that searches. Messages come one at a time.
 
-    title = "Tune"
-    order = 70
+    Beside those of a TaskSession, its states are "searching" and, once it compares on other seeds, "testing".
+    """
 
-    def build(self, bench: Any) -> None:
-        """Put the panel on the page of ``bench``, a fuzzy.designer.panel.Workbench."""
-        TuneSession(bench)
-
-
-panel = TunePanel()
-
-
-class TuneSession:
-    """The tuning of one page: what it has chosen, and the process that searches. Messages come one at a time."""
+    error = TuningError
+    called = "search"
 
     def __init__(self, bench: Any) -> None:
-        self.bench = bench
-        self.folder = open_folder(bench.document.folder)
+        super().__init__(
+            bench,
+            law="", move=["memberships", "consequents"], still=[], symmetric=True, scenarios=[], noise=True, terms=[],
+            runs=20, evaluations=500, engine="cmaes", seed=1,
+        )  # fmt: skip
         self.offers = FolderOffers(self.folder, bench.read)
-        self.choice: dict[str, Any] = {
-            "law": "", "move": ["memberships", "consequents"], "still": [], "symmetric": True, "scenarios": [],
-            "noise": True, "terms": [], "runs": 20, "evaluations": 500, "engine": "cmaes", "seed": 1,
-        }  # fmt: skip
         self.kind = ""  # of the scenarios for which scenarios and cost were chosen
         self.offer: dict[str, Any] = {"laws": [], "symmetric": False, "variables": []}
         self.kinds: dict[str, list[list[str]]] = {}  # the package's scenarios: [name, title], by their kind
         self.own: list[str] = []  # the folder's
-        self.state = "idle"  # "starting", "searching", "stopping", "testing", "done"
-        self.process: TrainingProcess | None = None
         self.task: TuneTask | None = None
         self.base: Sugeno | None = None  # the design when the search began
         self.preview: Sugeno | None = None  # what was put into the design last, and neither kept nor discarded
@@ -85,9 +71,19 @@ class TuneSession:
         self.begun = 0.0
         self.told: dict[str, Any] = {}
         self.words = ""
-        self.watching: asyncio.Task[None] | None = None
-        self.widget = bench.widget(
+        self.put(
             MODULE,
+            {
+                "choose": self._choose,
+                "start": self._start,
+                "go on": self._go_on,
+                "stop": self.stop,
+                "keep": self._keep,
+                "discard": self._discard,
+                "compare": self._compare,
+                "take": self._take,
+                "forget": self._forget,
+            },
             accepted={"engine": list(ENGINES), "runs": MOST_RUNS, "evaluations": MOST_EVALUATIONS, "move": list(PARTS)},
             choice=self.choice,
             offer=self.offer,
@@ -98,25 +94,7 @@ class TuneSession:
             before=[],
             after=[],
             left=self._left(),
-            problem=None,
         )
-        self.wishes = Wishes(
-            {
-                "choose": self._choose,
-                "start": self._start,
-                "go on": self._go_on,
-                "stop": self._stop,
-                "keep": self._keep,
-                "discard": self._discard,
-                "compare": self._compare,
-                "take": self._take,
-                "forget": self._forget,
-            },
-            lambda error, _: self.widget.update(problem=refusal_at(error)),
-            TuningError,
-            lambda: self.widget.update(problem=None),
-        )
-        self.widget.on_message(self.wishes.heard)
         bench.on_change(self._look)
         bench.on_close(self.close)
         self.unlisten = bench.document.listen(self._edited)
@@ -134,10 +112,10 @@ class TuneSession:
 
     async def _look(self) -> None:
         """Look at what the present system may be tuned in."""
-        if self._runs:
+        if self.runs:
             return
         try:
-            self.offer = await self.bench.background(offered, self._present(), self.bench.document.path.name)
+            self.offer = await self.bench.background(offered, self.present, self.bench.document.path.name)
         except (InputError, WorkError) as error:
             self.offer = {"laws": [], "symmetric": False, "variables": [], "why": str(error)}
         self._settle()
@@ -165,10 +143,8 @@ class TuneSession:
     # Messages
 
     def _choose(self, message: dict[str, Any]) -> None:
-        name = message.get("name")
-        if not isinstance(name, str) or name not in self.choice:
-            raise TuningError(expected(str(name), self.choice, "setting"))
-        self.choice = {**self.choice, name: message.get("value")}
+        name, value = self.setting(message)
+        self.choice = {**self.choice, name: value}
         if name == "law":
             self._settle()
         self._show_form()
@@ -177,7 +153,7 @@ class TuneSession:
     async def _start(self, _: dict[str, Any]) -> None:
         self._idle()
         checked(self.choice)
-        present = self._present()
+        present = self.present
         if not present.rules:
             raise TuningError(f"{present.name} has no rule in force: there is nothing to tune")
         if not self.offer["laws"]:
@@ -216,33 +192,18 @@ class TuneSession:
     async def _run(self, task: TuneTask) -> None:
         place = Path(task.place)
         _HELD.add(place)
-        self.task, self.state, self.told, self.words = task, "starting", {}, ""
-        self.base, self.preview = self._present(), None
+        self.task, self.told, self.words = task, {}, ""
+        self.base, self.preview = self.present, None
         self.begun, self.gesture = time.monotonic(), f"tune {PROCESS} {time.monotonic_ns()}"
         self.widget.update(courses=[], before=[], after=[], left=None)
-        self._tell()
-        try:
-            process = await asyncio.to_thread(TrainingProcess, task, search_best, "search")
-        except BaseException:
-            self._ended("idle")
-            raise
-        if self.bench.closed:
-            process.close()
-            self._ended("idle")
-            return
-        self.process = process
-        if self.state == "stopping":
-            process.stop()
-        self.watching = asyncio.get_running_loop().create_task(self._watch(process))
+        await self.start(task, search_best)
 
-    def _stop(self, _: dict[str, Any]) -> None:
-        if not self._runs:
-            raise TuningError("no search runs")
-        if self.process is not None:
-            self.process.stop()
-        if self.state != "testing":
-            self.state = "stopping"
-        self._tell()
+    def stop_soon(self) -> None:
+        """Ask the search to end; what compares on other seeds goes on to its end."""
+        before = self.state
+        super().stop_soon()
+        if before == "testing":
+            self.state = before
 
     def _keep(self, _: dict[str, Any]) -> None:
         """The best is in the design already: no longer is it on trial."""
@@ -253,7 +214,7 @@ class TuneSession:
         self._uncompare()
         forget(self._place())
         self.words = "The best is kept in the design: Undo takes it out again, and saving writes it to the file."
-        self._tell()
+        self.tell()
 
     def _discard(self, _: dict[str, Any]) -> None:
         """Back to what it began with: by undoing the one edit, where that is the last one."""
@@ -265,8 +226,8 @@ class TuneSession:
             document = self.bench.document
             if document.can_undo == self._name():
                 document.undo()
-            before = replace(self.task.begun(), name=self._present().name)
-            if self._present() != before:  # of a search that went on, the best of earlier stood there
+            before = replace(self.task.begun(), name=self.present.name)
+            if self.present != before:  # of a search that went on, the best of earlier stood there
                 self._put(before, "discard what was tuned")
         finally:
             self.putting = False
@@ -275,14 +236,14 @@ class TuneSession:
         forget(self._place())
         self.words = "The design is as it was before the search."
         self.widget.update(after=[])
-        self._tell()
+        self.tell()
 
     def _compare(self, message: dict[str, Any]) -> None:
         """Show what it began with beside the best in the editors, or no longer."""
         if self.task is None:
             raise TuningError("there is nothing yet to compare with")
         self.bench.document.compare(replace(self.task.begun(), name=_BEFORE) if message.get("value") is True else None)
-        self._tell()
+        self.tell()
 
     def _uncompare(self) -> None:
         if self._compares:
@@ -302,38 +263,23 @@ class TuneSession:
         self._put(parse_fis(left["best"]["system"]), f"tune ({left['task'].engine})")
         forget(self._place())
         self.words = f"The best of {left['best']['evaluations']} evaluations is in the design."
-        self._tell()
+        self.tell()
 
     def _forget(self, _: dict[str, Any]) -> None:
         self._idle()
         forget(self._place())
-        self._tell()
+        self.tell()
 
     def _idle(self) -> None:
-        if self._runs:
-            raise TuningError("a search runs already; stop it first")
+        self.check_idle()
         if self._place() in _HELD:
             raise TuningError("a search for this design runs in another tab; stop it there first")
 
     # The search
 
-    async def _watch(self, process: TrainingProcess) -> None:
-        while process.alive:
-            await asyncio.sleep(_EVERY)
-            news = process.news()
-            for what, about in news:
-                try:
-                    self._note(what, about)
-                except InputError as error:
-                    self.widget.update(problem={"message": str(error), "field": None})
-            if self._runs and self.process is process:
-                self._tell()
-        if self.process is process:
-            self._ended(self.state if self.state in ("done", "idle") else "idle")
-            await asyncio.to_thread(process.close)
-            await self._look()
-
-    def _note(self, what: str, about: Any) -> None:
+    def note(self, what: str, about: Any) -> None:
+        """Take a piece of news of the search."""
+        super().note(what, about)
         if what == "start":
             self.state = "searching" if self.state == "starting" else self.state
             self.told["parameters"] = about["parameters"]
@@ -344,13 +290,12 @@ class TuneSession:
                 self._show(about["candidate"])
         elif what == "testing":
             self.state = "testing" if self.state != "idle" else self.state
-        elif what == "problem":
-            message, field = about if isinstance(about, tuple) else (about, None)
-            self.state = "idle"
-            self.widget.update(problem={"message": message, "field": field})
         elif what == "done":
-            self.state = "done"
             self.told |= about
+
+    async def settle(self) -> None:
+        """Look at what the design may be tuned in, once its search has ended."""
+        await self._look()
 
     def _show(self, candidate: dict[str, Any]) -> None:
         """Put the best so far into the design, unless somebody edits it by hand meanwhile."""
@@ -360,13 +305,13 @@ class TuneSession:
             return
         system = parse_fis(candidate["system"])
         self._put(system, self._name(), self.gesture)
-        self.preview = self._present()
+        self.preview = self.present
 
     def _name(self) -> str:
         return f"tune ({self.task.engine})" if self.task is not None else "tune"
 
     def _put(self, system: Sugeno, what: str, gesture: str | None = None) -> None:
-        name, self.putting = self._present().name, True
+        name, self.putting = self.present.name, True
         try:
             self.bench.document.replace(replace(system, name=name), what, keep_disabled=True, gesture=gesture)
         finally:
@@ -376,44 +321,37 @@ class TuneSession:
         """End the search where the design was edited by hand: nobody's edit is overwritten."""
         if self.putting or self.task is None:
             return
-        if self._runs and not self.words:
-            if self._present() == (self.base if self.preview is None else self.preview):
+        if self.runs and not self.words:
+            if self.present == (self.base if self.preview is None else self.preview):
                 return  # only another look at it
             self.words = (
                 "The design was edited while the search ran: the search has stopped, and the edit stands. Undo leads "
                 "back; the best that was found can still be taken."
             )
             self.preview = None
-            if self.process is not None:
-                self.process.stop()
+            self.stop_soon()
             self.state = "stopping"
-            self._tell()
-        elif self.preview is not None and self._present() != self.preview:
+            self.tell()
+        elif self.preview is not None and self.present != self.preview:
             self.preview = None
             self.words = "The design was edited; the best that was found can still be taken."
-            self._tell()
+            self.tell()
 
-    def _ended(self, state: str) -> None:
-        self.process, self.state = None, state
+    def ended(self) -> None:
+        """Note that no search runs any more, so that another one may."""
         if self.task is not None:
             _HELD.discard(Path(self.task.place))
-        self._tell()
+        super().ended()
 
     def close(self) -> None:
         """End the search that runs, because its page is closed; what it found stays in its folder."""
         self.unlisten()
-        process, self.process = self.process, None
-        if process is not None:
-            process.close()
-        if self.task is not None and self._runs:
+        if self.task is not None and self.runs:
             _HELD.discard(Path(self.task.place))
+        super().close()
         self.state = "idle"
 
     # What the page sees
-
-    @property
-    def _runs(self) -> bool:
-        return self.state in ("starting", "searching", "stopping", "testing")
 
     def _place(self) -> Path:
         place = place_of(self.bench.document.path)
@@ -421,11 +359,8 @@ class TuneSession:
             raise TuningError(f"{place} leads out of the opened folder: nothing can be kept there")
         return place
 
-    def _present(self) -> Sugeno:
-        fis: Sugeno = self.bench.document.design.in_force
-        return fis
-
-    def _tell(self) -> None:
+    def tell(self) -> None:
+        """Show the page how the search goes, and what is left of an earlier one."""
         self.widget.update(progress=self._progress(), left=self._left())
 
     def _left(self) -> dict[str, Any] | None:
@@ -434,7 +369,7 @@ class TuneSession:
             place = self._place()
         except TuningError:
             return None
-        if self._runs or self.preview is not None or place in _HELD:
+        if self.runs or self.preview is not None or place in _HELD:
             return None
         left = found_at(place, self.folder.path)
         if left is None or left["best"] is None:
@@ -443,7 +378,7 @@ class TuneSession:
         return about | {"of": left["task"].evaluations, "scenarios": [name for name, _ in left["task"].scenarios]}
 
     def _progress(self) -> dict[str, Any]:
-        seconds = time.monotonic() - self.begun if self._runs else self.told.get("seconds", 0.0)
+        seconds = time.monotonic() - self.begun if self.runs else self.told.get("seconds", 0.0)
         self.told["seconds"] = seconds
         budget = self.task.evaluations if self.task is not None else self.choice["evaluations"]
         told = {name: self.told.get(name) for name in ("parameters", "evaluations", "curve", "sentence", "stopped")}
@@ -451,12 +386,15 @@ class TuneSession:
         return told | {
             "state": self.state,
             "of": budget,
-            "seconds": round(seconds) if self._runs else round(seconds, 1),
+            "seconds": round(seconds) if self.runs else round(seconds, 1),
             "words": self.words,
             "undecided": self.preview is not None,
             "compares": self._compares,
             "gains": ", ".join(f"{name} {value:.4g}" for name, value in gains.items()),
         }
+
+
+panel = SessionPanel("Tune", 70, TuneSession)
 
 
 def scenarios_by_kind() -> dict[str, list[list[str]]]:

@@ -12,13 +12,13 @@ import time
 import warnings
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fuzzy.designer import autosave
+from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import replacing
 from fuzzy.files.fisfile import format_fis, parse_fis
@@ -33,7 +33,7 @@ from robotics.laws.law import Law
 from robotics.measures.registry import ALL_METRICS
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
-from robotics.tuning.cost import TERMS, Cost, Term
+from robotics.tuning.cost import COST_TERMS, Cost, Term
 from robotics.tuning.file import load_tuning
 from robotics.tuning.space import PARTS, LawSpace
 from robotics.tuning.tune import TUNING, tune, with_noise
@@ -41,7 +41,8 @@ from robotics.tuning.unseen import compared
 
 ENGINES = ("cmaes", "random")
 UNSEEN = 50  # seeds with which before and after are compared
-MOST_RUNS, MOST_EVALUATIONS = 1000, 100_000
+MOST_RUNS = 1000  # of a candidate
+MOST_EVALUATIONS = 100_000
 _OFTEN = 0.4  # s between two candidates that are shown
 _POINTS = 300  # of a path that is drawn, at most
 _TASK, _BEST = "task.json", "best.json"
@@ -119,7 +120,7 @@ def offered(fis: Sugeno, file: str) -> dict[str, Any]:
 
 def terms_of(kind: str) -> list[list[Any]]:
     """The terms of the cost for scenarios of a kind, each [metric, scale, weight]."""
-    terms = TERMS if kind == "tracking" else load_tuning("team").cost
+    terms = COST_TERMS if kind == "tracking" else load_tuning("team").cost
     return [[term.metric, term.scale, term.weight] for term in terms]
 
 
@@ -219,32 +220,27 @@ def _write(path: Path, content: dict[str, Any]) -> None:
 # The search, in a process of its own ----------------------------------------------------------------------------
 
 
-def search_best(task: TuneTask, pipe: Connection) -> None:
-    """Tune, and tell of it: what :class:`anfis.designer.task.TrainingProcess` runs.
+def search_best(task: TuneTask, report: Report) -> dict[str, Any]:
+    """Tune, and tell of it: what a :class:`fuzzy.designer.longtask.TaskProcess` does.
 
     News are ("start", {...}) with the path before, ("search", {...}) after every generation, with "candidate" where the
-    best is another, ("testing", None), and at last ("done", {...}) or ("problem", (sentence, field)).
+    best is another, and ("testing", None).
     """
     if hasattr(os, "nice"):
         os.nice(5)  # the page goes first
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a candidate may leave a universe: that is what its cost says
-            pipe.send(("done", _searched(task, pipe)))
-    except InputError as error:
-        field = next((key for key in error.at if isinstance(key, str)), None)
-        pipe.send(("problem", (str(error), field)))
-    except (BrokenPipeError, ConnectionError, KeyboardInterrupt):
-        pass  # nobody listens any more
+            return _searched(task, report)
     except MemoryError:
-        pipe.send(("problem", ("the search needs more memory than there is: fewer runs", "runs")))
+        raise TuningError("the search needs more memory than there is: fewer runs").about("runs") from None
 
 
-def _searched(task: TuneTask, pipe: Connection) -> dict[str, Any]:
+def _searched(task: TuneTask, report: Report) -> dict[str, Any]:
     space, scenarios = task.space(), task.chosen()
     about = {"parameters": len(space.parameters), "courses": [_course(s) for s in scenarios]}
-    pipe.send(("start", about | {"paths": [_path(s, space.law) for s in scenarios]}))
-    teller = _Teller(task, space, scenarios, pipe)
+    report("start", about | {"paths": [_path(s, space.law) for s in scenarios]})
+    teller = _Teller(task, space, scenarios, report)
     threads = max(1, (os.cpu_count() or 2) - 1)
     tuned = tune(
         space,
@@ -260,7 +256,7 @@ def _searched(task: TuneTask, pipe: Connection) -> dict[str, Any]:
         progress=teller.tell,
     )
     teller.tell_last(tuned.evaluated)
-    pipe.send(("testing", None))
+    report("testing", None)
     words = "no candidate was better than what it began with"
     if tuned.evaluated.best > 0:
         words = compared(tuned, scenarios, seeds=UNSEEN, threads=threads)[0].sentence()
@@ -270,9 +266,9 @@ def _searched(task: TuneTask, pipe: Connection) -> dict[str, Any]:
 class _Teller:
     """Tells the page of a search, at most every _OFTEN seconds of a candidate."""
 
-    def __init__(self, task: TuneTask, space: LawSpace, scenarios: list[Scenario], pipe: Connection) -> None:
-        self.task, self.space, self.scenarios, self.pipe = task, space, scenarios, pipe
-        self.told, self.written, self.last, self.asked = 0, -1, -math.inf, False
+    def __init__(self, task: TuneTask, space: LawSpace, scenarios: list[Scenario], report: Report) -> None:
+        self.task, self.space, self.scenarios, self.report = task, space, scenarios, report
+        self.told, self.written, self.last = 0, -1, -math.inf
         self.best: dict[str, Any] = {}
 
     def tell(self, found: Evaluations) -> bool:
@@ -283,15 +279,13 @@ class _Teller:
             _write(Path(self.task.place) / _BEST, self.best)
         if found.best != self.told and time.monotonic() - self.last >= _OFTEN:
             news["candidate"] = self._shown(found, self.best)
-        self.pipe.send(("search", news))
-        self.asked = self.asked or self.pipe.poll()
-        return self.asked
+        return not self.report("search", news)
 
     def tell_last(self, found: Evaluations) -> None:
         """Tell of the best, if it has not been told of."""
         if found.best != self.told:
             news = {"evaluations": len(found), "curve": _curve(found.costs)}
-            self.pipe.send(("search", news | {"candidate": self._shown(found, self._candidate(found))}))
+            self.report("search", news | {"candidate": self._shown(found, self._candidate(found))})
 
     def gains(self, found: Evaluations) -> dict[str, float]:
         """The gains of the best, which no rule base holds."""

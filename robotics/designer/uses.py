@@ -5,13 +5,14 @@ tell the task. Where they leave it open, as a turn and a speed do, the inputs te
 """
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.system import Sugeno
+from fuzzy.words import listed
 from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
@@ -195,11 +196,11 @@ def _why_none(fis: Sugeno) -> str:
     parts = [f"no robot knows the input {_meant(name, [*QUANTITIES, *PATTERNS])}" for name in _unknown(fis)[:3]]
     parts += [f"no law takes the output {_meant(name, outputs)}" for name in strange[:3]]
     if not parts:
-        parts = [f"no law takes all of its outputs together: {_list(v.name for v in fis.outputs)}"]
-    supervisor = _list(fuzzy_team.OUTPUTS["supervisor"])
+        parts = [f"no law takes all of its outputs together: {listed(v.name for v in fis.outputs)}"]
+    supervisor = listed(fuzzy_team.OUTPUTS["supervisor"])
     return (
-        f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs {_list(own_rules.OUTPUTS)}, and "
-        f"the supervisor of a fuzzy team {supervisor}; {PAGE} lists all that a robot knows, by these names."
+        f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs {listed(own_rules.OUTPUTS)}, "
+        f"and the supervisor of a fuzzy team {supervisor}; {PAGE} lists all that a robot knows, by these names."
     )
 
 
@@ -207,9 +208,4 @@ def _meant(name: str, known: Collection[str]) -> str:
     """The name, and those that it is near to."""
     folded = {n.casefold(): n for n in known}
     close = [repr(folded[n]) for n in get_close_matches(name.casefold(), folded, n=3, cutoff=0.55)]
-    return f"{name!r}" + (f" (did you mean {_list(close, 'or')}?)" if close else "")
-
-
-def _list(names: Iterable[str], last: str = "and") -> str:
-    *first, end = names
-    return f"{', '.join(first)} {last} {end}" if first else end
+    return f"{name!r}" + (f" (did you mean {listed(close, 'or')}?)" if close else "")

@@ -25,7 +25,7 @@ from robotics.environment.collision import corner_gap, footprints, segment_gap, 
 from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
 from robotics.vehicle.robot import Robot
 
-TOLERANCE = 1e-7  # m: of the least clearance between two samples, while shapes are apart
+_TOLERANCE = 1e-7  # m: of the least clearance between two samples, while shapes are apart
 DEPTH_TOLERANCE = 1e-4  # m: likewise, while they overlap
 GRID = 1e-3  # s: a contact, and a gap between two contacts, that is longer than this is found as such
 FITS = 0.5  # a velocity fits the chord if the mean of both ends' is off by no more than this share of the larger
@@ -429,7 +429,7 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # t
         count -= 1
         a, fa, b, fb = stack[count, 0], stack[count, 1], stack[count, 2], stack[count, 3]
         low = lower_bound(fa, fb, b - a, speed, bend)
-        if low > level or low >= best - (TOLERANCE if best > 0 else DEPTH_TOLERANCE) or count + 2 > len(stack):
+        if low > level or low >= best - (_TOLERANCE if best > 0 else DEPTH_TOLERANCE) or count + 2 > len(stack):
             continue
         middle = (a + b) / 2
         fm = _clearance_at(middle, i, j, obstacle, motion, sizes, world)

@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import Floats3, Ints1, Ints2, Ints3
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
@@ -206,19 +207,19 @@ class Geometry(NamedTuple):
     A body with segments is a polygon (closed, counter-clockwise) or a piece of a wall; one without is a disc.
     """
 
-    circles: np.ndarray  # (runs, bodies, 3) m: x, y, radius of the disc, or of the circle around the body
-    bodies: np.ndarray  # (runs, bodies, 4) int: first segment, number of segments, 1 if closed, its obstacle
-    segments: np.ndarray  # (runs, segments, 4) m: x, y of one end, x, y of the other
-    counts: np.ndarray  # (runs,) int: the number of bodies of the run; those after it are padding
+    circles: Floats3  # (runs, bodies, 3) m: x, y, radius of the disc, or of the circle around the body
+    bodies: Ints3  # (runs, bodies, 4): first segment, number of segments, 1 if closed, its obstacle
+    segments: Floats3  # (runs, segments, 4) m: x, y of one end, x, y of the other
+    counts: Ints1  # (runs,): the number of bodies of the run; those after it are padding
 
 
 class Moving(NamedTuple):
     """How obstacles move, as columns, for :func:`place`; no worlds: none does."""
 
-    circles: np.ndarray  # (worlds, bodies, 3): as of Geometry, in the obstacles' own frames where they move
-    segments: np.ndarray  # (worlds, segments, 4): likewise
-    frames: np.ndarray  # (worlds, bodies) int: the frame with which a body moves; -1: it rests
-    poses: np.ndarray  # (times, 4, frames) m, m, 1, 1: x, y, cosine and sine of the heading of each frame
+    circles: Floats3  # (worlds, bodies, 3): as of Geometry, in the obstacles' own frames where they move
+    segments: Floats3  # (worlds, segments, 4): likewise
+    frames: Ints2  # (worlds, bodies): the frame with which a body moves; -1: it rests
+    poses: Floats3  # (times, 4, frames) m, m, 1, 1: x, y, cosine and sine of the heading of each frame
 
     @classmethod
     def nothing(cls) -> "Moving":

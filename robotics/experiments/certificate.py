@@ -21,7 +21,7 @@ linear inequalities, and V falls on its boundary: with v_r in its range, what st
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,10 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity
 from robotics.vehicle.robot import Robot
 
-SHARE = 0.99  # of the greatest decay rate is asked by default: the last percent costs the region much of its size
+_SHARE = 0.99  # of the greatest decay rate is asked by default: the last percent costs the region much of its size
 
 
 class CertificateError(InputError):
@@ -43,23 +43,16 @@ class CertificateError(InputError):
 class SectorModel:
     """The tracking error under a law, and the ranges of its premises.
 
-    Attributes:
-        law: The law.
-        speed_low: The least speed v_r of the reference [m/s].
-        speed_high: The greatest speed of the reference [m/s].
-        reference_turn: The greatest |ω_r| of the reference [rad/s].
-        turn: The greatest |ω| that may be commanded [rad/s].
-        heading: The greatest |ψ| [rad].
-
     Raises CertificateError for ranges that contradict each other.
     """
 
-    law: Lyapunov = field(default_factory=Lyapunov)
-    speed_low: float = quantity(0.2, "m/s", above=0)  # v_r >= this: a reference at rest is not certified
-    speed_high: float = quantity(0.4, "m/s", above=0)
-    reference_turn: float = quantity(1.0, "rad/s", least=0)  # |ω_r| <= this
-    turn: float = quantity(5.74, "rad/s", above=0)  # |ω| <= this, ω the commanded one; 5.74: the robot's limit
-    heading: float = quantity(1.2, "rad", above=0, most=3.1)  # |ψ| <= this; at π the law has another equilibrium
+    law: Lyapunov = described("The law.", default_factory=Lyapunov)
+    speed_low: float = quantity(0.2, "m/s", above=0, doc="Least v_r of the reference; none is certified at rest.")
+    speed_high: float = quantity(0.4, "m/s", above=0, doc="Greatest v_r of the reference.")
+    reference_turn: float = quantity(1.0, "rad/s", least=0, doc="Bound of the reference's |ω_r|.")
+    turn: float = quantity(5.74, "rad/s", above=0, doc="Bound of the commanded |ω|.")  # 5.74: the robot's limit
+    # At π the law has another equilibrium
+    heading: float = quantity(1.2, "rad", above=0, most=3.1, doc="Bound of the heading error.")
 
     def __post_init__(self) -> None:
         check_quantities(self, CertificateError)
@@ -229,7 +222,7 @@ def certify(model: SectorModel, decay: float | None = None) -> Certificate:
         raise CertificateError(
             f"no certificate{asked} for {_premises(model)}: accepted are rates > 0 and <= {most:.4g} 1/s"
         )
-    for wanted in (SHARE * fastest, 0.9 * fastest) if decay is None else (decay,):
+    for wanted in (_SHARE * fastest, 0.9 * fastest) if decay is None else (decay,):
         p = _largest(model, vertices, wanted * (1 + 1e-4))  # a little more, so that the solver's tolerance is covered
         rate = 0.0 if p is None else decay_rate(vertices, p)
         if p is not None and rate >= wanted:
@@ -300,8 +293,7 @@ def _inequalities(cp: Any, vertices: np.ndarray, scale: np.ndarray) -> tuple[Any
 
 def _solved(problem: Any) -> bool:
     """Solve it; what comes out is judged by its own eigenvalues, so an inexact answer is no cause for a warning."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         try:
             problem.solve(solver="CLARABEL")
         except _cvxpy().error.SolverError:

@@ -13,24 +13,24 @@ import pandas as pd
 
 from fuzzy.errors import InputError
 from fuzzy.shown import shown
-from fuzzy.sketch import counted, table, titled
+from fuzzy.sketch import table, titled
+from fuzzy.words import counted
 from robotics.experiments.executors import WorkerError, Workers
 from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
-from robotics.measures.evidence import student
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import ALL_METRICS, headlines, measure_all, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
+from robotics.statistics.intervals import student
 
 DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
     "tracking": ("fuzzy", "lyapunov", "csm", "assm", "qssm", "esm"),
     "formation": ("formation", "formation-teacher"),
     "team": ("cooperation", "graph-esm", "virtual-structure"),
 }
-KEYS = ["scenario", "controller", "seed", "robot"]
 
 
 class ComparisonError(InputError):

@@ -14,7 +14,7 @@ from robotics.measures.arrival import ARRIVAL_SPREAD
 from robotics.paths.references import sampled
 
 LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
-MOST = 40  # robots: the paths of more are not compared
+MOST_COMPARED = 40  # robots: the paths of more are not compared
 
 
 def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
@@ -53,7 +53,7 @@ def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, st
 
 def _first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]:
     """Who touch where none takes care, and in words when: all on time, or else one late; empty where nobody does."""
-    if not setting.ensemble and 1 < len(setting.robots) <= MOST:
+    if not setting.ensemble and 1 < len(setting.robots) <= MOST_COMPARED:
         for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
             if found := meetings(setting, late):
                 return when, found

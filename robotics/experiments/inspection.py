@@ -14,7 +14,7 @@ from fuzzy.errors import InputError
 from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
 from robotics.environment.swept import OBSTACLE, ROBOT, START, Watch
 from robotics.environment.world import Geometry
-from robotics.experiments.forewarnings import LATE, MOST, blind, meetings
+from robotics.experiments.forewarnings import LATE, MOST_COMPARED, blind, meetings
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
@@ -38,7 +38,7 @@ TURNED, TURNED_AWAY = 0.35, np.pi / 2  # rad: likewise of the heading
 
 
 @dataclass(frozen=True)
-class Finding:
+class ScenarioFinding:
     """Something about a scenario that its author should know."""
 
     severity: Severity
@@ -55,7 +55,7 @@ class Inspection:
 
     scenario: Scenario | None  # None: too little of the file can be read
     controller: str
-    findings: tuple[Finding, ...]  # the gravest first
+    findings: tuple[ScenarioFinding, ...]  # the gravest first
     demands: tuple[Demand, ...]  # of each robot's reference: the wheels', the speed's and the turn rate's
 
     @property
@@ -72,14 +72,14 @@ def inspect_survey(read: Survey, controller: str = "") -> Inspection:
         controller: The controller that is to drive, by default the file's own, or else fuzzy.
     """
     name = controller or read.controller or "fuzzy"
-    findings = [Finding("error", "not accepted", fault.sentence, fault.at) for fault in read.faults]
+    findings = [ScenarioFinding("error", "not accepted", fault.sentence, fault.at) for fault in read.faults]
     if read.scenario is None:
         return Inspection(None, name, tuple(findings), ())
     found = inspect_scenario(read.scenario, name)
     if read.robots != tuple(range(len(read.robots))):
         shifted = [f"robot {n + 1} as {k}" for k, n in enumerate(read.robots, start=1) if n + 1 != k]
         text = "robots that cannot be read are not counted: below stands " + ", ".join(shifted or ["none of them"])
-        findings.append(Finding("note", "numbers", text, ("robots",)))
+        findings.append(ScenarioFinding("note", "numbers", text, ("robots",)))
     placed = (replace(f, at=_in_file(f.at, read.robots)) for f in found.findings)
     ordered = sorted([*findings, *placed], key=lambda f: _GRAVEST.index(f.severity))
     return Inspection(read.scenario, name, tuple(ordered), found.demands)
@@ -98,7 +98,7 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     try:
         law = make_controller(controller)
     except InputError as error:
-        findings.append(Finding("error", "controller", str(error), ("controller",)))
+        findings.append(ScenarioFinding("error", "controller", str(error), ("controller",)))
     else:
         findings += [*_ends(setting, law), *_obstacles(setting, law), *_law(setting, law, controller)]
         findings += [*_meetings(setting, law, controller), *_radio(setting, law)]
@@ -109,19 +109,19 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
 # One robot -------------------------------------------------------------------------------------------------------
 
 
-def _feasibility(needed: list[Demand]) -> Iterator[Finding]:
+def _feasibility(needed: list[Demand]) -> Iterator[ScenarioFinding]:
     for demand in needed:
         robot, at = f"robot {demand.robot + 1}", ("robots", demand.robot, "timing")
         place = f"at t = {demand.time:.2f} s, ({demand.x:.2f}, {demand.y:.2f}) m"
         if not demand.feasible:
             text = f"{robot}: the reference is infeasible: {place}, {demand.words}"
-            yield Finding("error", "infeasible", text, at, demand.x, demand.y)
+            yield ScenarioFinding("error", "infeasible", text, at, demand.x, demand.y)
         elif demand.reserve < LITTLE:
             text = f"{robot}: {place}, {100 * demand.reserve:.1f} % of its {demand.limit} are left to catch up"
-            yield Finding("note", "little reserve", text, at, demand.x, demand.y)
+            yield ScenarioFinding("note", "little reserve", text, at, demand.x, demand.y)
 
 
-def _starts(setting: Setting) -> Iterator[Finding]:
+def _starts(setting: Setting) -> Iterator[ScenarioFinding]:
     """Starts beside the reference, or turned away from it."""
     first = setting.references.at(0.0)
     for i, (x, y, heading) in enumerate(setting.starts):
@@ -129,14 +129,14 @@ def _starts(setting: Setting) -> Iterator[Finding]:
         at = ("robots", i, "start")
         if off >= setting.divergence:
             text = f"robot {i + 1} starts {off:.2f} m from its reference, and at {setting.divergence:g} m it is stopped"
-            yield Finding("error", "start beyond divergence", text, at, float(x), float(y))
+            yield ScenarioFinding("error", "start beyond divergence", text, at, float(x), float(y))
         elif off > OFF or turn > TURNED:
             grave: Severity = "warning" if off > FAR_OFF + 1e-6 or turn > TURNED_AWAY else "note"
             text = f"robot {i + 1} starts {off:.2f} m from its reference and {np.degrees(turn):.0f}° turned from it"
-            yield Finding(grave, "start off the path", text, at, float(x), float(y))
+            yield ScenarioFinding(grave, "start off the path", text, at, float(x), float(y))
 
 
-def _accelerations(setting: Setting) -> Iterator[Finding]:
+def _accelerations(setting: Setting) -> Iterator[ScenarioFinding]:
     """References that move at once with a speed that a robot gathers only later."""
     if setting.plant == "kinematic":
         return
@@ -150,7 +150,7 @@ def _accelerations(setting: Setting) -> Iterator[Finding]:
                 f"robot needs {speed / most:.2g} s and falls {lag:.2g} m behind; a ramp gives it time"
             )
             place = (float(first.x[i]), float(first.y[i]))
-            yield Finding("warning", "sudden start", text, ("robots", i, "timing"), *place)
+            yield ScenarioFinding("warning", "sudden start", text, ("robots", i, "timing"), *place)
 
 
 def acceleration(robot: Robot) -> float:
@@ -162,29 +162,33 @@ def acceleration(robot: Robot) -> float:
 # Robots and robots -----------------------------------------------------------------------------------------------
 
 
-def _room(setting: Setting) -> Iterator[Finding]:
+def _room(setting: Setting) -> Iterator[ScenarioFinding]:
     """Robots that touch each other, or an obstacle, where they start."""
     sizes = footprints(setting.robots)
     x, y, heading = (setting.starts[:, k][None] for k in range(3))
     for i, j in enumerate(robot_contacts(x, y, heading, sizes)[0]):
         if j > i:
             text = f"robots {i + 1} and {int(j) + 1} touch each other where they start"
-            yield Finding("error", "starts too near", text, ("robots", i, "start"), float(x[0, i]), float(y[0, i]))
+            yield ScenarioFinding(
+                "error", "starts too near", text, ("robots", i, "start"), float(x[0, i]), float(y[0, i])
+            )
     if setting.world is not None:
         for i, o in enumerate(obstacle_contacts(x, y, heading, sizes, setting.world.at(0.0))[0]):
             if o >= 0:
                 text = f"robot {i + 1} starts in obstacle {int(o) + 1}, or touches it"
-                yield Finding("error", "start in an obstacle", text, ("robots", i, "start"), *setting.starts[i, :2])
+                yield ScenarioFinding(
+                    "error", "start in an obstacle", text, ("robots", i, "start"), *setting.starts[i, :2]
+                )
 
 
-def _ends(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
+def _ends(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     """Goals that are not reached in time, or too near to each other; starts nearer than the law keeps robots."""
     ends = np.atleast_1d(setting.references.ends)
     length = setting.ticks * setting.period
     for i, end in enumerate(ends):
         if end > length + 1e-9:
             text = f"robot {i + 1}: the run ends at {length:g} s, its reference reaches its goal at {end:.1f} s"
-            yield Finding("note", "goal after the run", text, ("duration",))
+            yield ScenarioFinding("note", "goal after the run", text, ("duration",))
     goal = setting.references.at(float(ends.max()))
     if (ends <= length + 1e-9).all():
         touched = robot_contacts(goal.x[None], goal.y[None], goal.heading[None], footprints(setting.robots))[0]
@@ -192,7 +196,7 @@ def _ends(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
             if j > i:
                 text = f"robots {i + 1} and {int(j) + 1} touch each other at their goals"
                 place = (float(goal.x[i]), float(goal.y[i]))
-                yield Finding("error", "goals too near", text, ("robots", i, "path"), *place)
+                yield ScenarioFinding("error", "goals too near", text, ("robots", i, "path"), *place)
     kept = law.kept_distance
     if kept is None:
         return
@@ -206,12 +210,12 @@ def _ends(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
                 if apart < kept - 1e-9:
                     text = f"the {what} of robots {i + 1} and {j + 1} are {apart:.2f} m apart; the law keeps {kept:g} m"
                     at = ("robots", j, key)
-                    yield Finding("warning", f"{what} nearer than kept", text, at, float(x[i]), float(y[i]))
+                    yield ScenarioFinding("warning", f"{what} nearer than kept", text, at, float(x[i]), float(y[i]))
 
 
-def _meetings(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
+def _meetings(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding]:
     """Robots that touch if each follows its reference exactly, or one of them late."""
-    if not 1 < len(setting.robots) <= MOST:
+    if not 1 < len(setting.robots) <= MOST_COMPARED:
         return
     for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
         found = meetings(setting, late)
@@ -221,7 +225,7 @@ def _meetings(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
             text = f"robots {i + 1} and {j + 1} touch at t = {time:.1f} s {when}{care}"
             grave: Severity = "note" if law.yields else "warning"
             place = (float(there.x[i]), float(there.y[i]))
-            yield Finding(grave, "references meet", text, ("robots", j, "path"), *place)
+            yield ScenarioFinding(grave, "references meet", text, ("robots", j, "path"), *place)
         if found:
             return
 
@@ -229,7 +233,7 @@ def _meetings(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
 # Robots and obstacles --------------------------------------------------------------------------------------------
 
 
-def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
+def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     """References that run through obstacles, or with little room beside them."""
     if setting.world is None:
         return
@@ -254,39 +258,39 @@ def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
             place = (float(there.x[i]), float(there.y[i]))
             where = f"at t = {row[START]:.1f} s, ({place[0]:.2f}, {place[1]:.2f}) m"
             text = f"robot {i + 1}: its path runs through obstacle {o + 1} {where}; {does}"
-            yield Finding(grave, "path through an obstacle", text, ("robots", i, "path"), *place)
+            yield ScenarioFinding(grave, "path through an obstacle", text, ("robots", i, "path"), *place)
     yield from _narrow(setting, on, world, {i for i, _ in struck})
 
 
-def _narrow(setting: Setting, on: Reference, world: Geometry, struck: set[int]) -> Iterator[Finding]:
+def _narrow(setting: Setting, on: Reference, world: Geometry, struck: set[int]) -> Iterator[ScenarioFinding]:
     gaps = obstacle_clearance(on.x, on.y, on.heading, footprints(setting.robots), world)
     for i, k in enumerate(gaps.argmin(axis=0)):
         if i not in struck and gaps[k, i] < ROOM:
             place = (float(on.x[k, i]), float(on.y[k, i]))
             where = f"at ({place[0]:.2f}, {place[1]:.2f}) m"
             text = f"robot {i + 1}: its path leaves {100 * gaps[k, i]:.1f} cm between it and an obstacle {where}"
-            yield Finding("warning", "little room", text, ("robots", i, "path"), *place)
+            yield ScenarioFinding("warning", "little room", text, ("robots", i, "path"), *place)
 
 
 # The law ---------------------------------------------------------------------------------------------------------
 
 
-def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[Finding]:
+def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding]:
     """What the law needs and lacks."""
     try:
         check_needs(setting, law)
     except InputError as error:
-        yield Finding("error", "sensors missing", str(error), ("sensors",))
+        yield ScenarioFinding("error", "sensors missing", str(error), ("sensors",))
         return
     try:
         law.init(setting, 1)
     except InputError as error:
-        yield Finding("error", "controller", str(error), ("controller",))
-    yield from (Finding("warning", "blind", text, ("obstacles",)) for text in blind(setting, law, name))
-    yield from (Finding("note", "misgiving", text, ("controller",)) for text in law.misgivings(setting))
+        yield ScenarioFinding("error", "controller", str(error), ("controller",))
+    yield from (ScenarioFinding("warning", "blind", text, ("obstacles",)) for text in blind(setting, law, name))
+    yield from (ScenarioFinding("note", "misgiving", text, ("controller",)) for text in law.misgivings(setting))
 
 
-def _radio(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
+def _radio(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     """Messages that do not fit into a period, and links that reach too short."""
     radio, count = setting.radio, len(setting.robots)
     if not law.message or count < 2:
@@ -294,7 +298,7 @@ def _radio(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
     try:
         radio.check_bandwidth(count, len(law.message))
     except InputError as error:
-        yield Finding("error", "radio too slow", str(error), ("radio", *error.at))
+        yield ScenarioFinding("error", "radio too slow", str(error), ("radio", *error.at))
     if radio.range is None:
         return
     times = setting.times
@@ -309,4 +313,4 @@ def _radio(setting: Setting, law: Law[Any]) -> Iterator[Finding]:
                 f"are up to {apart[k]:.2f} m apart, at t = {times[k]:.1f} s, and the radio reaches {radio.range:g} m"
             )
             place = (float(on.x[k, i]), float(on.y[k, i]))
-            yield Finding("warning", "radio out of reach", text, ("radio", "range"), *place)
+            yield ScenarioFinding("warning", "radio out of reach", text, ("radio", "range"), *place)

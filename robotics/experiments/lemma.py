@@ -28,7 +28,7 @@ import numpy as np
 
 from robotics.laws.tracking.lyapunov import Lyapunov
 
-TOLERANCE = 1e-9  # relative: a bound that is met exactly, but for rounding, holds
+_TOLERANCE = 1e-9  # relative: a bound that is met exactly, but for rounding, holds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ def _most(
     k = int(ratio.argmax())
 
     def bounds(constant: float) -> bool:
-        return bool(ratio[k] <= constant * (1 + TOLERANCE))
+        return bool(ratio[k] <= constant * (1 + _TOLERANCE))
 
     return _condition(name, statement, ratio[k], e[k], bounds, printed, corrected)
 
@@ -113,7 +113,7 @@ def _least(
     k = int(ratio.argmin())
 
     def bounds(constant: float) -> bool:
-        return bool(ratio[k] >= constant * (1 - TOLERANCE))
+        return bool(ratio[k] >= constant * (1 - _TOLERANCE))
 
     return _condition(name, statement, ratio[k], e[k], bounds, printed, corrected)
 

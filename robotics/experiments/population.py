@@ -11,18 +11,19 @@ from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 
+from fuzzy.compiled.threads import share_out
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from fuzzy.sketch import counted
+from fuzzy.words import counted
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.laws.setting import Setting, Truth
+from robotics.laws.setting import Setting, TrueParameters
 from robotics.laws.universe import say_of_inputs
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import measure_all, metrics_of, own_metrics
 from robotics.scenario.description import Scenario
-from robotics.simulation.loop import CHUNK, Periods, checked_seeds, drive_chunk, record_run, share_out
-from robotics.simulation.opening import Driver, Opening, has_equation
+from robotics.simulation.loop import CHUNK, Periods, checked_seeds, drive_chunk, record_run, threads_for
+from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.vehicle.robot import Robot
@@ -69,7 +70,7 @@ def simulate_many(
     keep: Literal["metrics"],
     metrics: Sequence[str] | None = ...,
     own: OwnMetrics = ...,
-    truth: Truth | None = ...,
+    truth: TrueParameters | None = ...,
     threads: int | None = ...,
     progress: Callable[[], None] | None = ...,
 ) -> Population: ...
@@ -85,7 +86,7 @@ def simulate_many(
     keep: Literal["runs"] = ...,
     metrics: Sequence[str] | None = ...,
     own: OwnMetrics = ...,
-    truth: Truth | None = ...,
+    truth: TrueParameters | None = ...,
     threads: int | None = ...,
     progress: Callable[[], None] | None = ...,
 ) -> list[Run]: ...
@@ -100,7 +101,7 @@ def simulate_many(
     keep: Literal["runs", "metrics"] = "runs",
     metrics: Sequence[str] | None = None,
     own: OwnMetrics = NO_METRICS,
-    truth: Truth | None = None,
+    truth: TrueParameters | None = None,
     threads: int | None = None,
     progress: Callable[[], None] | None = None,
 ) -> list[Run] | Population:
@@ -151,14 +152,14 @@ def simulate_many(
                 found[place] = made(record_run(setting, law, seeds, name=_name(laws[place]), threads=threads))
                 told(len(seeds))
             continue
-        opening = Opening.of([drivers[place] for place in places], seeds)
+        opening = PreparedRuns.of([drivers[place] for place in places], seeds)
 
-        def one(job: _Job, opening: Opening = opening, places: list[int] = places) -> list[tuple[int, Any]]:
+        def one(job: _Job, opening: PreparedRuns = opening, places: list[int] = places) -> list[tuple[int, Any]]:
             runs = _driven(opening, job, seeds, [_name(laws[places[n]]) for n in job.drivers])
             told(job.last - job.first)
             return [(places[n], made(run)) for n, run in runs]
 
-        for place, part in (pair for pairs in share_out(one, jobs, threads) for pair in pairs):
+        for place, part in (pair for pairs in share_out(one, jobs, threads_for(threads)) for pair in pairs):
             found[place] = part if found[place] is None else _joined(found[place], part)
     return found if keep == "runs" else _population(scenario.name, seeds, found)
 
@@ -197,11 +198,12 @@ def _jobs(places: Sequence[int], drivers: Sequence[Driver], each: int, whole: bo
     return [_Job(group.start * each, group.stop * each, group) for group in groups]
 
 
-def _driven(opening: Opening, job: _Job, seeds: tuple[int, ...], names: list[str]) -> list[tuple[int, Run]]:
+def _driven(opening: PreparedRuns, job: _Job, seeds: tuple[int, ...], names: list[str]) -> list[tuple[int, Run]]:
     """Drive a job; return the runs of each of its drivers, with the driver's place."""
     each, (setting, law) = len(seeds), opening.drivers[job.drivers.start]
     recorder = Recorder(setting, law, job.last - job.first)
-    gone = drive_chunk(opening, job.first, job.last, recorder.kept(0, job.last - job.first), setting.ticks)
+    watching = recorder.observer(0, job.last - job.first)
+    gone, _ = drive_chunk(opening, job.first, job.last, watching, setting.ticks)
     end, found = setting.ticks + 1, []
     for n, name in zip(job.drivers, names, strict=True):
         first, last = max(n * each, job.first), min((n + 1) * each, job.last)
@@ -233,7 +235,7 @@ def _population(scenario: str, seeds: tuple[int, ...], found: Sequence[Any]) -> 
     return Population(scenario, seeds, metrics, np.stack([stopped for _, stopped in found]))
 
 
-def _true_setting(scenario: Scenario, truth: Truth | None) -> Setting:
+def _true_setting(scenario: Scenario, truth: TrueParameters | None) -> Setting:
     """The scenario's setting with what is so."""
     if truth is not None and len(truth.robots) != len(scenario.robots):
         raise PopulationError(f"truth must have {counted(len(scenario.robots), 'robot')}; got {len(truth.robots)}")

@@ -24,8 +24,8 @@ from robotics.simulation.run import Run
 
 PROGRESS_GAP = 0.05  # of the path: robots that are nearer to each other are in formation
 ON_PATH = 0.1  # m: a robot that is nearer to its path is on it
-LATEST = 0.97  # of the foremost robot's path: a recovery after that does not count
-FIRST, LAST = 5.0, 35.0  # s: when a fault may begin
+_LATEST = 0.97  # of the foremost robot's path: a recovery after that does not count
+_FIRST, _LAST = 5.0, 35.0  # s: when a fault may begin
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) ->
         seeds: The seeds of the runs.
     """
     kinds: tuple[tuple[int, Literal["failure", "delay"]], ...] = ((2, "failure"), (3, "delay"))
-    faults = tuple(Fault(robot=i, kind=kind, start=FIRST, start_until=LAST) for i, kind in kinds)
+    faults = tuple(Fault(robot=i, kind=kind, start=_FIRST, start_until=_LAST) for i, kind in kinds)
     drawn = Faults.drawn(faults, len(scenario.robots), seeds)
     return replace(drawn, ends=drawn.starts + lengths[:, None])
 
@@ -78,7 +78,7 @@ def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
     samples = bad.shape[1]
     first = np.where(bad.any(1), samples - np.argmax(bad[:, ::-1], axis=1), np.argmax(counted, axis=1))
     back = np.minimum(first, samples - 1)
-    there = (first < samples) & (np.take_along_axis(progress, back[:, None], axis=1)[:, 0] < LATEST)
+    there = (first < samples) & (np.take_along_axis(progress, back[:, None], axis=1)[:, 0] < _LATEST)
     after = np.where(there, np.maximum(run.time[back] - fault_ends, 0.0), np.inf)
     return Recovery(run.controller, 0.0, there, after, np.nanmax(cross, axis=1), np.nanmax(gap, axis=1))
 

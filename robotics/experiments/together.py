@@ -12,7 +12,7 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import Simulation, when_stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns
 
 _LONGEST = 70.0  # s: a run is driven no longer
 _GOAL = 0.1  # m: how near its goal a robot has reached it
@@ -57,8 +57,8 @@ def run_together(
     simulation = Simulation(ensemble, law, seeds * len(settings), recorder=recorder, name=controller)
     reached, k = np.inf, 0
     for k, _ in simulation.periods():
-        x, y = simulation.rows(simulation.lanes.body.truth[: p.Y + 1])
-        if np.isinf(reached) and (np.hypot(x - goals.x, y - goals.y) < _GOAL).all():
+        truth = TruthColumns(simulation.rows(simulation.lanes.body.truth))
+        if np.isinf(reached) and (np.hypot(truth.x - goals.x, truth.y - goals.y) < _GOAL).all():
             reached = k * ensemble.period
         if k * ensemble.period > reached + _REST:
             break

@@ -1,23 +1,25 @@
 """The pictures of an arena: who leads and how surely, at which budget, at what effort, and what a change does to it."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from fuzzy.figures.drawing import COLORS, LINES, figure_of, new_figure, number, style, text_width
 from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
-from robotics.figures.drawing import PlotError, few_ticks
-from robotics.statistics.bootstrap import Interval
+from robotics.figures.drawing import PlotError, few_ticks, panel_grid
+from robotics.statistics.intervals import Interval
 from robotics.statistics.ranking import pareto_front
 
 WIDTH = 6.3  # inches: 16 cm, the text of a printed page
@@ -25,6 +27,7 @@ _MOST = 20.0  # times the reference's cost: what is more is written at the edge
 _GAP = 0.1  # inches between columns of text
 _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
 _RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
+_BUDGETS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # evaluations at which there may be a tick
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
 # From good over nothing to bad, blue and orange as in the series
 _SCALE = LinearSegmentedColormap.from_list("cost", DIVERGING)
@@ -107,8 +110,9 @@ def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
                 ax.text(right / 1.01, row, beyond, color=look.color, fontsize=6.3, ha="right", va="center", zorder=5)
         ax.axvline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
         ax.set_xscale("log")
-        ax.set_xlim(min(0.9, float(known.min()) / 1.1), right)
-        _ratio_ticks(ax)
+        left = min(0.9, float(known.min()) / 1.1)
+        ax.set_xlim(left, right)
+        _write_ticks(ax.xaxis, _round_ticks(left, right))
         ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
         ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
         ax.set_yticks(range(len(laws)), [f"{laws[law].title}  {rank}" for law, rank in zip(order, ranks, strict=True)])
@@ -193,7 +197,7 @@ def plot_budget(
     Args:
         laws: The laws.
         budgets: The numbers of evaluations (budgets,), growing.
-        curves: Median and range over repeats (laws, budgets), of robotics.statistics.budget.over_budget.
+        curves: Median and range over repeats (laws, budgets), of :meth:`robotics.arena.outcome.Outcome.curves`.
         cost: What the axis of costs says, with its unit in brackets.
         width: The width of the figure in inches.
 
@@ -211,23 +215,15 @@ def plot_budget(
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
         ax.set_xscale("log")
         ax.set_yscale("log")
-        ax.set_xticks([b for b in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if _within(b, budgets)])
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        ax.xaxis.set_minor_locator(NullLocator())
+        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         ax.set_xlim(budgets[0], budgets[-1])
         low, high = _room(curves)
         ax.set_ylim(low, high)
-        ax.set_yticks(_round_ticks(low, high))
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-        ax.yaxis.set_minor_locator(NullLocator())
+        _write_ticks(ax.yaxis, _round_ticks(low, high))
         ax.set(xlabel="evaluations", ylabel=f"{cost}, logarithmic")
         _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
         _legend(figure, laws, lines=True)
         return figure
-
-
-def _within(value: float, values: np.ndarray) -> bool:
-    return bool(values[0] <= value <= values[-1])
 
 
 def _finite(values: np.ndarray) -> np.ndarray:
@@ -319,23 +315,18 @@ def plot_profiles(
     """
     families = _families(laws)
     columns = min(3, len(families))
-    rows = -(-len(families) // columns)
     most = max(sum(law.family == family for law in laws) for family in families)
     with style():
-        figure = new_figure(width, 0.3 + (1.65 + 0.125 * most) * rows)
-        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for ax, family in zip(grid.flat, families, strict=False):
+        figure = new_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns))
+        axes = panel_grid(figure, len(families), columns)
+        for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
             ax.set_xscale("log")
-            ax.set_xticks(few_ticks(float(limits[0]), float(limits[-1])))
-            ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-            ax.xaxis.set_minor_locator(NullLocator())
+            _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
             ax.set_xlim(limits[0], limits[-1])
             ax.set_ylim(0, 103)
-        for ax in grid.flat[len(families) :]:
-            ax.remove()
-        for row in grid:
-            row[0].set_ylabel("runs at most that [%]")
+        for ax in axes[::columns]:
+            ax.set_ylabel("runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
         return figure
 
@@ -384,15 +375,9 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
                 color = "white" if abs(chance - 50) > 42 else ROLES["ink"].light
                 words = f"{chance:.0f}{between}{mark}"
                 ax.text(column, row, words, ha="center", va="center", fontsize=size, linespacing=0.9, color=color)
-        ax.set_yticks(range(count), [law.title for law in laws])
         ax.set_xticks(range(count), [law.title for law in laws], rotation=40, ha="left", rotation_mode="anchor")
-        ax.xaxis.tick_top()
-        for labels in (ax.get_xticklabels(), ax.get_yticklabels()):
-            _color_names(labels, laws)
-        _bare(ax)
-        bar = figure.colorbar(image, ax=ax, fraction=0.03, pad=0.015, ticks=[0, 25, 50, 75, 100])
-        bar.outline.set_visible(False)
-        bar.set_label("runs on which the row costs less [%]", fontsize=7)
+        _end_matrix(ax, image, laws, "runs on which the row costs less [%]", {t: f"{t}" for t in (0, 25, 50, 75, 100)})
+        _color_names(ax.get_xticklabels(), laws)
         words = "   ".join(f"{mark} {verdict}" for verdict, mark in _MARKS.items())
         figure.supxlabel(f"the row's cost against the column's:  {words}", fontsize=6.5)
         return figure
@@ -417,20 +402,13 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
             _write_ratio(ax, row, column, ratios[row, column], reach)
-        ax.set_yticks(range(len(laws)), [law.title for law in laws])
         heads = [change.replace(" ", "\n", 1) for change in changes]
         room = (width - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
         crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
         turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
         ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
-        ax.xaxis.tick_top()
-        _color_names(ax.get_yticklabels(), laws)
-        _bare(ax)
-        ticks = [t for t in _RATIOS if abs(np.log(t)) <= reach * 1.001]
-        bar = figure.colorbar(image, ax=ax, fraction=0.03, pad=0.015, ticks=np.log(ticks))
-        bar.ax.set_yticklabels([f"{t:g}" for t in ticks])
-        bar.outline.set_visible(False)
-        bar.set_label("cost [unchanged = 1]", fontsize=7)
+        ticks = {float(np.log(t)): f"{t:g}" for t in _RATIOS if abs(np.log(t)) <= reach * 1.001}
+        _end_matrix(ax, image, laws, "cost [unchanged = 1]", ticks)
         figure.supxlabel("(in brackets: cannot be told from 1)", fontsize=6.5)
         return figure
 
@@ -513,9 +491,7 @@ def _round_axes(ax: Axes, points: np.ndarray) -> None:
         margin = max((values.max() / values.min()) ** 0.1, 1.25)
         low, high = values.min() / margin, values.max() * margin
         limit(low, high)
-        axis.set_ticks(_round_ticks(low, high))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-        axis.set_minor_locator(NullLocator())
+        _write_ticks(axis, _round_ticks(low, high))
 
 
 def _along(ax: Axes, line: Line2D) -> np.ndarray:
@@ -592,8 +568,23 @@ def _color_names(labels: Iterable[Text], laws: Sequence[Entrant]) -> None:
         label.set_parse_math(False)
 
 
-def _bare(ax: Axes) -> None:
-    """Leave nothing of a heat map's axes but their names; white lines part the cells."""
+def _end_matrix(ax: Axes, image: AxesImage, laws: Sequence[Entrant], label: str, ticks: Mapping[float, str]) -> None:
+    """Name the rows of a heat map and part its cells by white lines; leave nothing else of its axes but a colour bar.
+
+    Args:
+        ax: The axes.
+        image: What is drawn in them.
+        laws: The laws, in the order of rows.
+        label: What the colours say, with its unit in brackets.
+        ticks: What the colour bar says at which values.
+    """
+    ax.set_yticks(range(len(laws)), [law.title for law in laws])
+    _color_names(ax.get_yticklabels(), laws)
+    ax.xaxis.tick_top()
+    bar = figure_of(ax).colorbar(image, ax=ax, fraction=0.03, pad=0.015, ticks=list(ticks))
+    bar.ax.set_yticklabels(list(ticks.values()))
+    bar.outline.set_visible(False)
+    bar.set_label(label, fontsize=7)
     ax.grid(visible=False)
     ax.tick_params(length=0)
     for spine in ax.spines.values():
@@ -603,12 +594,11 @@ def _bare(ax: Axes) -> None:
             lines(k - 0.5, color="white", linewidth=0.8)
 
 
-def _ratio_ticks(ax: Axes) -> None:
-    low, high = ax.get_xlim()
-    ax.set_xticks(_round_ticks(low, high))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.xaxis.set_minor_formatter(NullFormatter())
+def _write_ticks(axis: Axis, ticks: Sequence[float]) -> None:
+    """Give a logarithmic axis these ticks, as plain numbers, and no others."""
+    axis.set_ticks(ticks)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axis.set_minor_locator(NullLocator())
 
 
 def _legend(

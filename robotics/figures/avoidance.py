@@ -14,22 +14,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, figure_of, new_figure, style, text_width
+from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, new_figure, style, text_width
 from robotics.figures.distances import draw_distances
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
     draw_line,
     draw_many,
-    last_known,
+    legend_entries,
     mark_contacts,
-    mark_stop,
     shown_until,
-    strided,
     unjumped,
 )
 from robotics.figures.faults import FEW
 from robotics.figures.modes import draw_modes
+from robotics.figures.robots import draw_path, draw_way
 from robotics.figures.world import draw_bodies, draw_body, draw_world
 from robotics.laws.catalogue import law_title
 from robotics.measures.clearance import clearances, robot_gaps
@@ -104,16 +103,19 @@ def plot_avoidance(
                 place = (box[0] / width, box[1] / total, box[2] / width, box[3] / total)
                 ax = figure.add_axes(place, sharey=axes[0] if axes else None)
                 axes.append(ax)
-                _DRAW[row](ax, view)
-                if row != "trajectories":
+                _ROWS[row].draw(ax, view)
+                if row == "trajectories":
+                    ax.set_xlabel("x [m]")
+                else:
                     ax.set_xlim(0.0, shown)
                     ax.tick_params(labelbottom=row == chosen[-1])
                 if row == chosen[-1]:
                     ax.set_xlabel("time [s]")
                 if column:
                     ax.tick_params(labelleft=False)
-                    ax.set_ylabel("")
-                if column == 0 and figures and row in figures:
+                    continue
+                ax.set_ylabel(_ROWS[row].label)
+                if figures and row in figures:
                     ax.set_title(f"thesis {figures[row]}", loc="left", fontsize=7, pad=2.5, color="0.3")
             if row != "trajectories":
                 _legend(axes, top / total)
@@ -121,8 +123,7 @@ def plot_avoidance(
         for column, title in enumerate(titles):
             x = (_LEFT + column * (panel + _BETWEEN) + panel / 2) / width
             figure.text(x, 1 - (above - 0.18) / total, title, ha="center", fontsize=8, parse_math=False)
-        title = f"{runs[0].scenario}, seed {runs[0].seeds[views[0].place]}"
-        figure.text(0.1 / width, 1 - 0.2 / total, title, fontsize=9, parse_math=False)
+        figure.text(0.1 / width, 1 - 0.2 / total, _named(views[0]), fontsize=9, parse_math=False)
         _robots_legend(figure, views, chosen)
         return figure
 
@@ -151,20 +152,21 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
         for panels, row in zip(grid, views, strict=True):
             for ax, view in zip(panels, row, strict=True):
                 _trajectories(ax, view)
-                ax.set(xlabel="", ylabel="")
-            run, place = row[0].run, row[0].place
-            panels[0].set_ylabel(f"{run.scenario}, seed {run.seeds[place]}\ny [m]", parse_math=False)
+            panels[0].set_ylabel(f"{_named(row[0])}\ny [m]", parse_math=False)
         for ax, view in zip(grid[0], views[0], strict=True):
             ax.set_title(law_title(view.run.controller), fontsize=9, parse_math=False)
         for ax in grid[-1]:
             ax.set_xlabel("x [m]")
-        handles, names = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncol=6)
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncol=6)
         return figure
 
 
 def _view(run: Run, place: int) -> _View:
     return _View(run, place, shown_until(run, place))
+
+
+def _named(view: _View) -> str:
+    return f"{view.run.scenario}, seed {view.run.seeds[view.place]}"
 
 
 def _has(run: Run, row: str) -> bool:
@@ -181,21 +183,15 @@ def _height(views: Sequence[_View], width: float) -> float:
     return float(np.clip(width * up / across, 1.2, 2.3))
 
 
-def _look(robot: int) -> dict[str, Any]:
-    return {"color": COLORS[robot % len(COLORS)], "linestyle": LINES[robot % 7]}
-
-
 def _robots_legend(figure: Figure, views: Sequence[_View], rows: Sequence[str]) -> None:
     """At the top, what holds of all panels: the robots' lines, and of the trajectories what else is in them."""
     robots = len(views[0].run.paths)
     entries: dict[str, Any] = {}
     if robots <= FEW:
-        entries |= {f"robot {i + 1}": Line2D([], [], **_look(i), linewidth=1.1) for i in range(robots)}
+        entries |= {f"robot {i + 1}": Line2D([], [], **line_look(i), linewidth=1.1) for i in range(robots)}
     if "trajectories" in rows:
-        for ax in figure.axes[: len(views)]:
-            handles, names = ax.get_legend_handles_labels()
-            found = dict(zip(names, handles, strict=True))
-            entries |= {name: found[name] for name in ("path", "contact") if name in found}
+        found = legend_entries(*figure.axes[: len(views)])
+        entries |= {name: found[name] for name in ("path", "contact") if name in found}
     if entries:
         options: dict[str, Any] = {
             "loc": "upper right",
@@ -209,10 +205,7 @@ def _robots_legend(figure: Figure, views: Sequence[_View], rows: Sequence[str]) 
 def _legend(axes: Sequence[Axes], top: float) -> None:
     """One legend for a row, over its panels; ``top`` is their upper edge, as a share of the figure."""
     ax = axes[-1]
-    unique: dict[str, Any] = {}
-    for each in axes:
-        handles, names = each.get_legend_handles_labels()
-        unique |= dict(zip(names, handles, strict=True))
+    unique = legend_entries(*axes)
     if unique:
         figure = figure_of(ax)
         place: dict[str, Any] = {
@@ -229,21 +222,19 @@ def _legend(axes: Sequence[Axes], top: float) -> None:
 
 def _trajectories(ax: Axes, view: _View) -> None:
     run, place, end = view
-    x, y = (run[name][place, :, :end] for name in ("x", "y"))
     draw_world(ax, run, end - 1)
     draw_bodies(ax, run, place, end - 1)
     nearest = _nearest(view)
-    for i, nodes in enumerate(run.paths):
-        ax.plot(*strided(*nodes), **TARGET, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
-        ax.plot(*strided(x[i], y[i]), **_look(i), linewidth=1.1, label=f"robot {i + 1}" if len(x) <= FEW else None)
-        color = COLORS[i % len(COLORS)]
+    robots = len(run.paths)
+    for i in range(robots):
+        draw_path(ax, run, i, zorder=1)
+        name = f"robot {i + 1}" if robots <= FEW else None
+        draw_way(ax, run, place, i, end, **line_look(i), linewidth=1.1, label=name)
         if nearest is not None and i in nearest[:2]:
+            color = line_look(i)["color"]
             draw_body(ax, run, place, i, np.array([nearest[2]]), facecolors=color, zorder=4)
-        if run.diverged[place, i] and (k := last_known(x[i])) >= 0:
-            mark_stop(ax, x[i, k], y[i, k], color)
     mark_contacts(ax, run, place, until=float(run.time[end - 1]))
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel="x [m]", ylabel="y [m]")
 
 
 def _nearest(view: _View) -> tuple[int, int, int] | None:
@@ -256,18 +247,16 @@ def _nearest(view: _View) -> tuple[int, int, int] | None:
     return i, j, int(least[i, j].argmin())
 
 
-def _per_robot(values: Callable[[_View], np.ndarray], name: str) -> Callable[[Axes, _View], None]:
+def _per_robot(values: Callable[[_View], np.ndarray]) -> Callable[[Axes, _View], None]:
     def draw(ax: Axes, view: _View) -> None:
-        ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+        ax.axhline(0.0, **TARGET)
         rows = values(view)
         if len(rows) > FEW:
             draw_many(ax, view.run.time[: view.end], rows[:, : view.end])
-            ax.set_ylabel(name)
             return
         for i, row in enumerate(rows):
-            look = _look(i) | {"linewidth": 0.8 + 0.4 * (len(rows) - 1 - i) / max(len(rows) - 1, 1)}
+            look = line_look(i) | {"linewidth": 0.8 + 0.4 * (len(rows) - 1 - i) / max(len(rows) - 1, 1)}
             draw_line(ax, view.run.time[: view.end], row[: view.end], **look)
-        ax.set_ylabel(name)
 
     return draw
 
@@ -285,17 +274,23 @@ def _sonar(ax: Axes, view: _View) -> None:
     free = np.minimum(clearances(run, place)[0, :end], 10.0)
     draw_line(ax, time, free, color="black", linestyle="--", linewidth=0.9, label="true clearance")
     ax.set_ylim(0.0, _FAR)
-    ax.set_ylabel("obstacle [m]")
 
 
-_DRAW: dict[str, Callable[[Axes, _View], None]] = {
-    "trajectories": _trajectories,
-    "distances": lambda ax, view: draw_distances(ax, *view),
-    "cross-track": _per_robot(lambda view: cross_track_error(view.run)[view.place], "$y_{err}$ [m]"),
-    "heading": _per_robot(lambda view: unjumped(tracking_error(view.run).heading[view.place]), "$ψ_{err}$ [rad]"),
-    "sonar": _sonar,
-    "v": _per_robot(lambda view: view.run["v"][view.place], "v [m/s]"),
-    "w": _per_robot(lambda view: view.run["w"][view.place], "ω [rad/s]"),
-    "progress": _per_robot(lambda view: view.run["progress"][view.place], "progress s"),
-    "modes": lambda ax, view: draw_modes(ax, *view),
+class _Row(NamedTuple):
+    """A row of panels, one for each law."""
+
+    label: str  # of the y axis, with its unit
+    draw: Callable[[Axes, _View], None]
+
+
+_ROWS = {
+    "trajectories": _Row("y [m]", _trajectories),
+    "distances": _Row("distance [m]", lambda ax, view: draw_distances(ax, *view)),
+    "cross-track": _Row("$y_{err}$ [m]", _per_robot(lambda view: cross_track_error(view.run)[view.place])),
+    "heading": _Row("$ψ_{err}$ [rad]", _per_robot(lambda view: unjumped(tracking_error(view.run).heading[view.place]))),
+    "sonar": _Row("obstacle [m]", _sonar),
+    "v": _Row("v [m/s]", _per_robot(lambda view: view.run["v"][view.place])),
+    "w": _Row("ω [rad/s]", _per_robot(lambda view: view.run["w"][view.place])),
+    "progress": _Row("progress s", _per_robot(lambda view: view.run["progress"][view.place])),
+    "modes": _Row("robot", lambda ax, view: draw_modes(ax, *view)),
 }

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 
 from fuzzy.figures.drawing import DOUBLE, PAGE, new_figure, style
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
-from robotics.figures.drawing import Look, PlotError, few_ticks, looks_of
+from robotics.figures.drawing import Look, PlotError, looks_of, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
 from robotics.measures.registry import ALL_METRICS, headlines
 from robotics.measures.tracking import Metric
@@ -60,23 +60,20 @@ def plot_comparison(
         raise PlotError(f"the metrics of {scenario!r} are 0 or unknown in all runs: there is nothing to draw")
     alike = all(_same(values_of_runs(runs[n], m, known[m])) for n in names for m in metrics)
     columns = min(3 if width > PAGE else 2, len(metrics))
-    rows = -(-len(metrics) // columns)
     with style():
-        figure = new_figure(width, rows * (0.74 + 0.17 * len(names)) + 0.25)
-        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for ax, metric in zip(grid.flat, metrics, strict=False):
+        figure = new_figure(width, -(-len(metrics) // columns) * (0.74 + 0.17 * len(names)) + 0.25)
+        axes = panel_grid(figure, len(metrics), columns)
+        for ax, metric in zip(axes, metrics, strict=True):
             _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen, alike)
-        for ax in grid.flat[len(metrics) :]:
-            ax.remove()
         touched = [contact_runs(table, scenario, name) for name in names]
         titles = [
             textwrap.fill(law_title(name).replace(",", ", "), 24)
             + (f"\n✕ contact in {count} of {runs}" if count else "")
             for name, (count, runs) in zip(names, touched, strict=True)
         ]
-        grid[0, 0].set_yticks(range(len(names)), titles)
-        grid[0, 0].set_ylim(len(names) - 0.4, -0.6)
-        for tick in (t for row in grid for t in row[0].get_yticklabels()):
+        axes[0].set_yticks(range(len(names)), titles)
+        axes[0].set_ylim(len(names) - 0.4, -0.6)
+        for tick in (t for ax in axes[::columns] for t in ax.get_yticklabels()):
             tick.set_parse_math(False)
         mean = Line2D([], [], color="black", marker="|", markersize=8, linewidth=1.0, linestyle="-")
         dot = Line2D([], [], color="0.5", marker="o", markersize=2.5, linestyle="none")
@@ -110,14 +107,8 @@ def _draw_metric(
 ) -> None:
     values = {name: values_of_runs(table[table["controller"] == name], metric, about) for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
-    logarithmic = known.size > 0 and known.min() > 0 and known.max() > 10 * known.min()
+    logarithmic = scale_values(ax, known)
     small = known.size > 0 and known.max() < 0.1 and about.unit in _PREFIXED
-    if logarithmic:
-        ax.set_xscale("log")
-        ax.set_xticks(few_ticks(known.min(), known.max()))
-        ax.minorticks_off()
-    else:
-        ax.locator_params(axis="x", nbins=4)
     factor = 1000.0 if small else 1.0
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{factor * value:.6g}".replace("-", "−")))
     for row, name in enumerate(names):

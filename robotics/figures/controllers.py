@@ -5,7 +5,6 @@ of each run is drawn, by default the first. These are the thesis's Figs 2.6-2.14
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,17 +21,16 @@ from robotics.figures.drawing import (
     cut_axis,
     draw_band,
     draw_line,
-    last_known,
+    legend_entries,
     looks,
     looks_of,
     mark_contacts,
-    mark_stop,
     only,
     room_for,
-    strided,
     unjumped,
 )
 from robotics.figures.faults import FEW
+from robotics.figures.robots import START, draw_path, draw_way, mark_stop
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import law_title
 from robotics.measures.tracking import cross_track_error, tracking_error, under_way
@@ -82,8 +80,7 @@ def plot_paths(
         overview.set_ylabel("y [m]")
         _draw_cross_tracks([figure.add_subplot(grid[1 + k // columns, k % columns]) for k in range(len(runs))],
                            runs, chosen, columns)  # fmt: skip
-        handles, names = overview.get_legend_handles_labels()
-        unique = dict(zip(names, handles, strict=True))
+        unique = legend_entries(overview)
         figure.legend(
             unique.values(), unique.keys(), loc="outside upper center", ncol=2 if width <= PAGE else 4, handlelength=2.8
         )
@@ -108,7 +105,7 @@ def _draw_cross_tracks(axes: Sequence[Axes], runs: Sequence[Run], chosen: Mappin
     scale, prefix = _milli(np.array([low, high]))
     several = len(runs[0].paths) > 1
     for k, (ax, run, rows) in enumerate(zip(axes, runs, errors, strict=True)):
-        ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+        ax.axhline(0.0, **TARGET)
         draw_band(ax, time[:end], scale * rows[:, :end], chosen[run.controller])
         cut_axis(ax, time[:end], scale * rows[:, :end], scale * low, scale * high)
         ax.margins(x=0)
@@ -150,17 +147,14 @@ def _points(run: Run) -> np.ndarray:
 def _draw_paths(ax: Axes, run: Run, look: Look, above: int) -> None:
     """The paths of one controller; those with more ``above`` them are wider, and are seen beside what covers them."""
     for i in range(len(run.paths)):
-        x, y = run["x"][0, i], run["y"][0, i]
         style_ = {"color": look.color, "linestyle": look.line, "linewidth": 0.9 + 0.35 * (above - 1)}
-        ax.plot(*strided(x, y), **style_, label=law_title(run.controller))
-        if run.diverged[0, i] and (k := last_known(x)) >= 0:
-            mark_stop(ax, x[k], y[k], look.color)
+        draw_way(ax, run, 0, i, **style_, label=law_title(run.controller))
     mark_contacts(ax, run, 0)
 
 
 def _draw_references(ax: Axes, run: Run) -> None:
-    for nodes in run.paths:
-        ax.plot(*strided(*nodes), **TARGET, label="reference", zorder=2.1)  # type: ignore[arg-type]
+    for i in range(len(run.paths)):
+        draw_path(ax, run, i, name="reference", zorder=2.1)
 
 
 def _mark_starts(ax: Axes, run: Run) -> None:
@@ -168,7 +162,7 @@ def _mark_starts(ax: Axes, run: Run) -> None:
     robots = len(run.paths)
     for i in range(len(run.paths)):
         x, y, heading = (float(run[channel][0, i, 0]) for channel in ("x", "y", "heading"))
-        ax.plot([x], [y], marker="o", markerfacecolor="white", color="black", linestyle="none", label="start", zorder=5)
+        ax.plot([x], [y], **START, label="start", zorder=5)
         ax.annotate(
             f"robot {i + 1}" if 1 < robots <= FEW else str(i + 1) if robots > FEW else "",
             (x, y),
@@ -231,9 +225,7 @@ def plot_errors(
                         zorder=2 + 0.01 * depth,
                         label=_named(run, robot),
                     )
-                    k = last_known(error)
-                    if run.diverged[0, robot] and k >= 0 and shown[k]:
-                        mark_stop(ax, time[k], scale * error[k], look.color)
+                    mark_stop(ax, run, 0, robot, time[shown], scale * error[shown], look.color)
                 ax.axhline(0.0, **TARGET)
                 ax.set_ylabel(f"{name} [{prefix}{unit}]")
                 ax.margins(x=0)
@@ -241,8 +233,12 @@ def plot_errors(
             ax.set_xlabel("time [s]")
             if magnify:
                 grid[0, column].set_title("second half, magnified" if column else "whole run")
-        handles, names = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside upper center", ncol=3 if width > PAGE else 2, handlelength=2.8)
+        figure.legend(
+            *grid[0, 0].get_legend_handles_labels(),
+            loc="outside upper center",
+            ncol=3 if width > PAGE else 2,
+            handlelength=2.8,
+        )
         return figure
 
 
@@ -310,10 +306,7 @@ def plot_velocities(
         for ax, name in zip(grid[0], ("speed v [m/s]", "turn rate ω [rad/s]", "demanded ω [rad/s]"), strict=True):
             box = ax.get_position()
             figure.text((box.x0 + box.x1) / 2, box.y1 + 0.2 / figure.get_figheight(), name, ha="center", va="bottom")
-        pairs: dict[str, Any] = {}
-        for ax in grid[0]:
-            handles, names = ax.get_legend_handles_labels()
-            pairs |= dict(zip(names, handles, strict=True))
+        pairs = legend_entries(*grid[0])
         figure.legend(pairs.values(), pairs.keys(), loc="upper right", ncol=2, handlelength=2.8, borderaxespad=0.2)
         return figure
 
@@ -350,8 +343,7 @@ def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> Non
     speed = run[channel][0, robot]
     draw_line(ax, run.time, speed, color=look.color, linestyle="-", linewidth=0.8)
     draw_line(ax, run.time, run.target(_REFERENCE[channel])[robot], **TARGET, label="reference")
-    if run.diverged[0, robot] and (k := last_known(speed)) >= 0:
-        mark_stop(ax, run.time[k], speed[k], look.color)
+    mark_stop(ax, run, 0, robot, run.time, speed, look.color)
     ax.margins(x=0)
 
 

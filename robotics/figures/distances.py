@@ -1,13 +1,14 @@
 """Distances between robots over time, and from obstacles: the panels d_ij of the thesis's Figs 6.11, 6.16."""
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import TARGET, PlotError, draw_line, draw_many, page_title, shown_until
+from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from robotics.figures.drawing import ABOVE, TARGET, PlotError, draw_line, draw_many, page_title, shown_until
+from robotics.figures.page import Panel, draw_page
 from robotics.laws.catalogue import kept_distance
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.simulation.run import Run
@@ -37,17 +38,13 @@ def plot_distances(run: Run, *, seed: int | None = None) -> Figure:
     if not several and not obstacles:
         raise PlotError(f"{run.scenario}: one robot without obstacles has no distances to draw")
     end = shown_until(run, place)
+    draw = {"between centers [m]": draw_distances} if several else {}
+    draw |= {"to an obstacle [m]": _draw_clearances} if obstacles else {}
+    rows = [(Panel(label, partial(each, run=run, place=place, end=end)),) for label, each in draw.items()]
     with style():
-        figure = new_figure(DOUBLE, 0.8 + 1.9 * (several + obstacles))
-        axes = figure.subplots(several + obstacles, 1, sharex=True, squeeze=False)[:, 0]
-        if several:
-            draw_distances(axes[0], run, place, end)
-            axes[0].set_ylabel("between centers [m]")
-            axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=7, borderaxespad=0.1)
-        if obstacles:
-            _draw_clearances(axes[-1], run, place, end)
-        axes[-1].set_xlabel("time [s]")
-        axes[-1].set_xlim(0.0, run.time[end - 1])
+        figure = new_figure(DOUBLE, 0.8 + 1.9 * len(rows))
+        for ax in draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))):
+            ax.legend(ncol=7, **ABOVE)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
 
@@ -57,8 +54,7 @@ def draw_distances(ax: Axes, run: Run, place: int, end: int) -> None:
     gaps, robots = robot_gaps(run, place), run.samples.shape[3]
     if robots <= PAIRS:
         for n, ((i, j), gap) in enumerate(gaps.items(), start=3):  # other looks than those of robots 1 to 3
-            look = {"color": COLORS[n % len(COLORS)], "linestyle": LINES[n % 7]}
-            draw_line(ax, run.time[:end], gap[:end], **look, label=f"$d_{{{i + 1}{j + 1}}}$")
+            draw_line(ax, run.time[:end], gap[:end], **line_look(n), label=f"$d_{{{i + 1}{j + 1}}}$")
     else:
         nearest = np.full((robots, end), np.inf)
         for (i, j), gap in gaps.items():
@@ -70,11 +66,9 @@ def draw_distances(ax: Axes, run: Run, place: int, end: int) -> None:
     ax.axhspan(0.0, sum(inner[:2]), color="0.85", linewidth=0)
     kept = kept_distance(run.controller, run.about.robots)
     if kept is not None:
-        line: dict[str, Any] = TARGET | {"color": "0.2"}
-        ax.axhline(kept, **line, label="$d_{min}$")
+        ax.axhline(kept, **TARGET | {"color": "0.2"}, label="$d_{min}$")
         ax.text(0.99, kept, f" {kept:g} m", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6.5)
     ax.set_ylim(0.0, max(_FAR, ax.get_ylim()[1] if ax.get_ylim()[1] < 4 else 4.0))
-    ax.set_ylabel("distance [m]")
 
 
 def _draw_clearances(ax: Axes, run: Run, place: int, end: int) -> None:
@@ -83,9 +77,6 @@ def _draw_clearances(ax: Axes, run: Run, place: int, end: int) -> None:
         draw_many(ax, run.time[:end], free, "to the nearest obstacle, ")
     else:
         for i, row in enumerate(free):
-            look = {"color": COLORS[i], "linestyle": LINES[i]}
-            draw_line(ax, run.time[:end], row, **look, label=f"robot {i + 1}" if len(free) > 1 else "robot")
-    ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+            draw_line(ax, run.time[:end], row, **line_look(i), label=f"robot {i + 1}" if len(free) > 1 else "robot")
+    ax.axhline(0.0, **TARGET)
     ax.set_ylim(min(0.0, float(np.nanmin(free))) - 0.05, _FAR)
-    ax.set_ylabel("to an obstacle [m]")
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=7, borderaxespad=0.1)

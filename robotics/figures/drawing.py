@@ -19,7 +19,9 @@ from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
 from robotics.measures.standing import last_move
 from robotics.simulation.run import Run
 
-TARGET = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
+TARGET: dict[str, Any] = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
+# A legend over a panel, at its right edge
+ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
 POINTS = 1000  # points of a line, at most: as a drawing of vectors it stays small, and keeps every extreme
 OBSTACLE: dict[str, Any] = {"facecolor": "0.82", "edgecolor": "0.3", "linewidth": 0.8}
 CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
@@ -165,8 +167,7 @@ def draw_band(ax: Axes, time: np.ndarray, rows: np.ndarray, look: Look) -> None:
 
 def _percentiles(rows: np.ndarray) -> np.ndarray:
     """The 5th, 50th and 95th percentile (3, samples) of the rows that are known."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # once all are stopped: not-a-number
         return np.asarray(np.nanpercentile(rows, (5, 50, 95), axis=0))
 
 
@@ -210,6 +211,28 @@ def cut_axis(ax: Axes, time: np.ndarray, rows: np.ndarray, low: float, high: flo
             zorder=6,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
         )
+
+
+def panel_grid(figure: Figure, count: int, columns: int, heights: Sequence[float] | None = None) -> list[Axes]:
+    """Panels in rows with one y axis for all, unless rows have ``heights`` of their own; the last row may be short."""
+    grid = figure.subplots(
+        -(-count // columns), columns, squeeze=False, sharey=heights is None, gridspec_kw={"height_ratios": heights}
+    )
+    for ax in grid.flat[count:]:
+        ax.remove()
+    return list(grid.flat[:count])
+
+
+def scale_values(ax: Axes, known: np.ndarray) -> bool:
+    """Make the x axis logarithmic where values > 0 span more than a decade; returns whether it is."""
+    logarithmic = bool(known.size > 0 and known.min() > 0 and known.max() > 10 * known.min())
+    if logarithmic:
+        ax.set_xscale("log")
+        ax.set_xticks(few_ticks(known.min(), known.max()))
+        ax.minorticks_off()
+    else:
+        ax.locator_params(axis="x", nbins=4)
+    return logarithmic
 
 
 def few_ticks(low: float, high: float) -> list[float]:
@@ -274,25 +297,15 @@ def top_view_height(paths: Iterable[np.ndarray], width: float) -> float:
 def cut_to_what_robots_can(ax: Axes, run: Run, place: int, channel: str) -> None:
     """Cut the axis of commands of the seed at ``place`` where one asks for more than twice what its robot can do.
 
-    ``channel`` is command_1, v [m/s], or command_2, ω [rad/s], of a law that does not command torques.
+    ``channel`` is command_1, v [m/s], or command_2, ω [rad/s]; that of torques is left as it is.
     """
+    if run.level == "torque":
+        return
     robots = run.about.robots
     most = 2.0 * max(robot.v_max if channel == "command_1" else robot.w_max for robot in robots)
     rows = run[channel][place]
     if np.nanmax(np.abs(rows), initial=0.0) > most:
         cut_axis(ax, run.time, rows, *room_for(np.clip(rows, -most, most)))
-
-
-def mark_stop(ax: Axes, x: float, y: float, color: Any) -> None:
-    """Draw a cross where a robot was stopped.
-
-    Args:
-        ax: The axes.
-        x: The place, in the axes' unit.
-        y: Likewise.
-        color: The robot's colour.
-    """
-    ax.plot([x], [y], marker="X", color=color, markersize=7, markeredgecolor="white", linestyle="none", zorder=4)
 
 
 def mark_contacts(
@@ -381,6 +394,11 @@ def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray)
     )
 
 
+def legend_entries(*axes: Axes) -> dict[str, Any]:
+    """The handles of what is drawn in one or several axes, by name; each name once."""
+    return {name: handle for ax in axes for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+
+
 def draw_legend(ax: Axes, last: Sequence[str] = (), **options: Any) -> None:
     """A legend above the axes, without repeated names: first the robots, in their order, the names ``last`` at the end.
 
@@ -389,7 +407,7 @@ def draw_legend(ax: Axes, last: Sequence[str] = (), **options: Any) -> None:
         last: The names that come last, in this order; those that are not drawn are left out.
         options: Options of ``ax.legend``.
     """
-    found = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+    found = legend_entries(ax)
     names = [*(name for name in found if name not in last), *(name for name in last if name in found)]
     if names:
         inches = ax.get_window_extent().width / figure_of(ax).dpi

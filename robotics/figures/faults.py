@@ -1,9 +1,11 @@
 """Faults in figures: their words and hatches."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import figure_of, text_width
 
@@ -39,3 +41,21 @@ def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = 
             box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
             place = (a, 0.97 - 0.13 * level)
             ax.text(*place, text, transform=ax.get_xaxis_transform(), va="top", fontsize=6.5, bbox=box, zorder=6)
+
+
+def shade_panels(
+    figure: Figure, axes: Sequence[Axes], faults: Any, span: tuple[float, float], named: Axes | None
+) -> None:
+    """Shade faults in all panels of a page, in words only in the panel ``named``; then nothing is arranged any more.
+
+    Args:
+        figure: The page.
+        axes: Its panels, with time along x.
+        faults: The spans of the faults.
+        span: The times [s] at which the axes begin and end.
+        named: The panel in which faults are written in words, if there is one.
+    """
+    figure.draw_without_rendering()  # words need the widths of the panels
+    figure.set_layout_engine("none")  # which then stay
+    for ax in axes:
+        shade_faults(ax, faults, *span, named=ax is named)

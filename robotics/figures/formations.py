@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from anfis.plot import draw_errors
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, line_look, log_y, new_figure, style
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
@@ -224,16 +225,10 @@ def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit:
         figure = new_figure(DOUBLE, 3.1)
         left, right = figure.subplots(1, 2)
         plot_rules_error(search, left)
-        epochs = [row.epoch for row in history]
-        right.plot(epochs, [row.train for row in history], color=COLORS[0], linestyle="-", label="training")
-        if np.isfinite([row.check for row in history]).any():
-            right.plot(epochs, [row.check for row in history], color=COLORS[1], linestyle="--", label="checking")
+        draw_errors(right, history)
         if len(history) == 1:
             for line in right.get_lines():
                 line.set_marker("o")
-        if min(min(row.train, row.check if np.isfinite(row.check) else np.inf) for row in history) > 0:
-            right.set_yscale("log")
-            right.yaxis.set_minor_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(1, 0.5)))
         right.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         right.set_xlabel("epoch")
         right.set_ylabel(f"RMSE [{unit}]" if unit else "RMSE", parse_math=False)
@@ -305,12 +300,10 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
             for ax, what in zip(pair, ("train", "check"), strict=True):
                 for k, name in enumerate(histories):
                     if name in names:
-                        look = {"color": COLORS[k % len(COLORS)], "linestyle": LINES[k % 7], "label": name}
                         history = histories[name]
-                        ax.plot([row.epoch for row in history], [getattr(row, what) for row in history], **look)
-                ax.set_yscale("log")
-                for of in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
-                    of(FuncFormatter(lambda value, _: number(value) if f"{value:.0e}"[0] in "1235" else ""))
+                        errors = [getattr(row, what) for row in history]
+                        ax.plot([row.epoch for row in history], errors, **line_look(k), label=name)
+                log_y(ax, "1235")
             pair[0].set_ylabel(f"RMSE [{unit}]", parse_math=False)
         for ax, title in zip(axes[0], ("training error", "checking error"), strict=True):
             ax.set_title(title, fontsize=8)

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from fuzzy.figures.drawing import COLORS, new_figure, style
+from robotics.figures.drawing import panel_grid
 from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, Standing
 
@@ -36,13 +37,8 @@ def plot_leads(leads: Sequence[Lead], width: float = _WIDTH, columns: int = _COL
     with style():
         legend = 0.17 * (3 - min(columns, 3))  # inches: its three entries stand below each other where it is narrow
         figure = new_figure(width, sum(0.155 * n + 0.52 for n in heights) + 0.35 + legend)
-        grid = figure.subplots(
-            len(rows), columns, squeeze=False, gridspec_kw={"height_ratios": [n + 2 for n in heights]}
-        )
-        for ax, lead in zip(grid.flat, leads, strict=False):
+        for ax, lead in zip(panel_grid(figure, len(leads), columns, [n + 2 for n in heights]), leads, strict=True):
             _draw(ax, lead)
-        for ax in grid.flat[len(leads) :]:
-            ax.remove()
         figure.supxlabel("times the leader's mean, with the 95 % interval over the seeds", fontsize=8)
         figure.legend(
             [

@@ -1,15 +1,13 @@
 """Where robots came nearest to each other, magnified: the details of the thesis's Figs 6.10 and 6.15."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
 from robotics.environment.world import outlines
-from robotics.figures.drawing import TARGET, PlotError, draw_obstacles, page_title
+from robotics.figures.drawing import TARGET, PlotError, draw_obstacles, legend_entries, page_title
 from robotics.figures.world import draw_body
 from robotics.measures.clearance import robot_gaps
 from robotics.simulation.run import Run
@@ -47,11 +45,7 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
         for ax, (pair, sample, distance) in zip(panels, met, strict=True):
             _draw(ax, run, place, pair, sample, distance)
         panels[0].set_ylabel("y [m]")
-        names: dict[str, Any] = {}
-        for ax in panels:
-            handles, words = ax.get_legend_handles_labels()
-            names |= dict(zip(words, handles, strict=True))
-        names = dict(sorted(names.items()))
+        names = dict(sorted(legend_entries(*panels).items()))
         figure.legend(names.values(), names.keys(), loc="outside lower center", ncol=6)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
@@ -80,15 +74,14 @@ def _draw(ax: Axes, run: Run, place: int, pair: tuple[int, int], sample: int, di
         moved = 0 if len(run.obstacles.counts) == 1 else sample
         draw_obstacles(ax, outlines(run.obstacles, moved))
     for i in range(len(x)):
-        color = COLORS[i % len(COLORS)]
-        look: dict[str, Any] = {"color": color, "linestyle": LINES[i % 7]}
+        look = line_look(i)
         inside = (np.abs(x[i, seen] - middle[0]) < 1.3 * room) & (np.abs(y[i, seen] - middle[1]) < 1.3 * room)
         if i not in pair and not inside.any():
             continue
-        ax.plot(*run.paths[i], **TARGET, zorder=1)  # type: ignore[arg-type]
+        ax.plot(*run.paths[i], **TARGET, zorder=1)
         ax.plot(x[i, first : last + 1], y[i, first : last + 1], **look, linewidth=1.1, label=f"robot {i + 1}")
         draw_body(ax, run, place, i, seen[inside & (seen != sample)], facecolors="none", zorder=2, alpha=_FAINT)
-        draw_body(ax, run, place, i, np.array([sample]), facecolors=color, alpha=0.55, zorder=3)
+        draw_body(ax, run, place, i, np.array([sample]), facecolors=look["color"], alpha=0.55, zorder=3)
     ax.add_patch(Circle((middle[0], middle[1]), distance / 2, fill=False, linestyle="--", linewidth=0.7, zorder=4))
     ax.set_xlim(middle[0] - room, middle[0] + room)
     ax.set_ylim(middle[1] - room, middle[1] + room)

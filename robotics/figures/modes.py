@@ -1,12 +1,15 @@
 """What robots were about over time: tracking, avoiding, following a wall, yielding, left behind."""
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.figures.drawing import MODE_COLORS, MODE_LINES, PlotError, page_title, shown_until
+from robotics.figures.drawing import ABOVE, MODE_COLORS, MODE_LINES, PlotError, legend_entries, page_title, shown_until
+from robotics.figures.page import Panel, draw_page
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -29,12 +32,10 @@ def plot_modes(run: Run, *, seed: int | None = None) -> Figure:
     end = shown_until(run, place)
     with style():
         figure = new_figure(DOUBLE, 1.0 + 0.24 * max(run.modes.shape[2], 3))
-        ax = figure.add_subplot()
-        draw_modes(ax, run, place, end)
-        ax.set_xlim(0.0, run.time[end - 1])
-        ax.set_xlabel("time [s]")
-        pairs = {name: handle for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
-        ax.legend(pairs.values(), pairs.keys(), loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.1)
+        panel = Panel("robot", partial(draw_modes, run=run, place=place, end=end))
+        (ax,) = draw_page(figure, [(panel,)], span=(0.0, float(run.time[end - 1])))
+        pairs = legend_entries(ax)
+        ax.legend(pairs.values(), pairs.keys(), ncol=6, **ABOVE)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
 
@@ -57,4 +58,3 @@ def draw_modes(ax: Axes, run: Run, place: int, end: int) -> None:
         ax.add_collection(LineCollection(ticks, colors="0.3", linewidths=0.5, linestyles="-"))
     ax.set_yticks(range(1, robots + 1))
     ax.set_ylim(robots + 0.6, 0.4)
-    ax.set_ylabel("robot")

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
-from robotics.figures.drawing import TARGET, few_ticks
+from robotics.figures.drawing import TARGET, legend_entries, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Estimate, rate_of
 
@@ -73,25 +73,21 @@ def plot_robot_errors(
         width: The width of the figure in inches.
     """
     columns = 4 if width > PAGE else 2
-    rows = -(-len(titles) // columns)
     with style():
-        figure = new_figure(width, 0.3 + rows * (0.55 + 0.34 * len(means)))
-        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for k, (ax, title) in enumerate(zip(grid.flat, titles, strict=False)):
+        figure = new_figure(width, 0.3 + -(-len(titles) // columns) * (0.55 + 0.34 * len(means)))
+        axes = panel_grid(figure, len(titles), columns)
+        for k, (ax, title) in enumerate(zip(axes, titles, strict=True)):
             _draw_robot_errors(ax, [kinds[k] for kinds in means.values()], title)
-        for ax in grid.flat[len(titles) :]:
-            ax.remove()
-        grid[0, 0].set_yticks(range(len(means)), [textwrap.fill(name, 22) for name in means], parse_math=False)
-        grid[0, 0].set_ylim(len(means) - 0.5, -0.5)
-        handles, names = grid[0, 0].get_legend_handles_labels()
-        unique = dict(zip(names, handles, strict=True))
+        axes[0].set_yticks(range(len(means)), [textwrap.fill(name, 22) for name in means], parse_math=False)
+        axes[0].set_ylim(len(means) - 0.5, -0.5)
+        unique = legend_entries(axes[0])
         figure.legend(unique.values(), unique.keys(), loc="outside upper right", ncol=len(unique))
         return figure
 
 
 def _draw_robot_errors(ax: Axes, rows: Sequence[Sequence[Estimate]], title: str) -> None:
     known = np.array([mean.value for row in rows for mean in row])
-    logarithmic = known.min() > 0 and known.max() > 10 * known.min()
+    logarithmic = scale_values(ax, known)
     for row, robots in enumerate(rows):
         for i, mean in enumerate(robots):
             at = row + 0.22 * (i - (len(robots) - 1) / 2)
@@ -99,13 +95,8 @@ def _draw_robot_errors(ax: Axes, rows: Sequence[Sequence[Estimate]], title: str)
             ax.plot([low, mean.high], [at, at], color=COLORS[i], linestyle="-", linewidth=0.9)
             look: dict[str, Any] = {"color": COLORS[i], "marker": _MARKERS[i], "markersize": 3.5, "linestyle": "none"}
             ax.plot([mean.value], [at], **look, label=f"robot {i + 1}")
-    if logarithmic:
-        ax.set_xscale("log")
-        ax.set_xticks(few_ticks(known.min(), known.max()))
-        ax.minorticks_off()
-    else:
+    if not logarithmic:
         ax.set_xlim(0.0, 1.1 * max(mean.high for row in rows for mean in row if np.isfinite(mean.high)))
-        ax.locator_params(axis="x", nbins=4)
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     ax.yaxis.grid(False)
     ax.set_xlabel(f"{title}\n← better{'; logarithmic' if logarithmic else ''}", parse_math=False)

@@ -11,7 +11,7 @@ from matplotlib.patches import Wedge
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.environment.world import outlines
-from robotics.experiments.inspection import Finding
+from robotics.experiments.inspection import ScenarioFinding
 from robotics.figures.drawing import draw_obstacles, rectangles, strided
 from robotics.paths.references import sampled
 from robotics.scenario.description import Scenario
@@ -22,7 +22,7 @@ _BEAMS = 12  # sensors of a robot that are drawn each by itself; of more only th
 _SIGNS = {"error": ("X", "black"), "warning": ("^", "black"), "note": ("d", "0.35")}
 
 
-def plot_scenario(scenario: Scenario, findings: Sequence[Finding] = ()) -> Figure:
+def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) -> Figure:
     """Draw a scenario in a top view, to scale.
 
     A robot is solid where it starts and an outline at its goal; the cones of its range sensors are faint. Arrows on a
@@ -148,7 +148,7 @@ def _draw_robots(ax: Axes, scenario: Scenario, sensors: bool) -> None:
                 ax.add_patch(Wedge((px, py), sensor.range, *sides, color=color, alpha=0.07, lw=0, zorder=0.5))
 
 
-def _draw_findings(ax: Axes, findings: Sequence[Finding]) -> None:
+def _draw_findings(ax: Axes, findings: Sequence[ScenarioFinding]) -> None:
     """Mark what was found, each with its number; at one place the gravest sign stands for all."""
     places: dict[tuple[float, float], list[int]] = {}
     for number, finding in enumerate(findings, start=1):

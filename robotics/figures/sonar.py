@@ -1,11 +1,14 @@
 """What the range sensors of robots read over time: the panels of the thesis's Figs 6.30 to 6.42."""
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import PlotError, draw_line, page_title, shown_until
+from robotics.figures.drawing import PlotError, draw_line, legend_entries, page_title, shown_until
+from robotics.figures.page import Panel, draw_page
 from robotics.measures.clearance import clearances
 from robotics.sensing.carried import sensor_names
 from robotics.simulation.run import Run
@@ -39,15 +42,11 @@ def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -
         raise PlotError(f"robot {robot} carries no range sensors; those that do are {known or 'none'}")
     shown = carriers[:MOST] if robot is None else [robot - 1]
     end = shown_until(run, place)
+    of = {i: f"robot {i + 1}\n" if len(run.paths) > 1 else "" for i in shown}
+    rows = [(Panel(f"{of[i]}range [m]", partial(_draw, run=run, place=place, robot=i, end=end)),) for i in shown]
     with style():
         figure = new_figure(DOUBLE, 0.9 + (1.9 if len(shown) == 1 else 1.15 * len(shown)))
-        axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-        for ax, i in zip(axes, shown, strict=True):
-            _draw(ax, run, place, i, end)
-            ax.set_ylabel("range [m]" if len(run.paths) == 1 else f"robot {i + 1}\nrange [m]")
-        axes[-1].set_xlabel("time [s]")
-        axes[-1].set_xlim(0.0, run.time[end - 1])
-        pairs = {n: h for ax in axes for h, n in zip(*ax.get_legend_handles_labels(), strict=True)}
+        pairs = legend_entries(*draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))))
         figure.legend(pairs.values(), pairs.keys(), loc="outside lower center", ncol=5)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure

@@ -5,7 +5,8 @@ The panels are those of the thesis's figures: trajectories (3.5, 4.4, 4.8, 4.12,
 """
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -14,9 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
 from fuzzy.shown import shown
 from robotics.figures.drawing import (
+    ABOVE,
     TARGET,
     draw_legend,
     draw_line,
@@ -25,21 +27,19 @@ from robotics.figures.drawing import (
     draw_top_view,
     last_known,
     mark_contacts,
-    mark_stop,
-    strided,
     top_view_height,
     unjumped,
 )
-from robotics.figures.faults import FEW, WORDS, shade_faults
+from robotics.figures.faults import FEW, WORDS, shade_panels
+from robotics.figures.page import Panel, draw_page
+from robotics.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.simulation.run import Run
-from robotics.simulation.spans import FaultSpan, fault_spans, seed_place
+from robotics.simulation.spans import FaultSpan, fault_spans
 
 _PAIRS = 4  # robots: in a larger team each is compared with the median instead of with every other
-_FAINT = 0.25  # opacity of the other seeds
-_MOST = 40  # seeds drawn
 _NAMED = 6  # faults that are named in the picture
 
 LEAST = 1e-3  # the axis of the differences of progress reaches at least as far to either side
@@ -62,99 +62,66 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
     Raises:
         ReplayError: A seed that was not run.
     """
-    place = seed_place(run, seed)
-    order = [place, *(r for r in range(len(run.seeds)) if r != place)]
     robots = run.samples.shape[3]
-    order = order[: _MOST if robots <= FEW else 1]
-    faults, error = fault_spans(run, place), tracking_error(run)
+    order = seed_order(run, seed)[: None if robots <= FEW else 1]
+    faults, error = fault_spans(run, order[0]), tracking_error(run)
     progress = run["progress"] if run.team is not None else np.full_like(error.x, np.nan)
     known = bool(np.isfinite(progress).any())
-    last = ("progress s", progress) if known else ("to the target [m]", np.hypot(error.x, error.y))
-    panels = [
-        [("x error [m]", error.x), ("v [m/s]", run["v"])],
-        [("y error [m]", error.y), ("ω [rad/s]", run["w"])],
-        [("heading error [rad]", unjumped(error.heading)), last],
-    ]
     apart = _most_apart(progress[order]) if known else 0.0
+
+    def panel(label: str, values: np.ndarray) -> Panel:
+        return Panel(label, partial(draw_team_channel, run=run, values=values, order=order))
+
+    last = panel("progress s", progress) if known else panel("to the target [m]", np.hypot(error.x, error.y))
+    rows: list[tuple[Panel, ...]] = [
+        (panel("x error [m]", error.x), panel("v [m/s]", run["v"])),
+        (panel("y error [m]", error.y), panel("ω [rad/s]", run["w"])),
+        (panel("heading error [rad]", unjumped(error.heading)), last),
+    ]
+    if apart >= LEAST:
+        rows.append((differences_panel(run, progress, order),))
+    heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, 1.45][: 1 + len(rows)]
     with style():
-        heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, *([1.45] if apart >= LEAST else [])]
         figure = new_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6))
         engine = figure.get_layout_engine()
         assert isinstance(engine, ConstrainedLayoutEngine)
         engine.set(w_pad=0.08)  # inches: labels that are aligned below may move a little outwards
-        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
-        _draw_top_view(figure.add_subplot(grid[0, :]), run, order, faults)
-        axes: list[Axes] = []
-        for row, pair in enumerate(panels, start=1):
-            for column, (name, values) in enumerate(pair):
-                ax = figure.add_subplot(grid[row, column], sharex=axes[0] if axes else None)
-                axes.append(ax)
-                draw_team_channel(ax, run, values, order)
-                ax.set_ylabel(name)
-                ax.tick_params(labelbottom=row == len(panels))
-        for ax in axes[-2:]:
-            ax.set_xlabel("time [s]")
+        span = float(run.time[0]), float(run.time[-1])
+        axes = draw_page(figure, rows, heights, partial(_draw_top_view, run=run, order=order, faults=faults), span)
         if known and apart < LEAST:
             said = f"all within {shown(apart, digits=1)} of each other"
             axes[-1].text(0.98, 0.06, said, transform=axes[-1].transAxes, ha="right", fontsize=6.5)
-        if apart >= LEAST:
-            bottom = figure.add_subplot(grid[4, :], sharex=axes[0])
-            axes.append(bottom)
-            draw_differences(bottom, run, progress, order)
-            bottom.set_xlabel("time [s]")
-        start, end = float(run.time[0]), float(run.time[-1])
-        axes[0].set_xlim(start, end)
-        figure.align_ylabels()
         draw_title(figure, run, order)
-        figure.draw_without_rendering()  # the names of faults need the widths of the panels
-        figure.set_layout_engine("none")  # which then stay
-        for ax in axes:
-            shade_faults(ax, faults, start, end, named=ax is axes[-1] and len(faults) <= _NAMED)
+        shade_panels(figure, axes, faults, span, axes[-1] if len(faults) <= _NAMED else None)
         return figure
 
 
 def _most_apart(progress: np.ndarray) -> float:
     """The largest difference of progress (runs, robots, samples) between two robots of a run, at any time."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # once all are stopped: not-a-number
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # once all are stopped: not-a-number
         apart = np.nanmax(progress, axis=1) - np.nanmin(progress, axis=1)
     return float(np.nanmax(apart, initial=0.0))
 
 
-def _color(robot: int) -> str:
-    return COLORS[robot % len(COLORS)]
+def _look(robot: int, robots: int, bold: bool, thin: float) -> dict[str, Any]:
+    return robot_look(robot, robots, bold, step=min(0.5, 1.2 / robots), thin=thin)
 
 
-def _width(robot: int, robots: int) -> float:
-    """The width of a robot's line in points: those that are drawn first, below the others, are wider."""
-    return 1.0 + min(0.5, 1.2 / robots) * (robots - 1 - robot)
-
-
-def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Iterable[FaultSpan]) -> None:
-    few, first = run.samples.shape[3] <= FEW, order[0]
-    for i, nodes in enumerate(run.paths):
-        quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.6}
-        ax.plot(*strided(*nodes), **quiet, zorder=1, label=None if i else "path")  # type: ignore[arg-type]
+def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Sequence[FaultSpan]) -> None:
+    robots, first = run.samples.shape[3], order[0]
+    few = robots <= FEW
+    for i in range(robots):
+        draw_path(ax, run, i, quiet=not few, zorder=1)
         for r in reversed(order):
-            x, y = run["x"][r, i], run["y"][r, i]
             bold = r == first
-            ax.plot(
-                *strided(x, y),
-                color=_color(i),
-                linestyle=LINES[i % 7] if few else "-",
-                alpha=1.0 if bold else _FAINT,
-                linewidth=_width(i, len(run.paths)) if bold and few else 0.6,
-                label=f"robot {i + 1}" if bold and few else None,
-            )
-            if run.diverged[r, i] and (k := last_known(x)) >= 0:
-                mark_stop(ax, x[k], y[k], _color(i))
-    size: dict[str, Any] = {"markersize": 4 if few else 2, "markeredgewidth": 1 if few else 0.5}
-    size |= {"linestyle": "none", "color": "black", "zorder": 5}
+            name = f"robot {i + 1}" if bold and few else None
+            draw_way(ax, run, r, i, **_look(i, robots, bold, 0.6), label=name)
+    size: dict[str, Any] = {"markersize": 4 if few else 2, "markeredgewidth": 1 if few else 0.5, "zorder": 5}
     x, y = run["x"][first], run["y"][first]
-    ax.plot(x[:, 0], y[:, 0], marker="o", markerfacecolor="white", label="start", **size)
+    ax.plot(x[:, 0], y[:, 0], **START | size, label="start")
     ends = [last_known(row) for row in x]
     pairs = [(x[i, k], y[i, k]) for i, k in enumerate(ends) if k >= 0 and not run.diverged[first, i]]
-    ax.plot(*np.reshape(pairs, (-1, 2)).T, marker="s", label="end", **size)
+    ax.plot(*np.reshape(pairs, (-1, 2)).T, marker="s", linestyle="none", color="black", label="end", **size)
     drawn = [f for f in faults if np.isfinite(run["x"][first, f.robot, np.searchsorted(run.time, f.start)])]
     for f in drawn[:_NAMED]:
         k = int(np.searchsorted(run.time, f.start))
@@ -189,47 +156,46 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], 
         order: The places of the seeds that are drawn, the first one boldly.
         named: Whether a legend is to know few robots' lines.
     """
-    rows, first = values[order[0]], order[0]
-    if rows.shape[0] > FEW:
-        draw_many(ax, run.time, rows)
+    robots = values.shape[1]
+    if robots > FEW:
+        draw_many(ax, run.time, values[order[0]])
         return
-    for i in range(rows.shape[0]):
-        for r in reversed(order):
-            alpha, width = (1.0, _width(i, rows.shape[0])) if r == first else (_FAINT, 0.5)
-            look = {"color": _color(i), "linestyle": LINES[i % 7], "alpha": alpha, "linewidth": width}
-            draw_line(ax, run.time, values[r, i], **look, label=f"robot {i + 1}" if named and r == first else None)
-            if run.diverged[r, i] and (k := last_known(values[r, i])) >= 0:
-                mark_stop(ax, run.time[k], values[r, i, k], _color(i))
+
+    def look(robot: int, bold: bool) -> dict[str, Any]:
+        return _look(robot, robots, bold, 0.5) | {"label": f"robot {robot + 1}" if named and bold else None}
+
+    draw_robots(ax, run, values, order, look)
 
 
-def draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
-    """Draw s_i − s_j of every pair of few robots, or s_i minus the median of the team.
+def differences_panel(run: Run, progress: np.ndarray, order: list[int], unit: str = "") -> Panel:
+    """The panel of s_i − s_j of every pair of few robots, or of s_i minus the median of the team.
 
     Args:
-        ax: The axes.
         run: The run.
         progress: s (runs, robots, samples) [1].
         order: The places of the seeds that are drawn, the first one boldly.
+        unit: What stands behind the label.
     """
+    label = "$s_i − s_j$" if progress.shape[1] <= _PAIRS else "$s_i$ − median"
+    return Panel(label + unit, partial(_draw_differences, run=run, progress=progress, order=order))
+
+
+def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:
     robots, first = progress.shape[1], order[0]
-    ax.axhline(0.0, **TARGET)  # type: ignore[arg-type]
+    ax.axhline(0.0, **TARGET)
     if robots <= _PAIRS:
         for n, (i, j) in enumerate(combinations(range(robots), 2), start=3):  # other looks than those of robots 1 to 3
             for r in reversed(order):
                 bold = r == first
                 over = robots * (robots - 1) // 2 + 2 - n  # lines that are drawn over this one
-                look = {"alpha": 1.0 if bold else _FAINT, "linewidth": 1.0 + 0.3 * over if bold else 0.5}
+                look = {"alpha": 1.0 if bold else FAINT, "linewidth": 1.0 + 0.3 * over if bold else 0.5}
                 name = f"$s_{{{i + 1}}} − s_{{{j + 1}}}$" if bold else None
-                row = progress[r, i] - progress[r, j]
-                draw_line(ax, run.time, row, color=_color(n), linestyle=LINES[n % 7], label=name, **look)
-        ax.set_ylabel("$s_i − s_j$")
+                draw_line(ax, run.time, progress[r, i] - progress[r, j], **line_look(n), label=name, **look)
     else:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             rows = progress - np.nanmedian(progress, axis=1, keepdims=True)
         draw_team_channel(ax, run, rows, order)
-        ax.set_ylabel("$s_i$ − median")
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, -LEAST), max(high, LEAST))  # differences of rounding are none
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.1)
+        ax.legend(ncol=6, **ABOVE)

@@ -1,45 +1,104 @@
-"""A law's equation: one compiled function of one robot, and what it may read and write.
+"""A law's equation: one compiled function of one robot, by the names of what it reads and writes.
 
 A law that has one is written once, for one robot, in scalars. Everything else is made of it: the loop over all robots,
-that the compiled simulation calls through a pointer, and :meth:`EquationLaw.control` for arrays. All arrays are
-columns, a lane after the other; a lane is one robot of one run, and no lane reads what another one writes in the same
-period.
+that the compiled simulation calls through a pointer, :meth:`EquationLaw.control` for arrays, and the law in C.
 
     @equation
-    def law(i, known, memory, command, work):
-        g = known.column[i]
-        command[FIRST, i] = known.gains[0, g] * known.seen[AT_V, i]
-        ...
+    def steer(robot, aim, gain):
+        v = aim.v * math.cos(aim.heading - robot.heading) + gain.kx * (aim.x - robot.x)
+        return v, aim.w
+
+    @dataclass(frozen=True, kw_only=True)
+    class Steer(EquationLaw):
+        kx: float = quantity(1.0, "1/s", above=0)
+        equation = steer
+
+What an equation may ask for are the names of :data:`ARGUMENTS`, in any order. One that does not ask for ``command``
+returns v [m/s] and ω [rad/s]. A column that is not declared is an error where the law is defined.
 
 It is compiled once in an installation, found on disk by the next process, and compiled anew when it, or anything that
-it calls, has changed (:mod:`fuzzy.compiled.jit`).
+it calls, has changed (:mod:`fuzzy.compiled.jit`). All arrays are columns, a lane after the other; a lane is one robot
+of one run, and no lane reads what another one writes in the same period.
 """
 
-from abc import abstractmethod
+import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import cache
 from threading import Lock
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from fuzzy.compiled.jit import fingerprint, kernel, types, uncounted
+from fuzzy.compiled.columns import (
+    Column,
+    Columns,
+    Floats2,
+    Floats3,
+    Ints1,
+    check_names,
+    column,
+    compiled_type,
+    several,
+    within,
+)
+from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
+from fuzzy.naming import expected
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
 from robotics.paths.road import Road
 from robotics.paths.trajectory import Reference
-from robotics.radio.channel import AGE, HEARD, HEARS
+from robotics.radio.channel import AirColumns
+from robotics.radio.channel import HeardColumns as HeardColumns
 
-# Rows of Known.seen: the posture as measured, the velocity by the encoders, and the reference of the setting.
-X, Y, HEADING, V, W = range(5)  # m, m, rad, m/s, rad/s
-AT_X, AT_Y, AT_HEADING, AT_V, AT_W, AT_S = range(5, 11)  # m, m, rad, m/s, rad/s, m
-SEEN = 11
-# Rows of a command. The target is the setting's reference, and the rest not-a-number or 0, unless the law writes them.
-FIRST, SECOND, WISH_V, WISH_W = range(4)  # as the fields of Command
-TO_X, TO_Y, TO_HEADING, TO_V, TO_W, TO_S = range(4, 10)  # the target
-PROGRESS, MODE, GUARDED, REFUSED = range(10, 14)
-SAYS = 14  # the first value of the message; after the last one come the inputs of the rule bases
+
+class RobotColumns(Columns):
+    """What a robot knows of itself."""
+
+    x = column("m", "measured")
+    y = column("m", "measured")
+    heading = column("rad", "measured; need not be wrapped")
+    v = column("m/s", "by the encoders over the last period")
+    w = column("rad/s", "by the encoders over the last period")
+
+
+class AimColumns(Columns):
+    """Where a robot shall be."""
+
+    x = column("m", "where the robot shall be now")
+    y = column("m")
+    heading = column("rad")
+    v = column("m/s", "how fast it shall be now")
+    w = column("rad/s")
+    s = column("m", "how far along its path")
+
+
+class SeenColumns(Columns):
+    """What a robot knows of itself, and the reference of the setting."""
+
+    robot = within(RobotColumns)
+    aim = within(AimColumns)
+
+
+class CommandColumns(Columns):
+    """What a law commands: the target is the setting's reference, the rest not-a-number or 0, unless it is written."""
+
+    first = column("", "as the fields of Command")
+    second = column("")
+    wish_v = column("m/s")
+    wish_w = column("rad/s")
+    target = within(AimColumns)
+    progress = column("1")
+    mode = column("", "an index of robotics.laws.modes.MODES")
+    guarded = column("", "1: the emergency rule acted")
+    refused = column("", "1: there is no safe way")
+
+
+class WrittenColumns(CommandColumns):
+    """The same with all that the equation of any law writes."""
+
+    values = several(0, "", "of the message; after them the inputs of the rule bases")
 
 
 class Known(NamedTuple):
@@ -47,53 +106,152 @@ class Known(NamedTuple):
 
     time: float  # s
     dt: float  # s, the control period
-    seen: np.ndarray  # (SEEN, lanes)
-    heard: np.ndarray  # (HEARD + values, lanes, robots): what each lane heard of each robot of its run
-    ranges: np.ndarray  # (sensors, lanes) m: what the range sensors of Law.needs read, in their order
+    seen: Floats2  # (SeenColumns, lanes)
+    heard: Floats3  # (HeardColumns and values, lanes, robots): what each lane heard of each robot of its run
+    ranges: Floats2  # (sensors, lanes) m: what the range sensors of Law.needs read, in their order
     road: Road  # the paths and their timing
-    path: np.ndarray  # (lanes,) int: the lane's path on the road
-    column: np.ndarray  # (lanes,) int: the lane's column of the gains
-    gains: np.ndarray  # (gains, columns)
-    base: np.ndarray  # (lanes,) int: the lane's row of the rule bases
-    rules: np.ndarray  # (rows, numbers): packed rule bases, one after the other
+    path: Ints1  # (lanes,): the lane's path on the road
+    column: Ints1  # (lanes,): the lane's column of the gains
+    gains: Floats2  # (gains, columns)
+    base: Ints1  # (lanes,): the lane's row of the rule bases
+    rules: Floats2  # (rows, numbers): packed rule bases, one after the other
 
 
-_F1, _F2, _F3 = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
-_I1, _I, _F = types.int64[::1], types.int64, types.float64
-ROAD_TYPE = types.NamedTuple((_F2, _I1, _I1, _F1, _I, _F1, _F1, _F3, _F2, _F2, _F), Road)
-KNOWN_TYPE = types.NamedTuple((_F, _F, _F2, _F3, _F2, ROAD_TYPE, _I1, _I1, _F2, _I1, _F2), Known)
-EQUATION_TYPE = types.void(_I, _I, KNOWN_TYPE, _F2, _F2, _F1)
+EQUATION_TYPE = types.void(
+    types.int64, types.int64, compiled_type(Known), types.float64[:, ::1], types.float64[:, ::1], types.float64[::1]
+)
+# What an equation may ask for, and what it is given
+ARGUMENTS = {
+    "robot": "Seen(known.seen, lane).robot",  # RobotColumns
+    "aim": "Seen(known.seen, lane).aim",  # AimColumns
+    "gain": "Gain(known.gains, known.column[lane])",  # the law's fields that are numbers, and EquationLaw.derived
+    "memory": "Memory(memory, lane)",  # EquationLaw.remembers
+    "command": "Out(command, lane)",  # CommandColumns, the message as ``say``, and the rule bases' ``inputs``
+    "work": "Work(work)",  # EquationLaw.works: numbers without a meaning before or after
+    "known": "known",  # Known, as a whole
+    "lane": "lane",
+    "i": "lane",
+    "time": "known.time",  # s
+    "dt": "known.dt",  # s
+    "road": "known.road",
+    "path": "known.path[lane]",  # the lane's path on the road
+    "rules": "known.rules[known.base[lane]]",  # the packed rule bases, one after the other
+}
+_LOOP = """
+def each(first, last, known, memory, command, work):
+    for lane in range(first, last):
+        {call}
+"""
+_RETURNED = """v, w = {call}
+        out = Out(command, lane)
+        out.first, out.second, out.wish_v, out.wish_w = v, w, v, w"""
 
 
-def equation(law: Callable[..., None]) -> Any:
-    """Compile the equation of one robot, ``law(lane, known, memory, command, work)``, into the loop over all robots.
+class Equation:
+    """The equation of one robot; read of the class of its law it is the loop over all robots.
 
-    ``memory`` (numbers, lanes) is what the law remembers, ``command`` the rows above, and ``work`` a row of numbers to
-    work in, whose content has no meaning before or after.
+    ``function`` is what it was made of.
     """
-    one = kernel(nogil=True, _nrt=False, inline="always")(law)
 
-    @uncounted
-    def each(first, last, known, memory, command, work):  # type: ignore[no-untyped-def]
-        for lane in range(first, last):
-            one(lane, known, memory, command, work)
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.asks = tuple(inspect.signature(function).parameters)
+        for name in self.asks:
+            if name not in ARGUMENTS:
+                raise ControllerError(f"{function.__name__}: " + expected(name, ARGUMENTS, "argument of an equation"))
+        self._one = kernel(nogil=True, _nrt=False, inline="always")(function)
+        self._loops: dict[Any, Any] = {}  # of each class that gave it to a law, and each layout of memory and work
 
-    return each
+    def __get__(self, law: Any, owner: Any) -> Any:
+        home = vars(giver(owner, self))
+        if "equation" in home.get("__annotations__", {}) and "__dataclass_fields__" not in home:
+            return self  # it is the decorator that reads it, before there are fields
+        key = giver(owner, self), *(of.layout[1] for of in (owner.remembers, command_columns(owner), owner.works))
+        if key not in self._loops:
+            self._loops[key] = self._loop(owner)
+        return self._loops[key]
+
+    def check(self, law: "type[EquationLaw]") -> None:
+        """Look at the columns that it names; raises ColumnError."""
+        own = (vars(c).get("__annotations__", {}) for c in law.__mro__ if c not in EquationLaw.__mro__)
+        names = [name for said in own for name, kind in said.items() if get_origin(kind) is not ClassVar]
+        gains = Columns.named(f"{law.__name__}.gain", dict.fromkeys(names, Column()) | dict(law.derived.columns))
+        known: dict[str, type[Columns]] = {"robot": RobotColumns, "aim": AimColumns, "gain": gains}
+        known |= {"memory": law.remembers, "work": law.works, "command": command_columns(law)}
+        check_names(self.function, known)
+
+    def _loop(self, law: "type[EquationLaw]") -> Any:
+        call = f"one({', '.join(ARGUMENTS[name] for name in self.asks)})"
+        source = _LOOP.format(call=call if "command" in self.asks else _RETURNED.format(call=call))
+        space: dict[str, Any] = {
+            "one": self._one,
+            "Seen": SeenColumns,
+            "Gain": gain_columns(giver(law, self)),
+            "Memory": law.remembers,
+            "Out": command_columns(law),
+            "Work": law.works,
+            equation.__name__: equation,  # by which the cache on disk knows that the loop is still there
+        }
+        exec(compile(source, __file__, "exec"), space)
+        each = space["each"]
+        each.__module__, each.__qualname__ = __name__, f"{equation.__name__}.<locals>.each"
+        return without_refcounts(each)
+
+
+def giver(law: type, equation: Equation) -> Any:
+    """The class that gave a law its equation, whose columns it reads: a derived law may have fields of its own."""
+    return next((c for c in law.__mro__ if any(v is equation for v in vars(c).values())), law)
+
+
+def equation(law: Callable[..., Any]) -> Any:
+    """Make the equation of a law of a function of one robot, whose arguments are some of :data:`ARGUMENTS`.
+
+    Raises ControllerError for an argument that is none of them.
+    """
+    return Equation(law)
+
+
+@cache
+def gain_columns(law: "type[EquationLaw]") -> type[Columns]:
+    """The numbers of a law that its equation reads as ``gain``: fields of its dataclass, and those of ``derived``.
+
+    A field that is one of some words is its place among them, and one that is such a law has that law's.
+    """
+    hints, found = get_type_hints(law), {}
+    for field in fields(law):  # type: ignore[arg-type]
+        kind = hints[field.name]
+        if kind in (float, int, bool) or get_origin(kind) is Literal:
+            found[field.name] = column(field.metadata.get("unit", ""))
+        elif isinstance(kind, type) and issubclass(kind, EquationLaw):
+            found[field.name] = within(gain_columns(kind))
+    return Columns.named(f"{law.__qualname__}.gain", found | dict(law.derived.columns))
+
+
+@cache
+def command_columns(law: "type[EquationLaw]") -> type[Columns]:
+    """What the equation of a law writes as ``command``."""
+    more = {"say": within(law.says), "inputs": several(0)}
+    return CommandColumns.named(f"{law.__qualname__}.command", more)
 
 
 @cache
 def compiled(each: Any) -> Any:
     """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
-    if not hasattr(each, "compile"):  # NUMBA_DISABLE_JIT
-        return each
+    return pointed(each, EQUATION_TYPE.args)
+
+
+@cache
+def pointed(function: Any, kinds: tuple[Any, ...]) -> Any:
+    """The machine code of a function that others call by a pointer: it then takes arguments of ``kinds`` only."""
+    if not hasattr(function, "compile"):  # NUMBA_DISABLE_JIT
+        return function
     with _ONE_AT_A_TIME:
-        if each.signatures:
-            return each
-        # The pointer to the loop is found by its name, and all equations' loops have the same one but for this.
-        each.py_func.__qualname__ = f"equation.<locals>.each_{fingerprint(each)[:16]}"
-        each.compile(EQUATION_TYPE.args)
-        each.disable_compile()
-    return each
+        if not function.signatures:
+            # A pointer is found by its function's name, which several have: the loops of all equations, say.
+            function.py_func.__qualname__ += f"_{fingerprint(function)[:16]}"
+            function.compile(kinds)
+            function.disable_compile()
+    return function
 
 
 _ONE_AT_A_TIME = Lock()  # several threads may want the same machine code first
@@ -120,26 +278,55 @@ class Memory(NamedTuple):
 class EquationLaw(Law[Memory]):
     """A law whose command is an equation of one robot; a derived class is a frozen dataclass of gains, as any law.
 
-    It gives :attr:`equation`, and :meth:`gain_rows`; where it remembers something, :meth:`begin` too.
+    It gives :attr:`equation`; where it remembers something, :attr:`remembers` too.
     """
 
     def __init_subclass__(cls) -> None:
         """Drive by a derived class's own ``control`` where it has one, and not by the equation that it inherits."""
         super().__init_subclass__()
         own = vars(cls)
+        for value in own.values():
+            if isinstance(value, Equation):
+                value.check(cls)
         if "control" in own and "equation" not in own and "has_equation" not in own:
             cls.has_equation = False
 
     equation: ClassVar[Any]  # of :func:`equation`
+    derived: ClassVar[type[Columns]] = Columns  # what the equation reads beside the gains: see :meth:`derive`
+    remembers: ClassVar[type[Columns]] = Columns
+    works: ClassVar[type[Columns]] = Columns
+    says: ClassVar[type[Columns]] = Columns  # the message
     has_equation: ClassVar[bool] = True  # False: it is driven by its ``control``, as a law without an equation
     aims: ClassVar[bool] = False  # whether its target is another than the setting's reference
     progresses: ClassVar[bool] = False  # whether it has a path parameter of its own
     has_modes: ClassVar[bool] = False
     may_refuse: ClassVar[bool] = False
 
-    @abstractmethod
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The numbers of :attr:`derived` by name: each a number, (robots,) or (runs, robots)."""
+        return {}
+
     def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers that the equation reads as ``known.gains``: each a number, (robots,) or (runs, robots)."""
+        """The numbers that the equation reads as ``gain``, in the order of :func:`gain_columns`."""
+        law = giver(type(self), inspect.getattr_static(self, "equation"))
+        hints, found = get_type_hints(law), dict(self.derive(setting))
+        for name in gain_columns(law).columns:
+            if name not in found:
+                value = getattr(self, name)
+                if get_origin(hints[name]) is Literal:
+                    value = get_args(hints[name]).index(value)
+                found[name] = value.gain_rows(setting) if isinstance(value, EquationLaw) else float(value)
+        return gain_columns(law).stacked(found)
+
+    def gain_array(self, setting: Setting | None = None) -> np.ndarray:
+        """The same as a column (numbers, 1), of a law that reads nothing of its setting."""
+        rows: Any = self.gain_rows(cast(Setting, setting))
+        return np.array(rows, dtype=float)[:, None]
+
+    @property
+    def message(self) -> tuple[str, ...]:
+        """The names of the values that each robot broadcasts."""
+        return self.says.leaves()
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The packed rule bases that the equation reads as a row of ``known.rules``."""
@@ -151,7 +338,7 @@ class EquationLaw(Law[Memory]):
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The memory (numbers, runs, robots) at the start. Raises ControllerError where it cannot drive ``setting``."""
-        return np.zeros((0, runs, len(setting.robots)))
+        return np.zeros((self.remembers.size, runs, len(setting.robots)))
 
     def setup(self, setting: Setting, runs: int) -> Setup:
         """All that the equation reads and does not change; raises as :meth:`begin`."""
@@ -171,63 +358,61 @@ class EquationLaw(Law[Memory]):
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
-        return self.by(type(self).equation, seen, memory, dt)
-
-    def by(self, each: Any, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
-        """Do as :meth:`control`, by an equation ``each`` that need not be the law's own."""
         if not isinstance(memory, Memory):
             raise ControllerError(
                 f"{type(self).__name__}.control needs the memory that its init(setting, runs) gave; got "
                 f"{type(memory).__name__}"
             )
         runs, robots = seen.x.shape
-        rows = np.empty((SEEN, runs, robots))
+        rows = np.empty((SeenColumns.size, runs, robots))
         for row, of in zip(rows, (*seen[1:6], *seen.reference), strict=True):
             row[...] = of
-        heard = np.empty((HEARD + len(seen.heard.fields), runs * robots, robots))
+        heard = np.empty((AirColumns.size + len(seen.heard.fields), runs * robots, robots))
+        planes = AirColumns(heard)
         if seen.heard.fields:
-            heard[AGE] = seen.heard.age.reshape(heard.shape[1:])
-            heard[HEARS] = np.tile(seen.heard.hears, (runs, 1))
-            heard[HEARD:] = seen.heard.values.reshape(-1, *heard.shape[1:])
+            planes.age = seen.heard.age.reshape(heard.shape[1:])
+            planes.hears = np.tile(seen.heard.hears, (runs, 1))
+            planes.values[...] = seen.heard.values.reshape(-1, *heard.shape[1:])
         else:
-            heard[AGE], heard[HEARS] = np.inf, 0.0
-        lanes = rows.reshape(SEEN, -1)
+            planes.age, planes.hears = np.inf, 0.0
+        lanes = rows.reshape(len(rows), -1)
         ranges = np.full((len(self.needs), runs * robots), np.inf)
         if seen.ranges is not None:
             ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
-        command = fresh_commands(lanes, SAYS + len(self.message) + self.rule_inputs)
+        command = fresh_commands(lanes, self)
         after = memory.rows.copy()
-        compiled(each)(0, runs * robots, known, after, command, np.empty(self.working))
+        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
     @property
     def working(self) -> int:
         """How many numbers the equation works in."""
-        return 0
+        return self.works.size
 
     def commanded(self, rows: np.ndarray) -> Command:
         """The rows (rows, runs, robots) that the equation has written, as a command."""
-        first, inputs = SAYS, SAYS + len(self.message)
-        message: Mapping[str, np.ndarray] | None = dict(zip(self.message, rows[first:inputs], strict=True)) or None
+        out, said = WrittenColumns(rows), len(self.message)
+        message: Mapping[str, np.ndarray] | None = dict(zip(self.message, out.values[:said], strict=True)) or None
         return Command(
-            rows[FIRST],
-            rows[SECOND],
-            rows[WISH_V],
-            rows[WISH_W],
+            out.first,
+            out.second,
+            out.wish_v,
+            out.wish_w,
             message,
-            Reference(*rows[TO_X : TO_S + 1]) if self.aims else None,
-            rows[PROGRESS] if self.progresses else None,
-            rows[REFUSED][:, 0] > 0 if self.may_refuse else None,
-            rows[MODE].astype(int) if self.has_modes else None,
-            rows[inputs:] if self.rule_inputs else None,
+            Reference(*out.target.array) if self.aims else None,
+            out.progress if self.progresses else None,
+            out.refused[:, 0] > 0 if self.may_refuse else None,
+            out.mode.astype(int) if self.has_modes else None,
+            out.values[said:] if self.rule_inputs else None,
             None,
         )
 
 
-def fresh_commands(seen: np.ndarray, rows: int) -> np.ndarray:
-    """Commands (rows, lanes) before a law writes them, by what is ``seen`` (SEEN, lanes)."""
-    command = np.zeros((rows, seen.shape[1]))
-    command[TO_X : TO_S + 1] = seen[AT_X : AT_S + 1]
-    command[PROGRESS] = np.nan
-    return command
+def fresh_commands(seen: np.ndarray, law: Law[Any]) -> np.ndarray:
+    """Commands (rows, lanes) before a ``law`` writes them, by what is ``seen`` (SeenColumns, lanes)."""
+    rows = np.zeros((CommandColumns.size + len(law.message) + law.rule_inputs, seen.shape[1]))
+    out = CommandColumns(rows)
+    out.target = SeenColumns(seen).aim
+    out.progress = np.nan
+    return rows

@@ -35,7 +35,7 @@ def error_in_law(law: type[Law[Any]], error: Exception, what: str) -> Controller
     return ControllerError(f"{told(error, place, Path(place).name)} (in {what} of the law {law.__name__})")
 
 
-def begun(law: Law[Any], setting: Setting, runs: int) -> Any:
+def checked_init(law: Law[Any], setting: Setting, runs: int) -> Any:
     """The memory with which a law begins, of :meth:`Law.init`. Raises ControllerError where a foreign law fails."""
     try:
         return law.init(setting, runs)
@@ -47,7 +47,7 @@ def begun(law: Law[Any], setting: Setting, runs: int) -> Any:
         raise error_in_law(type(law), error, "init") from error
 
 
-def commanded(law: Law[Any], seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
+def checked_control(law: Law[Any], seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
     """The command and the new memory, of :meth:`Law.control`.
 
     Raises ControllerError where a foreign law fails, or returns something else.

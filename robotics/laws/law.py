@@ -106,8 +106,8 @@ class Command(NamedTuple):
 class Law(ABC, Generic[Memory]):
     """A control law with its gains; ``Memory`` is what it remembers from one period to the next.
 
-    A law is a frozen dataclass that derives from this class and defines :meth:`init` and :meth:`control`. It overrides
-    those of the defaults below that do not fit.
+    A law is a frozen dataclass that derives from this class and defines :meth:`control`, and :meth:`init` where it
+    remembers something. It overrides those of the defaults below that do not fit.
     """
 
     def __init_subclass__(cls) -> None:
@@ -213,13 +213,13 @@ class Law(ABC, Generic[Memory]):
         """All sentences that say why it may not do its task in ``setting``, which it can drive all the same."""
         return ()
 
-    @abstractmethod
     def init(self, setting: Setting, runs: int) -> Memory:
-        """The memory at the start of ``runs`` runs of ``setting``.
+        """The memory at the start of ``runs`` runs of ``setting``; None of a law that remembers nothing.
 
         Raises:
             ControllerError: It cannot drive ``setting``.
         """
+        return cast(Memory, None)
 
     @abstractmethod
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
@@ -256,6 +256,3 @@ def check_connected(setting: Setting) -> None:
             f"{setting.name}: the graph {setting.radio.graph!r} is not connected: every robot must reach every other, "
             "over others if need be"
         )
-
-
-Controller = Law  # the name of the class in version 0.1

@@ -4,7 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-TRACK, AVOID, FOLLOW, YIELD = range(4)
+TRACK = 0
+AVOID = 1
+FOLLOW = 2
+YIELD = 3
 LEFT_BEHIND = 4  # added to one of those: the robot timed out, and the group goes on without it
 STOPPED = 8  # the robot's controller diverged, or the robot was lost
 MODES = (

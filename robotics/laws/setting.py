@@ -19,7 +19,7 @@ Kind = Literal["tracking", "formation", "team"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truth:
+class TrueParameters:
     """What is so, where it is not what the laws, the wheel loops and odometry are told: how robust a law is."""
 
     robots: tuple[Robot, ...]  # as they are; their loops and limits go by the robots of the setting
@@ -67,7 +67,7 @@ class Setting:
     latency: float
     plant: Literal["dynamic", "kinematic"]
     divergence: float
-    truth: Truth | None = None
+    truth: TrueParameters | None = None
 
     @property
     def ensemble(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.logs.typestore import DEFAULT, LogError, check_distribution, check_installed, typestore
+from robotics.logs.typestore import DEFAULT_DISTRIBUTION, LogError, check_distribution, check_installed, typestore
 
 SUFFIXES = (".mcap", ".db3", ".bag")
 _TOPICS_NAMED = 12  # in a message
@@ -24,7 +24,7 @@ class Topic(NamedTuple):
     messages: int  # their number
 
 
-class Column(NamedTuple):
+class TopicColumn(NamedTuple):
     """The messages of a topic, each made into a row of numbers or into anything else."""
 
     arrival: np.ndarray  # (messages,) s: when each was written
@@ -51,7 +51,7 @@ class Bag:
         more = len(self.topics) - len(shown)
         return f"it has {', '.join(shown)}{f' and {more} more' if more else ''}"
 
-    def read(self, topic: Topic, row: Callable[[Any], Any]) -> Column:
+    def read(self, topic: Topic, row: Callable[[Any], Any]) -> TopicColumn:
         """All messages of ``topic`` in the order in which they were written, each as ``row`` makes it.
 
         Raises LogError where they cannot be read.
@@ -64,7 +64,7 @@ class Bag:
                 decode = store.deserialize_ros1 if self._ros1 else store.deserialize_cdr
                 rows.append(row(decode(data, one.msgtype)))
                 times.append(time)
-        return Column(np.array(times, dtype=float) / 1e9, rows)
+        return TopicColumn(np.array(times, dtype=float) / 1e9, rows)
 
     def _store(self, connections: list[Any]) -> Any:
         """A typestore that knows the types of these topics, as the log itself defines them where it does."""
@@ -104,7 +104,7 @@ class Bag:
 
 
 @contextmanager
-def opened(path: str | Path, distribution: str = DEFAULT) -> Iterator[Bag]:
+def opened(path: str | Path, distribution: str = DEFAULT_DISTRIBUTION) -> Iterator[Bag]:
     """Open a log: a rosbag2 folder, or a file whose name ends in .mcap, .db3 or .bag.
 
     Args:

@@ -32,11 +32,11 @@ from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, TEAM_CHANNELS
 from robotics.simulation.run import REFERENCE, Run
 
-MOST_POINTS = 1001  # of a path: as many as that are drawn, and read back
+_MOST_POINTS = 1001  # of a path: as many as that are drawn, and read back
 _TO = ("progress", "x_target", "y_target", "heading_target")
 
 
-class Record(NamedTuple):
+class LogRecord(NamedTuple):
     """One message of a log."""
 
     time: float  # s since the run's start
@@ -66,7 +66,7 @@ def facts(run: Run, seed: int) -> dict[str, str]:
     }
 
 
-def records(run: Run, seed: int, composer: Composer) -> Iterator[Record]:
+def records(run: Run, seed: int, composer: Composer) -> Iterator[LogRecord]:
     """The messages of the log of the run of ``seed``, in the order of time."""
     return _Log(run.only(seed), seed, composer).all()
 
@@ -92,12 +92,12 @@ class _Log:
         none = np.full_like(self.frame["x"], np.nan)
         self.frame |= {name: run[name][0] if run.team is not None else none for name in _TO}
 
-    def all(self) -> Iterator[Record]:
+    def all(self) -> Iterator[LogRecord]:
         yield from self._once()
         for k, time in enumerate(self.run.time.tolist()):
             yield self._transforms(k, time)
             if k and self.run.obstacles is not None and len(self.run.obstacles.circles) > 1:
-                yield Record(
+                yield LogRecord(
                     time, SCENE, "visualization_msgs/MarkerArray", bodies(self.run, self.robots, self.make, k, time)
                 )
             for robot in range(len(self.robots)):
@@ -105,7 +105,7 @@ class _Log:
 
     # What is said once ------------------------------------------------------------------------------------------
 
-    def _once(self) -> Iterator[Record]:
+    def _once(self) -> Iterator[LogRecord]:
         run, make = self.run, self.make
         info = make.make(
             "fuzzyfleet_msgs/RunInfo",
@@ -118,7 +118,7 @@ class _Log:
             robots=[names.namespace for names in self.robots if names.namespace],
             message=list(run.about.message),
         )
-        yield Record(0.0, INFO, "fuzzyfleet_msgs/RunInfo", info, once=True)
+        yield LogRecord(0.0, INFO, "fuzzyfleet_msgs/RunInfo", info, once=True)
         for each, system in zip(self.fired, (run.about.rule_bases or {}).values(), strict=False):
             base = make.make(
                 "fuzzyfleet_msgs/RuleBase",
@@ -128,18 +128,18 @@ class _Log:
                 rules=list(each.sentences),
                 fis=_as_fis(system),
             )
-            yield Record(0.0, rule_base(each.task), "fuzzyfleet_msgs/RuleBase", base, once=True)
-        yield Record(
+            yield LogRecord(0.0, rule_base(each.task), "fuzzyfleet_msgs/RuleBase", base, once=True)
+        yield LogRecord(
             0.0, STATIC_TRANSFORMS, "tf2_msgs/TFMessage", make.transforms([*mounts(run, self.robots, make)]), once=True
         )
-        yield Record(0.0, SCENE, "visualization_msgs/MarkerArray", bodies(run, self.robots, make, 0, 0.0), once=True)
+        yield LogRecord(0.0, SCENE, "visualization_msgs/MarkerArray", bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
-            yield Record(0.0, names.topic("path"), "nav_msgs/Path", make.path(header, _points(nodes)), once=True)
+            yield LogRecord(0.0, names.topic("path"), "nav_msgs/Path", make.path(header, _points(nodes)), once=True)
 
     # What is said in every period -------------------------------------------------------------------------------
 
-    def _transforms(self, k: int, time: float) -> Record:
+    def _transforms(self, k: int, time: float) -> LogRecord:
         """Where all robots are: as they measure it, and in truth."""
         make, rows = self.make, []
         for robot, names in enumerate(self.robots):
@@ -149,13 +149,13 @@ class _Log:
             if np.isfinite(true).all():
                 rows.append(make.transform(header, names.frame("base_link"), *seen))
                 rows.append(make.transform(world, names.frame("base_link_true"), *true))
-        return Record(time, TRANSFORMS, "tf2_msgs/TFMessage", make.transforms(rows))
+        return LogRecord(time, TRANSFORMS, "tf2_msgs/TFMessage", make.transforms(rows))
 
-    def _of(self, robot: int, k: int, time: float) -> Iterator[Record]:
+    def _of(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """The messages of one robot."""
         run, names, make = self.run, self.robots[robot], self.make
         frame = {name: float(values[robot, k]) for name, values in self.frame.items()}
-        yield Record(time, names.topic("state"), "fuzzyfleet_msgs/RobotState", self._state(robot, k, time, frame))
+        yield LogRecord(time, names.topic("state"), "fuzzyfleet_msgs/RobotState", self._state(robot, k, time, frame))
         if not np.isfinite(frame["x"]):
             return
         odom, base = make.header(time, names.frame("odom")), make.header(time, names.frame("base_link"))
@@ -170,13 +170,13 @@ class _Log:
         children = {"odom": "base_link", "ground_truth": "base_link_true", "reference": "reference"}
         for name, (posture, v, w) in postures.items():
             message = make.odometry(odom, names.frame(children[name]), posture, v, w)
-            yield Record(time, names.topic(name), "nav_msgs/Odometry", message)
+            yield LogRecord(time, names.topic(name), "nav_msgs/Odometry", message)
         ordered = ("command_1", "command_2") if run.level == "velocity" else ("v_demand", "w_demand")
         twist = make.twist(*(frame[name] for name in ordered))
         stamped = make.make("geometry_msgs/TwistStamped", header=base, twist=twist)
-        yield Record(time, names.topic("cmd_vel"), "geometry_msgs/TwistStamped", stamped)
+        yield LogRecord(time, names.topic("cmd_vel"), "geometry_msgs/TwistStamped", stamped)
         if run.encoders is not None:
-            yield Record(time, names.topic("joint_states"), "sensor_msgs/JointState", self._joints(robot, k, base))
+            yield LogRecord(time, names.topic("joint_states"), "sensor_msgs/JointState", self._joints(robot, k, base))
         yield from self._ranges(robot, k, time)
         yield from self._radio(robot, k, time, base)
         yield from self._rules(robot, k, time, base)
@@ -213,7 +213,7 @@ class _Log:
             effort=effort,
         )
 
-    def _ranges(self, robot: int, k: int, time: float) -> Iterator[Record]:
+    def _ranges(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """What the range sensors read that the robot carries."""
         run, names = self.run, self.robots[robot]
         if run.ranges is None:
@@ -229,9 +229,9 @@ class _Log:
                     most=sensor.range,
                     reading=float(run.ranges[k, 0, robot, place]),
                 )
-                yield Record(time, names.reading(name), "sensor_msgs/Range", message)
+                yield LogRecord(time, names.reading(name), "sensor_msgs/Range", message)
 
-    def _radio(self, robot: int, k: int, time: float, header: Any) -> Iterator[Record]:
+    def _radio(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
         """What the robot broadcasts, and how old what it has heard is."""
         run, names, make = self.run, self.robots[robot], self.make
         if run.messages is not None:
@@ -244,13 +244,13 @@ class _Log:
                     sender=robot + 1,
                     values=[make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told],
                 )
-                yield Record(time, names.topic("radio"), "fuzzyfleet_msgs/RadioMessage", message)
+                yield LogRecord(time, names.topic("radio"), "fuzzyfleet_msgs/RadioMessage", message)
         if run.links is not None:
             ages = run.links[k, 0, robot].astype(float)
             message = make.make("fuzzyfleet_msgs/RadioAges", header=header, age=ages)
-            yield Record(time, names.topic("radio_ages"), "fuzzyfleet_msgs/RadioAges", message)
+            yield LogRecord(time, names.topic("radio_ages"), "fuzzyfleet_msgs/RadioAges", message)
 
-    def _rules(self, robot: int, k: int, time: float, header: Any) -> Iterator[Record]:
+    def _rules(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
         """How the rules of each rule base fired that was asked."""
         for each in self.fired:
             strengths = each.firing[k, robot]
@@ -267,7 +267,7 @@ class _Log:
                 strongest=best + 1,
                 strongest_rule=each.sentences[best] if best >= 0 else "",
             )
-            yield Record(time, firing(self.robots[robot], each.task), "fuzzyfleet_msgs/RuleFiring", message)
+            yield LogRecord(time, firing(self.robots[robot], each.task), "fuzzyfleet_msgs/RuleFiring", message)
 
 
 def _fired(run: Run) -> tuple[Fired, ...]:
@@ -294,6 +294,6 @@ def _as_fis(system: Any) -> str:
 def _points(nodes: np.ndarray) -> np.ndarray:
     """A path (n, 3), x, y and heading, through at most MOST_POINTS of its ``nodes`` (2, nodes)."""
     x, y = nodes
-    places = np.unique(np.linspace(0, len(x) - 1, MOST_POINTS).round().astype(int))
+    places = np.unique(np.linspace(0, len(x) - 1, _MOST_POINTS).round().astype(int))
     heading = np.arctan2(np.gradient(y), np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
     return np.stack([x, y, heading], axis=-1)[places]

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.logs.bag import Bag, Column, Topic, opened
+from robotics.logs.bag import Bag, Topic, TopicColumn, opened
 from robotics.logs.topics import ODOMETRY, TopicsOf, namespace_of
-from robotics.logs.typestore import DEFAULT, LogError
+from robotics.logs.typestore import DEFAULT_DISTRIBUTION, LogError
 
-PATH, TRANSFORMS = "nav_msgs/Path", "tf2_msgs/TFMessage"
+PATH, _TRANSFORMS = "nav_msgs/Path", "tf2_msgs/TFMessage"
 TWISTS = ("geometry_msgs/TwistStamped", "geometry_msgs/Twist")
 CLOCKS_APART = 0.5  # s: a header's time farther from when the message was written is another clock's
 _OWN_ODOMETRY = ("ground_truth", "reference")  # topics of our own logs that are no odometry
@@ -41,7 +41,7 @@ class Commands(NamedTuple):
     w: np.ndarray  # (n,) rad/s
 
 
-class Plan(NamedTuple):
+class PlannedPath(NamedTuple):
     """A path to follow, from a time on."""
 
     time: float  # s
@@ -68,7 +68,7 @@ class Drive:
     odometry: Track
     commands: Commands
     reference: Track | None
-    plans: tuple[Plan, ...]
+    plans: tuple[PlannedPath, ...]
     topics: dict[str, str]
     clocks: dict[str, str]
 
@@ -81,7 +81,7 @@ def read_drive(
     commands: str = "",
     reference: str = "",
     path: str = "",
-    distribution: str = DEFAULT,
+    distribution: str = DEFAULT_DISTRIBUTION,
 ) -> Drive:
     """Read one robot's drive from a rosbag2 folder, or from an .mcap, .db3 or .bag file.
 
@@ -116,7 +116,7 @@ def read_drive(
         topics, clocks = {"odometry": odom.name, "commands": command.name}, {"odometry": clock}
         clocks["commands"] = command_clock
         target: Track | None = None
-        plans: tuple[Plan, ...] = ()
+        plans: tuple[PlannedPath, ...] = ()
         aim = of.topic(reference, "reference", (ODOMETRY,), ("reference",), needed=False, only=False)
         way = of.topic(path, "path", (PATH,), ("path", "plan"), needed=False)
         if aim is not None and aim.messages:
@@ -162,7 +162,7 @@ def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
     )
 
 
-def _times(read: Column, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:
+def _times(read: TopicColumn, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:
     """The times of messages, by how much their clock is ahead of the log's [s], and whose clock that is."""
     if not len(stamps) or not ((stamps > 0).any() or np.array_equal(stamps, read.arrival)):
         return read.arrival, 0.0, "arrival"
@@ -194,7 +194,7 @@ def _commands(bag: Bag, topic: Topic, shift: float) -> tuple[Commands, str]:
     return Commands(time[kept], table[kept, 1], table[kept, 2]), clock
 
 
-def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | None, tuple[Plan, ...], str]:
+def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | None, tuple[PlannedPath, ...], str]:
     """The paths of a topic: as a reference in time, where its poses have times that grow; else one after the other."""
 
     def row(message: Any) -> tuple[float, str, np.ndarray]:
@@ -219,12 +219,12 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
         heading = np.unwrap(heading)
         v = np.hypot(np.gradient(x, poses[:, 0]), np.gradient(y, poses[:, 0]))
         track = Track(poses[:, 0], x, y, heading, v, np.gradient(heading, poses[:, 0]))
-        return track, (Plan(begin[id(poses)], np.stack([x, y], axis=-1)),), "headers"
-    found: list[Plan] = []
+        return track, (PlannedPath(begin[id(poses)], np.stack([x, y], axis=-1)),), "headers"
+    found: list[PlannedPath] = []
     for _, _, each in paths:
         points = moved(each[:, 1:], begin[id(each)])[:, :2]
         if not found or not np.array_equal(found[-1].points, points):
-            found.append(Plan(begin[id(each)], points))
+            found.append(PlannedPath(begin[id(each)], points))
     return None, tuple(found), clock
 
 
@@ -248,7 +248,7 @@ def _mover(bag: Bag, name: str, frame: str, wanted: str) -> Callable[[np.ndarray
         return lambda postures, _: postures
     rows: list[tuple[float, ...]] = []
     for topic in bag.topics:
-        if topic.kind == TRANSFORMS:
+        if topic.kind == _TRANSFORMS:
             for arrival, transforms in zip(*bag.read(topic, lambda m: m.transforms), strict=True):
                 for one in transforms:
                     pair = one.header.frame_id.strip("/"), one.child_frame_id.strip("/")

@@ -4,17 +4,16 @@ It is the JSON that Foxglove and Lichtblick export and import: a configuration f
 and a tree that shares out the window.
 """
 
-import json
 from pathlib import Path
 from typing import Any
 
 from fuzzy.figures.palette import COLORS
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_json
 from robotics.logs.names import INFO, MAP, SCENE, Names, firing, rule_base
 from robotics.simulation.run import Run
 
 MOST_ROBOTS = 6  # whose curves are drawn: more are no picture any more
-MOST_RULES = 12  # whose shares are drawn of a rule base, of the first robot
+_MOST_RULES = 12  # whose shares are drawn of a rule base, of the first robot
 
 
 def layout_of(run: Run) -> dict[str, Any]:
@@ -36,7 +35,7 @@ def layout_of(run: Run) -> dict[str, Any]:
         panels["StateTransitions!modes"] = {"paths": states, "isSynced": True}
     for k, (task, system) in enumerate(bases.items()):
         if k < 2:
-            rules = range(min(len(system.rules), MOST_RULES))
+            rules = range(min(len(system.rules), _MOST_RULES))
             shares = [(f"{firing(robots[0], task)}.shares[{n}]", f"rule {n + 1}") for n in rules]
             panels[f"Plot!rules{k}"] = _plot(f"Shares of the rules: {task}", shares)
     if run.links is not None and count > 1:
@@ -73,9 +72,7 @@ def write_layout(run: Run, path: str | Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    text = json.dumps(layout_of(run), indent=2, ensure_ascii=False) + "\n"
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    write_json(path, layout_of(run))
 
 
 def _scene(robots: list[Names]) -> dict[str, Any]:

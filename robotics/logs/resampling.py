@@ -15,15 +15,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotics.logs.drive import Drive, Plan, Track
+from robotics.logs.drive import Drive, PlannedPath, Track
 from robotics.logs.typestore import LogError
 
 AT_ONCE = 1e-6  # s: stamps are whole nanoseconds, and times of the grid are not
-LEAST = 2  # samples of a piece
+_LEAST = 2  # samples of a piece
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class DrivePiece:
     """A part of a drive without gaps, at times that are equally far apart; arrays are (samples,)."""
 
     start: float  # s: of the drive, by the clock of its odometry
@@ -35,12 +35,12 @@ class Piece:
     w: np.ndarray  # rad/s
     v_commanded: np.ndarray  # m/s
     w_commanded: np.ndarray  # rad/s
-    plan: Plan | None  # the path that the robot had
+    plan: PlannedPath | None  # the path that the robot had
 
 
 def pieces(
     drive: Drive, period: float = 0.05, gap: float = 0.5, delay: float = 0.0, *, whole: bool = False
-) -> tuple[Piece, ...]:
+) -> tuple[DrivePiece, ...]:
     """The parts of ``drive`` without gaps, on a grid of times.
 
     Args:
@@ -58,7 +58,7 @@ def pieces(
     seen, given = _moving(drive.odometry), drive.commands
     start = max(seen.time[0], given.time[0] - delay)
     count = int(np.floor((min(seen.time[-1], given.time[-1] + gap - delay) - start) / period + AT_ONCE)) + 1
-    if count < LEAST:
+    if count < _LEAST:
         raise LogError(
             f"{drive.log}: {drive.topics['odometry']} (from {seen.time[0]:.3f} to {seen.time[-1]:.3f} s) and "
             f"{drive.topics['commands']} (from {given.time[0]:.3f} to {given.time[-1]:.3f} s) do not overlap"
@@ -79,14 +79,14 @@ def pieces(
     cuts = np.flatnonzero((np.diff(known.astype(int)) != 0) | (np.diff(plan) != 0)) + 1
     found = []
     for part in np.split(np.arange(count), cuts):
-        if known[part[0]] and len(part) >= LEAST:
+        if known[part[0]] and len(part) >= _LEAST:
             at = grid[part]
             x, y, heading, speed, turn = (np.interp(at, seen.time, values) for values in seen[1:])
             path = drive.plans[int(plan[part[0]])] if drive.plans else None
-            found.append(Piece(start, at - start, x, y, heading, speed, turn, v[part], w[part], path))
+            found.append(DrivePiece(start, at - start, x, y, heading, speed, turn, v[part], w[part], path))
     if not found:
         raise LogError(
-            f"{drive.log}: no {LEAST} moments in a row are known: its messages are farther apart than {gap:g} s"
+            f"{drive.log}: no {_LEAST} moments in a row are known: its messages are farther apart than {gap:g} s"
         )
     return tuple(found)
 
@@ -105,7 +105,7 @@ def _moving(track: Track) -> Track:
 
     Raises LogError for a track of one sample.
     """
-    if len(track.time) < LEAST:
+    if len(track.time) < _LEAST:
         raise LogError("the odometry has fewer than two messages")
     if np.isfinite(track.v).all() and np.isfinite(track.w).all():
         return track

@@ -9,7 +9,10 @@ from robotics.logs.names import MAP, Names, token
 from robotics.simulation.run import Run
 
 HEIGHT, LINE = 0.12, 0.02  # m: of bodies, of lines
-_CUBE, _CYLINDER, _LINES = 1, 3, 5
+# Types of visualization_msgs/Marker
+_CUBE = 1
+_CYLINDER = 3
+_LINES = 5
 
 
 def mount(names: Names, sensor: str) -> str:

@@ -13,7 +13,7 @@ DEFINITIONS = Path(__file__).parent / OWN
 # The distributions that can be written, with the version of rosbag2's metadata that each reads: dashing to foxy are
 # long over, and readers of older ones refuse the newer metadata.
 DISTRIBUTIONS = {"humble": 8, "iron": 8, "jazzy": 9, "kilted": 9}
-DEFAULT = "jazzy"
+DEFAULT_DISTRIBUTION = "jazzy"
 
 
 class LogError(InputError):
@@ -36,7 +36,7 @@ def check_installed() -> None:
 
 
 @cache
-def typestore(distribution: str = DEFAULT) -> Any:
+def typestore(distribution: str = DEFAULT_DISTRIBUTION) -> Any:
     """The typestore of ``rosbags`` with the messages of a distribution and our own. Raises LogError."""
     check_distribution(distribution)
     check_installed()

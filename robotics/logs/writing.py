@@ -14,9 +14,16 @@ from typing import Any, Literal, get_args
 
 from fuzzy.files.atomic import TargetError, check_folder, check_target, replacing
 from fuzzy.naming import expected
-from robotics.logs.content import Record, facts, records
+from robotics.logs.content import LogRecord, facts, records
 from robotics.logs.messages import Composer, nanoseconds
-from robotics.logs.typestore import DEFAULT, DISTRIBUTIONS, LogError, check_distribution, check_installed, typestore
+from robotics.logs.typestore import (
+    DEFAULT_DISTRIBUTION,
+    DISTRIBUTIONS,
+    LogError,
+    check_distribution,
+    check_installed,
+    typestore,
+)
 from robotics.simulation.run import Run
 
 Storage = Literal["mcap", "sqlite3"]
@@ -54,7 +61,7 @@ def write_mcap(
     path: str | Path,
     *,
     seed: int | None = None,
-    distribution: str = DEFAULT,
+    distribution: str = DEFAULT_DISTRIBUTION,
     progress: Callable[[], None] | None = None,
 ) -> None:
     """Write the run of one seed as an MCAP file of ROS 2 messages, which Foxglove opens; docs/logs.md lists its topics.
@@ -86,7 +93,7 @@ def write_rosbag(
     folder: str | Path,
     *,
     seed: int | None = None,
-    distribution: str = DEFAULT,
+    distribution: str = DEFAULT_DISTRIBUTION,
     storage: Storage = "mcap",
     progress: Callable[[], None] | None = None,
 ) -> None:
@@ -167,7 +174,7 @@ def _write(
                 progress()
 
 
-def _quality(record: Record) -> Any:
+def _quality(record: LogRecord) -> Any:
     """How a topic is offered: what is said once is kept for those that come later."""
     from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from robotics.measures.once import OnceARun
+from robotics.measures.once import CachedPerRun
 from robotics.measures.progress import true_progress
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
@@ -17,7 +17,7 @@ GOAL_LEAST = 0.03  # m at least
 ARRIVAL_SPREAD = 1.0  # s: between the first and the last arrival of robots that arrive together
 
 
-@OnceARun
+@CachedPerRun
 def arrival_time(run: Run) -> np.ndarray:
     """The time [s] of each robot's arrival (runs, robots); infinite if it never arrives.
 

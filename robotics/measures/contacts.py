@@ -11,8 +11,8 @@ import numpy as np
 
 from robotics.environment.swept import END, RUN, START, Watch, pose_between
 from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
-from robotics.measures.once import OnceARun
-from robotics.measures.tracking import KINDS, Metric
+from robotics.measures.once import CachedPerRun
+from robotics.measures.tracking import SCENARIO_KINDS, Metric
 from robotics.simulation.run import Run
 
 MOST_DRAWN = 500  # contacts of a seed that a picture marks
@@ -52,7 +52,7 @@ def can_touch(run: Run) -> bool:
     return len(run.about.robots) > 1 or run.obstacles is not None
 
 
-@OnceARun
+@CachedPerRun
 def judge(run: Run) -> Judgement:
     """Find all contacts and clearances of a run's seeds, in one compiled pass."""
     *_, (watch, episodes) = _watched(run, len(run.time))
@@ -158,7 +158,7 @@ CONTACT_METRICS: dict[str, Metric] = {
         "1",
         "contacts with other robots and obstacles",
         of_run="max",
-        headline=KINDS,
+        headline=SCENARIO_KINDS,
         short="contacts",
         tried=("tracking", "team"),
         needs_others=True,
@@ -168,7 +168,7 @@ CONTACT_METRICS: dict[str, Metric] = {
         "m",
         "least clearance to a robot or an obstacle, surface to surface; below 0: overlap",
         of_run="min",
-        headline=KINDS,
+        headline=SCENARIO_KINDS,
         short="least clearance",
         tried=("tracking", "team"),
         larger=True,

@@ -6,12 +6,12 @@ where the whole interval lies on that side, fails where the whole interval lies 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.statistics import shares
+from robotics.statistics.intervals import student, wilson
 
 FEWEST_RUNS = 20  # of a mean that decides
 FEWEST_TRIALS = 200  # of a rate that decides
@@ -57,32 +57,12 @@ def mean_of(values: np.ndarray) -> Estimate:
     return Estimate(mean, low, high, n)
 
 
-def student(values: np.ndarray) -> tuple[float, float]:
-    """Student's 95 % interval of the mean of ``values`` (seeds,), mean ± t s/√n.
-
-    Not-a-number for fewer than two seeds, and where the mean is not finite.
-    """
-    from scipy.stats import t
-
-    n, mean = len(values), float(np.mean(values))
-    if n < 2 or not isfinite(mean):
-        return float("nan"), float("nan")
-    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / sqrt(n))
-    return mean - half, mean + half
-
-
 def rate_of(happened: np.ndarray) -> Estimate:
     """The share of ``happened`` (trials,) bool with Wilson's 95 % interval [Wilson 1927]."""
     happened = np.asarray(happened, dtype=bool)
     n, share = len(happened), float(np.mean(happened))
-    low, high = wilson(int(happened.sum()), n)
-    return Estimate(share, low, high, n, "rate")
-
-
-def wilson(count: int, trials: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a rate of which ``count`` of ``trials`` are seen [Wilson 1927]."""
-    found = shares.wilson(count, trials)
-    return float(found.low), float(found.high)
+    found = wilson(int(happened.sum()), n)
+    return Estimate(share, float(found.low), float(found.high), n, "rate")
 
 
 class Room(NamedTuple):

@@ -17,11 +17,11 @@ from robotics.measures.standing import stands_still
 from robotics.simulation.run import Run
 from robotics.simulation.spans import KINDS, seed_place
 
-FEW = 6  # robots that all get a sentence
+_FEW = 6  # robots that all get a sentence
 SLOW_TURN = 0.02  # rad/s: a robot that turns no faster is said to drive straight
 
 
-class Situation(NamedTuple):
+class RobotMoment(NamedTuple):
     """Where one robot was, and what it did, at one sample; sizes are true, and distances are gaps between surfaces."""
 
     robot: int  # from 1
@@ -69,8 +69,8 @@ class DecisionExplained:
 
     run: str  # the controller and the scenario, in words
     seed: int
-    situation: Situation
-    others: tuple[Situation, ...]  # of the other robots, where they are few
+    situation: RobotMoment
+    others: tuple[RobotMoment, ...]  # of the other robots, where they are few
     rule_bases: Mapping[str, Explanation]  # by task; none of a robot that had been stopped
     demand: tuple[float, float]  # m/s, rad/s: the velocities that the law wanted in the end, within the robot's limits
 
@@ -119,7 +119,7 @@ def explain_decision(run: Run, robot: int, time: float, seed: int | None = None)
         raise DecisionError(f"the run lasts from {first:g} to {last:g} s; there is nothing at {time:g} s")
     k = int(np.searchsorted(run.time, time + 1e-9, side="right")) - 1
     robots = len(run.about.robots)
-    others = [j for j in range(robots) if j != i] if robots <= FEW else []
+    others = [j for j in range(robots) if j != i] if robots <= _FEW else []
     asked = decisions(run, place, slice(k, k + 1))
     mine = situation(run, place, k, i)
     told = {each.task: (each.system, each.inputs[0, i]) for each in asked}
@@ -156,7 +156,7 @@ def explain_spans(
     return [(each, _span_sentence(each, rules[each.task][each.rule - 1])) for each in found]
 
 
-def situation(run: Run, place: int, k: int, robot: int) -> Situation:
+def situation(run: Run, place: int, k: int, robot: int) -> RobotMoment:
     """Where a robot (from 0) was, and what it did, at the sample ``k`` of the seed at ``place``."""
     stop = int(run.stopped[place, robot])
     xs, ys, headings, *_ = run.samples[k, :, place]
@@ -175,7 +175,7 @@ def situation(run: Run, place: int, k: int, robot: int) -> Situation:
         mine = np.array([[robot]])
         obstacle = float(obstacle_clearance(xs[mine], ys[mine], headings[mine], sizes[:, mine[0]], here)[0, 0])
     fault = 0.0 if run.team is None else float(run["fault"][place, robot, k])
-    return Situation(
+    return RobotMoment(
         robot + 1,
         float(run.time[k]),
         x,

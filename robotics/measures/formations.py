@@ -8,7 +8,7 @@ their references are at one time.
 
 import numpy as np
 
-from robotics.measures.once import OnceARun
+from robotics.measures.once import CachedPerRun
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all
 from robotics.paths.joined import PathTable, join_paths, table_length
 from robotics.paths.path import CURVATURE, HEADING, Path, X, Y
@@ -69,7 +69,7 @@ def x_grows(run: Run) -> bool:
     return all(bool(np.all(np.diff(nodes[0]) > 0)) for nodes in run.paths)
 
 
-@OnceARun
+@CachedPerRun
 def _paths(run: Run) -> PathTable:
     """The paths of a run, of which it keeps nodes at equal steps of the abscissa."""
     found = []
@@ -83,7 +83,7 @@ def _paths(run: Run) -> PathTable:
     return join_paths(found)
 
 
-@OnceARun
+@CachedPerRun
 def abscissae(run: Run) -> np.ndarray:
     """The abscissae [m] (runs, robots, samples) of the nearest points of the own paths, each followed from the start.
 
@@ -101,7 +101,7 @@ def abscissae(run: Run) -> np.ndarray:
     return found
 
 
-@OnceARun
+@CachedPerRun
 def _level(run: Run) -> np.ndarray:
     """Level abscissae [m] (robots, places): those of the references, and the ends, where a run is over before them."""
     due, ends = run.target("s"), _paths(run).lengths
@@ -117,7 +117,7 @@ def on_leader(run: Run) -> np.ndarray:
     return places
 
 
-@OnceARun
+@CachedPerRun
 def place_error(run: Run) -> np.ndarray:
     """How far each robot is from its place in the formation [m] (runs, robots, samples).
 

@@ -12,7 +12,7 @@ from robotics.simulation.run import Run
 Found = TypeVar("Found")
 
 
-class OnceARun(Generic[Found]):
+class CachedPerRun(Generic[Found]):
     """A measure, which depends on nothing but the run, that is computed once for each run; an array is read-only."""
 
     def __init__(self, measure: Callable[[Run], Found]) -> None:

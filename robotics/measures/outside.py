@@ -13,15 +13,15 @@ import numpy as np
 
 from fuzzy.shown import shown
 from fuzzy.system import Variable
-from robotics.laws.rules.situation import NONE
+from robotics.laws.rules.situation import NOTHING_NEAR
 from robotics.simulation.run import Run
 
-TOLERANCE = 0.01  # of the universe: what lies beyond its end by less is noise
+_TOLERANCE = 0.01  # of the universe: what lies beyond its end by less is noise
 SELDOM = 0.002  # of the time: a universe that leaves out the rarest of the data is left as seldom
 FAR = 10.0  # times the universe: so far beyond its end it is looked whether a term holds on
 
 
-class Outside(NamedTuple):
+class OutsideInput(NamedTuple):
     """One input of one robot that left its universe, over all seeds of a run."""
 
     controller: str
@@ -39,8 +39,8 @@ class Outside(NamedTuple):
         return {**self._asdict(), "universe": list(self.universe)}
 
 
-def outside(run: Run) -> list[Outside]:
-    """The inputs of data that left their universes by more than TOLERANCE, the farthest first."""
+def outside(run: Run) -> list[OutsideInput]:
+    """The inputs of data that left their universes by more than _TOLERANCE, the farthest first."""
     if run.inputs is None or not run.about.rule_bases:
         return []
     found, row = [], 0
@@ -52,7 +52,7 @@ def outside(run: Run) -> list[Outside]:
                 one = _left(values[..., robot], variable.universe)
                 if one is not None:
                     names = (run.controller, run.scenario, task, variable.name, variable.unit, robot + 1)
-                    found.append(Outside(*names, variable.universe, *one))
+                    found.append(OutsideInput(*names, variable.universe, *one))
     return sorted(found, key=_how_far, reverse=True)
 
 
@@ -75,8 +75,8 @@ def _left(values: np.ndarray, universe: tuple[float, float]) -> tuple[float, flo
     """The value farthest outside, and the share of the samples outside; None where none is."""
     low, high = universe
     # What is told where there is nothing to tell has no place of its own beyond the others
-    known = values[np.isfinite(values) & ((np.abs(values) < NONE) | (values <= high))]
-    slack = TOLERANCE * (high - low)
+    known = values[np.isfinite(values) & ((np.abs(values) < NOTHING_NEAR) | (values <= high))]
+    slack = _TOLERANCE * (high - low)
     out = known[(known < low - slack) | (known > high + slack)]
     if not len(out) or len(out) < SELDOM * len(known):
         return None
@@ -84,12 +84,12 @@ def _left(values: np.ndarray, universe: tuple[float, float]) -> tuple[float, flo
     return float(out[np.argmax(beyond)]), len(out) / len(known)
 
 
-def _how_far(one: Outside) -> float:
+def _how_far(one: OutsideInput) -> float:
     low, high = one.universe
     return max(low - one.farthest, one.farthest - high) / (high - low)
 
 
-def outside_sentence(found: list[Outside]) -> str:
+def outside_sentence(found: list[OutsideInput]) -> str:
     """One sentence of what :func:`outside` found of a run: the input that went farthest, and how many others did."""
     one = found[0]
     low, high = one.universe

@@ -18,10 +18,10 @@ from fuzzy.errors import InputError
 from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import expected
 from robotics.laws.specification import Specification
-from robotics.measures.tracking import KINDS, Metric
+from robotics.measures.tracking import SCENARIO_KINDS, Metric
 from robotics.simulation.run import Run
 
-GROUP = "fuzzyfleet.metrics"  # the entry points by which other packages add metrics
+METRIC_GROUP = "fuzzyfleet.metrics"  # the entry points by which other packages add metrics
 _UNKNOWN = "–"  # the unit of a function that does not say one
 _ABOUT = "metric_about"  # the attribute in which the decorator keeps what it was told
 
@@ -81,8 +81,8 @@ def own_metric(thing: Any, name: str) -> Metric:
         doc = (inspect.getdoc(thing) or "").partition("\n")[0].rstrip(".") if inspect.isroutine(thing) else ""
         thing = Metric(thing, **about | {"title": about["title"] or doc or name.replace("_", " ")})
     for kind in thing.kinds:
-        if kind not in KINDS:
-            raise MetricError(f"the metric {name}: {expected(kind, KINDS, 'kind of scenarios')}")
+        if kind not in SCENARIO_KINDS:
+            raise MetricError(f"the metric {name}: {expected(kind, SCENARIO_KINDS, 'kind of scenarios')}")
     short = thing.short or name.replace("_", " ")
     return thing._replace(headline=thing.headline or thing.kinds, tried=thing.tried or thing.kinds, short=short)
 
@@ -131,7 +131,7 @@ def installed_metrics() -> tuple[Mapping[str, Metric], Mapping[str, str]]:
     """
     good: dict[str, Metric] = {}
     bad: dict[str, str] = {}
-    for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
+    for entry in sorted(entry_points(group=METRIC_GROUP), key=lambda e: e.name):
         origin = f"the package {entry.dist.name}" if entry.dist is not None else entry.value
         try:
             good[entry.name] = own_metric(entry.load(), entry.name)

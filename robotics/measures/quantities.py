@@ -8,7 +8,7 @@ import numpy as np
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.contacts import Judgement, can_touch, judge, until_contact
-from robotics.measures.once import OnceARun
+from robotics.measures.once import CachedPerRun
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
@@ -16,12 +16,12 @@ from robotics.paths.posture import PostureError, posture_error
 from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
 
-START = 6.0  # s: the start is over
-LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it
-LAST = 5.0  # s: the end of a run
+_START = 6.0  # s: the start is over
+_LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it
+_LAST = 5.0  # s: the end of a run
 
 
-class Quantity(NamedTuple):
+class MeasuredQuantity(NamedTuple):
     """A number that is measured of a run."""
 
     measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
@@ -61,60 +61,62 @@ def _short_of_goal(run: Run) -> np.ndarray:
     return np.asarray((1 - np.nanmax(true_progress(run), axis=-1)) * lengths)
 
 
-@OnceARun
+@CachedPerRun
 def _judged(run: Run) -> tuple[Judgement, Run]:
     """The contacts of a run, and what counts of it."""
     found = judge(run)
     return found, until_contact(run, found.first)
 
 
-QUANTITIES: Mapping[str, Quantity] = {
-    **{n: Quantity(m.measure, m.unit, m.larger, m.title) for n, m in ALL_METRICS.items()},
-    "contacts": Quantity(lambda r: _judged(r)[0].counts, "1", title=ALL_METRICS["contacts"].title),
-    "min_clearance_m": Quantity(
+QUANTITIES: Mapping[str, MeasuredQuantity] = {
+    **{n: MeasuredQuantity(m.measure, m.unit, m.larger, m.title) for n, m in ALL_METRICS.items()},
+    "contacts": MeasuredQuantity(lambda r: _judged(r)[0].counts, "1", title=ALL_METRICS["contacts"].title),
+    "min_clearance_m": MeasuredQuantity(
         lambda r: _judged(r)[0].least, "m", larger=True, title=ALL_METRICS["min_clearance_m"].title
     ),
-    "late_error_norm": Quantity(
-        lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, START)], axis=-1)),
+    "late_error_norm": MeasuredQuantity(
+        lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, _START)], axis=-1)),
         "m, rad",
-        title=f"mean error norm against the timetable after the first {START:g} s",
+        title=f"mean error norm against the timetable after the first {_START:g} s",
     ),
-    "timetable_error_norm": Quantity(
+    "timetable_error_norm": MeasuredQuantity(
         lambda r: np.asarray(np.nanmean(_norm(timetable_error(r)), axis=-1)),
         "m, rad",
         title="mean error norm against the timetable",
     ),
-    "last_distance_m": Quantity(
-        lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - LAST)]),
+    "last_distance_m": MeasuredQuantity(
+        lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - _LAST)]),
         "m",
-        title=f"RMS distance to the timetable's place in the last {LAST:g} s",
+        title=f"RMS distance to the timetable's place in the last {_LAST:g} s",
     ),
-    "largest_distance_m": Quantity(
+    "largest_distance_m": MeasuredQuantity(
         lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m", title="largest distance to the timetable's place"
     ),
-    "late_cross_track_m": Quantity(
-        lambda r: _rms(cross_track_error(r)[..., _between(r, *LATE)]),
+    "late_cross_track_m": MeasuredQuantity(
+        lambda r: _rms(cross_track_error(r)[..., _between(r, *_LATE)]),
         "m",
-        title=f"RMS cross-track error from {LATE[0]:g} to {LATE[1]:g} s",
+        title=f"RMS cross-track error from {_LATE[0]:g} to {_LATE[1]:g} s",
     ),
-    "settles": Quantity(
+    "settles": MeasuredQuantity(
         lambda r: np.isfinite(settling_time(r, _distance(r))),
         "1",
         larger=True,
         title="runs that settle: distance to the timetable's place below 5 cm for good",
     ),
-    "untouched": Quantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True, title="runs without contact"),
-    "off_path_s": Quantity(off_path_times, "s", title="longest time more than 0.1 m off the path"),
-    "stood_s": Quantity(standing_times, "s", title="longest time of standing still on the way"),
-    "left_behind_s": Quantity(left_behind_times, "s", title="longest time for which the group went on without it"),
-    "short_of_goal_m": Quantity(_short_of_goal, "m", title="length of path that is not driven at the end"),
-    "others_spread_s": Quantity(
+    "untouched": MeasuredQuantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True, title="runs without contact"),
+    "off_path_s": MeasuredQuantity(off_path_times, "s", title="longest time more than 0.1 m off the path"),
+    "stood_s": MeasuredQuantity(standing_times, "s", title="longest time of standing still on the way"),
+    "left_behind_s": MeasuredQuantity(
+        left_behind_times, "s", title="longest time for which the group went on without it"
+    ),
+    "short_of_goal_m": MeasuredQuantity(_short_of_goal, "m", title="length of path that is not driven at the end"),
+    "others_spread_s": MeasuredQuantity(
         same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s", title="spread of the arrivals without robot 1"
     ),
 }
 
 
-Measured = Quantity | Metric
+Measured = MeasuredQuantity | Metric
 _WHOLE = ("contacts", "min_clearance_m", "untouched")  # these are of the whole run, the others end with a contact
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.trigonometry import sincos
-from robotics.measures.once import OnceARun
+from robotics.measures.once import CachedPerRun
 from robotics.paths.nearest import signed_distances
 from robotics.paths.posture import PostureError, posture_error, wrapped_compiled
 from robotics.paths.trajectory import Reference
@@ -20,7 +20,7 @@ from robotics.simulation.run import Run
 
 SETTLED = 0.05  # m: a robot that stays nearer has settled
 UNDER_WAY = 6.0  # s: from then on what is measured is the tracking, not how a robot came to its path
-KINDS = ("tracking", "formation", "team")  # of scenarios
+SCENARIO_KINDS = ("tracking", "formation", "team")  # of scenarios
 
 
 class Metric(NamedTuple):
@@ -46,7 +46,7 @@ class Metric(NamedTuple):
     measure: Callable[[Run], np.ndarray]
     unit: str
     title: str
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = SCENARIO_KINDS
     headline: tuple[str, ...] = ()
     short: str = ""
     tried: tuple[str, ...] = ()
@@ -71,7 +71,7 @@ def tracking_error(run: Run) -> PostureError:
     return posture_error(run["x"], run["y"], run["heading"], target)
 
 
-@OnceARun
+@CachedPerRun
 def cross_track_error(run: Run) -> np.ndarray:
     """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples).
 
@@ -93,7 +93,7 @@ class TrackingErrors(NamedTuple):
     final: np.ndarray  # m: the last distance
 
 
-@OnceARun
+@CachedPerRun
 def tracking_errors(run: Run) -> TrackingErrors:
     """Sum up :func:`tracking_error` over the samples of each robot."""
     if run.team is not None:
@@ -154,8 +154,8 @@ def moves_on(v: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a robot stopped at once has no sample: not-a-number
+    # A robot that is stopped at once has no sample: its mean is not-a-number
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
         return np.asarray(np.nanmean(values, axis=-1))
 
 

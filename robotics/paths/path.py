@@ -16,8 +16,8 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.quantity import LARGEST, check_quantities, described, quantity
 
-NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
-LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
+_NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
+_LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
 
 
 class PathError(InputError):
@@ -238,7 +238,7 @@ class Waypoints:
         apart = np.hypot(*np.diff(np.asarray(self.points, dtype=float), axis=0).T)
         near, length = int(apart.argmin()), float(apart.sum())
         _require(
-            apart[near] > NEAREST * length,
+            apart[near] > _NEAREST * length,
             f"waypoints path: points {near + 1} and {near + 2} are {apart[near]:.3g} m apart, on "
             f"a path of {length:.3g} m; rounding takes them for one",
         )
@@ -345,8 +345,8 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
         measured = np.concatenate([[0.0], np.cumsum(pieces)])
     length = float(measured[-1])
     name = type(shape).__name__.lower()
-    if not 1e-9 < length <= LONGEST:
-        raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0 and <= {LONGEST:g} m")
+    if not 1e-9 < length <= _LONGEST:
+        raise PathError(f"{name} path: its length is {length:g} m; a path needs a length > 0 and <= {_LONGEST:g} m")
     count = max(257, int(np.ceil(length / spacing)) + 1)
     s = np.linspace(0.0, length, count)
     with np.errstate(all="ignore"):  # a cusp is refused below

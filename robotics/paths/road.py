@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.columns import Floats1, Floats2, Floats3, Ints1
+from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.paths.joined import PathTable, nearest_abscissa
 from robotics.paths.path import cell_by_x, point, point_beside
 
@@ -19,16 +20,16 @@ CELLS = 160  # ticks of a plan in its nominal duration
 class Road(NamedTuple):
     """The paths and the timing of all robots; where nothing else is said, arrays are (paths,)."""
 
-    table: np.ndarray  # (5, nodes of all paths): as of robotics.paths.path.Path, one path after the other
-    first: np.ndarray  # int: the column at which each begins
-    cells: np.ndarray  # int: the number of its nodes minus 1
-    lengths: np.ndarray  # m
+    table: Floats2  # (5, nodes of all paths): as of robotics.paths.path.Path, one path after the other
+    first: Ints1  # the column at which each begins
+    cells: Ints1  # the number of its nodes minus 1
+    lengths: Floats1  # m
     kind: int  # TABULATED, EVEN or PLANNED
-    ends: np.ndarray  # s: when each reference reaches the end of its path
-    durations: np.ndarray  # s: of even timing, or of CELLS ticks of a plan
-    timing: np.ndarray  # (paths, 2, times): abscissa [m] and its rate [m/s] at equal steps of time, if TABULATED
-    plan: np.ndarray  # (paths, ticks + 1): share of the path at every tick, if PLANNED
-    shares: np.ndarray  # (2, nodes of all paths) progress and the way for each unit of it; (2, 0): shares of the length
+    ends: Floats1  # s: when each reference reaches the end of its path
+    durations: Floats1  # s: of even timing, or of CELLS ticks of a plan
+    timing: Floats3  # (paths, 2, times): abscissa [m] and its rate [m/s] at equal steps of time, if TABULATED
+    plan: Floats2  # (paths, ticks + 1): share of the path at every tick, if PLANNED
+    shares: Floats2  # (2, nodes of all paths) progress and the way for each unit of it; (2, 0): shares of the length
     since: float  # s: the time of the road when a run begins
 
 
@@ -82,7 +83,7 @@ def _moving_all(road, times):  # type: ignore[no-untyped-def]
     return out
 
 
-@inner
+@compiled_only
 def timed(road, path, time):  # type: ignore[no-untyped-def]
     """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
     time = time + road.since
@@ -96,7 +97,7 @@ def timed(road, path, time):  # type: ignore[no-untyped-def]
     return share * length, slope * CELLS / road.durations[path] * length if time < road.ends[path] else 0.0
 
 
-@inner
+@compiled_only
 def moving(road, path, time):  # type: ignore[no-untyped-def]
     """The reference of one path at a time [s] of the run: x, y [m], heading [rad], v [m/s], ω [rad/s], abscissa [m]."""
     s, v = timed(road, path, time)
@@ -104,13 +105,13 @@ def moving(road, path, time):  # type: ignore[no-untyped-def]
     return x, y, heading, v, v * curvature, s
 
 
-@inner
+@compiled_only
 def planned(road, path, time):  # type: ignore[no-untyped-def]
     """A plan's share of the path at a time [s], and its slope a tick."""
     return planned_at(road.plan[path], time / road.durations[path] * CELLS)
 
 
-@inner
+@compiled_only
 def planned_at(shares, tick):  # type: ignore[no-untyped-def]
     """The share of the path between the ticks of one robot's plan, and its slope a tick."""
     t = min(max(tick, 0.0), len(shares) - 1 - 1e-9)
@@ -119,7 +120,7 @@ def planned_at(shares, tick):  # type: ignore[no-untyped-def]
     return a + (t - k) * (b - a), b - a
 
 
-@inner
+@compiled_only
 def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
     """Abscissa [m] and speed [m/s]: between the times of the table by a cubic Hermite spline."""
     if time >= end:
@@ -136,19 +137,19 @@ def _tabulated(timing, path, end, length, time):  # type: ignore[no-untyped-def]
     return s, (1 - t) * a + t * b
 
 
-@inner
+@compiled_only
 def at(road, path, s):  # type: ignore[no-untyped-def]
     """The point of one path at an abscissa [m]: x, y [m], heading [rad], curvature [1/m]."""
     return point(road.table, road.first[path], road.cells[path], road.lengths[path], s)
 
 
-@inner
+@compiled_only
 def beside(road, path, x):  # type: ignore[no-untyped-def]
     """The point of one path, along which x grows, with that x [m]: x, y [m], heading [rad], curvature [1/m]."""
     return point_beside(road.table, road.first[path], road.cells[path], road.lengths[path], x)
 
 
-@inner
+@compiled_only
 def by_x(road, path, x):  # type: ignore[no-untyped-def]
     """The abscissa [m] where one path, along which x grows, has that x [m]; linear between nodes."""
     k = cell_by_x(road.table, road.first[path], road.cells[path], x)
@@ -156,13 +157,13 @@ def by_x(road, path, x):  # type: ignore[no-untyped-def]
     return _between(x, a, b, _node(road, path, k), _node(road, path, k + 1))
 
 
-@inner
+@compiled_only
 def last_x(road, path):  # type: ignore[no-untyped-def]
     """The x [m] of the end of one path."""
     return road.table[0, road.first[path] + road.cells[path]]
 
 
-@inner
+@compiled_only
 def share(road, path, s):  # type: ignore[no-untyped-def]
     """The progress, 0 to 1, at an abscissa [m]; in a formation it is that of the virtual path."""
     if road.shares.shape[1] == 0:
@@ -177,7 +178,7 @@ def share(road, path, s):  # type: ignore[no-untyped-def]
     return _between(s, _node(road, path, k), _node(road, path, k + 1), road.shares[0, n], road.shares[0, n + 1])
 
 
-@inner
+@compiled_only
 def place(road, path, progress):  # type: ignore[no-untyped-def]
     """The abscissa [m] at a progress; what :func:`share` inverts."""
     if road.shares.shape[1] == 0:
@@ -188,7 +189,7 @@ def place(road, path, progress):  # type: ignore[no-untyped-def]
     return _between(progress, a, b, _node(road, path, k), _node(road, path, k + 1))
 
 
-@inner
+@compiled_only
 def stretch(road, path, progress):  # type: ignore[no-untyped-def]
     """The way [m] for each unit of progress, at a progress: the path's length, or nearly so."""
     if road.shares.shape[1] == 0:
@@ -197,7 +198,7 @@ def stretch(road, path, progress):  # type: ignore[no-untyped-def]
     return _between(progress, road.shares[0, n], road.shares[0, n + 1], road.shares[1, n], road.shares[1, n + 1])
 
 
-@inner
+@compiled_only
 def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
     """The cell in which a path has a progress."""
     low, high = 0, road.cells[path]
@@ -210,14 +211,14 @@ def _share_cell(road, path, progress):  # type: ignore[no-untyped-def]
     return low
 
 
-@inner
+@compiled_only
 def _node(road, path, k):  # type: ignore[no-untyped-def]
     """The abscissa [m] of a path's node, to the last bit as numpy.linspace has it."""
     cells = road.cells[path]
     return k * (road.lengths[path] / cells) if k < cells else road.lengths[path]
 
 
-@inner
+@compiled_only
 def _between(x, a, b, at_a, at_b):  # type: ignore[no-untyped-def]
     """The value at ``x`` between two points, or at the nearer one outside; to the last bit as numpy.interp has it."""
     if x <= a:
@@ -225,7 +226,7 @@ def _between(x, a, b, at_a, at_b):  # type: ignore[no-untyped-def]
     return (at_b - at_a) / (b - a) * (x - a) + at_a if x < b else at_b
 
 
-@inner
+@compiled_only
 def nearest(road, path, x, y, around, reach):  # type: ignore[no-untyped-def]
     """The abscissa [m] of a path's nearest point to (x, y) [m], within ``reach`` [m] of the abscissa ``around``."""
     return nearest_abscissa(road.table, road.first[path], road.cells[path], road.lengths[path], x, y, around, reach)

@@ -20,9 +20,9 @@ from robotics.playback.scene import set_scene, show_frame
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
 
-FORMATS = ("mp4", "gif", "html")
+_FORMATS = ("mp4", "gif", "html")
 FPS = {"mp4": 20.0, "gif": 10.0}  # frames a second, if nothing else is asked for
-DPI = 120
+ANIMATION_DPI = 120
 SLOWEST = 1e-3  # times real time, and frames a second
 _SPEEDS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _LASTS = 25.0  # s: with the default speed a picture lasts no longer
@@ -58,7 +58,7 @@ def check_animation(path: str | Path) -> str:
     Raises AnimationError for any other, or without ffmpeg, TargetError for a place where no file can be written.
     """
     suffix = Path(path).suffix[1:].lower()
-    if suffix not in FORMATS:
+    if suffix not in _FORMATS:
         raise AnimationError(f"a moving picture needs a name that ends in .mp4, .gif or .html, got {str(path)!r}")
     if suffix == "mp4" and ffmpeg() is None:
         raise AnimationError(
@@ -126,7 +126,7 @@ def write_animation(
     end: float | None = None,
     fps: float | None = None,
     speed: float | None = None,
-    dpi: float = DPI,
+    dpi: float = ANIMATION_DPI,
     stale: float | None = None,
     progress: Callable[[int], Callable[[], None]] | None = None,
 ) -> Written:

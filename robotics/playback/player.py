@@ -18,7 +18,7 @@ import numpy as np
 
 from fuzzy.designer.esmodule import composed
 from fuzzy.figures.palette import stylesheet
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
 from robotics.measures.contacts import Contact, who
@@ -171,8 +171,7 @@ def write_player(
         fragment=Markup(_fragment(data["title"], "page", script)),
         script=Markup(player_script()),
     )
-    with replacing(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def _fragment(title: str, mark: str, script: str) -> str:

@@ -152,7 +152,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     colors = [COLORS[i % len(COLORS)] for i in range(robots)]
     for nodes in film.paths:
         quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
-        ax.plot(*strided(*nodes), **quiet, zorder=1)  # type: ignore[arg-type]
+        ax.plot(*strided(*nodes), **quiet, zorder=1)
     _draw_chart(chart, film, colors)
     figure.text(_LEFT / DOUBLE, 1 - 0.2 / height, film.title, parse_math=False, fontsize=9)
     note = _note(film, enlarged, speed)

@@ -10,14 +10,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel, uncounted
+from fuzzy.compiled.columns import Bools2, Columns, Floats3, Floats5, Ints1, ShortInts2, ShortInts3, column, several
+from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
 from robotics.radio.description import Radio
 from robotics.random_streams import RADIO_STREAM
 
 _MOST_DRAWS = 2_000_000  # random numbers drawn at a time: bounds memory
 _MESSAGES = 256  # drawn at a time, at most
-AGE, HEARS, HEARD = range(3)  # planes of what is heard: a message's age, whether the graph lets it pass, its values
 BELIEVED = 0.5  # s for which a rate that was heard is believed; after that the value stays as predicted
+
+
+class HeardColumns(Columns):
+    """What one robot has heard of another; a law's own class adds the values of its message as ``said``."""
+
+    age = column("s", "of the message; infinite: none was heard")
+    hears = column("", "1: the graph lets it pass")
+
+
+class AirColumns(HeardColumns):
+    """The same with the values of any message."""
+
+    values = several(0, "", "heard last; not-a-number before the first")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +67,7 @@ class Heard:
 
         A rate is believed for half a second. The value is not-a-number before the first message.
         """
-        return np.asarray(_predicted(self[name], self[by], self.age, BELIEVED))
+        return np.asarray(_all_predicted(self[name], self[by], self.age))
 
 
 NOTHING = Heard.nothing(0, 0)
@@ -72,14 +85,14 @@ class Air(NamedTuple):
     burst_end: float  # 1
     burst_loss: float  # 1
     range: float  # m; infinite: none
-    graph: np.ndarray  # (robots, robots) bool
-    heard: np.ndarray  # (HEARD + values, lanes, robots): age [s], 1 where the graph lets it pass, and values heard last
-    born: np.ndarray  # (lanes, robots) int32: the period in which that was sent; -1 before the first
-    bad: np.ndarray  # (lanes, robots) bool: links in a burst of losses
-    said: np.ndarray  # (flights, values, lanes): messages on their way
-    arrives: np.ndarray  # (flights, lanes, robots) int32: the period in which each is heard; -1 never
-    sent: np.ndarray  # (flights,) int: the period in which they were sent; -1: none
-    draws: np.ndarray  # (messages, streams, runs, robots, robots): uniform numbers
+    graph: Bools2  # (robots, robots)
+    heard: Floats3  # (AirColumns, lanes, robots)
+    born: ShortInts2  # (lanes, robots): the period in which that was sent; -1 before the first
+    bad: Bools2  # (lanes, robots): links in a burst of losses
+    said: Floats3  # (flights, values, lanes): messages on their way
+    arrives: ShortInts3  # (flights, lanes, robots): the period in which each is heard; -1 never
+    sent: Ints1  # (flights,): the period in which they were sent; -1: none
+    draws: Floats5  # (messages, streams, runs, robots, robots): uniform numbers
     drawn: int  # the number of the first of these messages
 
 
@@ -117,8 +130,9 @@ class Channel:
         every = max(1, round(radio.period / self.tick))
         longest = max(1, math.ceil((radio.latency + radio.jitter) / self.tick - 1e-9))
         flights = -(-longest // every) if values else 0
-        heard = np.full((HEARD + values, lanes, robots), np.nan)
-        heard[AGE], heard[HEARS] = np.inf, np.tile(graph, (runs, 1))
+        heard = np.full((AirColumns.size + values, lanes, robots), np.nan)
+        planes = AirColumns(heard)
+        planes.age, planes.hears = np.inf, np.tile(graph, (runs, 1))
         return Air(
             values,
             every,
@@ -156,24 +170,30 @@ class Channel:
     def heard(self, air: Air) -> Heard:
         """What every robot knows of the others."""
         robots = len(air.graph)
-        planes = air.heard.reshape(len(air.heard), -1, robots, robots)
-        return Heard(self.fields, planes[HEARD:], planes[AGE], air.graph)
+        planes = AirColumns(air.heard.reshape(len(air.heard), -1, robots, robots))
+        return Heard(self.fields, planes.values, planes.age, air.graph)
+
+
+@compiled_only
+def predicted(value, rate, age):  # type: ignore[no-untyped-def]
+    """A value that was heard, ``age`` [s] after it was sent, by its rate, which is believed for BELIEVED seconds."""
+    return value + rate * min(age, BELIEVED)
 
 
 @kernel
-def _predicted(values, rates, age, longest):  # type: ignore[no-untyped-def]
+def _all_predicted(values, rates, age):  # type: ignore[no-untyped-def]
     out = np.empty(values.shape)
     for r in range(values.shape[0]):
         for i in range(values.shape[1]):
             for j in range(values.shape[2]):
-                out[r, i, j] = values[r, i, j] + rates[r, i, j] * min(age[r, i, j], longest)
+                out[r, i, j] = predicted(values[r, i, j], rates[r, i, j], age[r, i, j])
     return out
 
 
-@uncounted
+@without_refcounts
 def receive(air, k, tick, cut):  # type: ignore[no-untyped-def]
     """Take from the air what arrives in period ``k``, where nothing newer was heard and the link is not ``cut``."""
-    heard, born, robots = air.heard, air.born, len(air.graph)
+    heard, born, robots = AirColumns(air.heard), air.born, len(air.graph)
     for flight in range(len(air.sent)):
         sent = air.sent[flight]
         if sent < 0:
@@ -184,18 +204,17 @@ def receive(air, k, tick, cut):  # type: ignore[no-untyped-def]
                 if air.arrives[flight, i, j] == k and sent > born[i, j] and not cut[i, j]:
                     born[i, j] = sent
                     for f in range(air.values):
-                        heard[HEARD + f, i, j] = air.said[flight, f, first + j]
+                        heard.values[f, i, j] = air.said[flight, f, first + j]
     for i in range(born.shape[0]):
         for j in range(robots):
-            heard[AGE, i, j] = (k - born[i, j]) * tick if born[i, j] >= 0 else np.inf
+            heard.age[i, j] = (k - born[i, j]) * tick if born[i, j] >= 0 else np.inf
 
 
-@uncounted
-def broadcast(air, k, tick, cut, rows, first_row, x, y):  # type: ignore[no-untyped-def]
+@without_refcounts
+def broadcast(air, k, tick, cut, values, x, y):  # type: ignore[no-untyped-def]
     """Send the messages of all robots in period ``k``, if it is time for one.
 
-    A message's values are the rows from ``first_row`` of ``rows`` (rows, lanes); ``x`` and ``y`` (lanes,) [m] are where
-    the robots are.
+    A message is made of the first ``values`` (rows, lanes); ``x`` and ``y`` (lanes,) [m] are where the robots are.
     """
     if air.values == 0 or k % air.every != 0:
         return
@@ -205,7 +224,7 @@ def broadcast(air, k, tick, cut, rows, first_row, x, y):  # type: ignore[no-unty
     for i in range(len(x)):
         run, receiver = i // robots, i % robots
         for f in range(air.values):
-            air.said[flight, f, i] = rows[first_row + f, i]
+            air.said[flight, f, i] = values[f, i]
         for j in range(robots):
             dx, dy = x[i] - x[run * robots + j], y[i] - y[run * robots + j]
             passes = air.graph[receiver, j] and dx * dx + dy * dy <= air.range * air.range and not cut[i, j]
@@ -214,7 +233,7 @@ def broadcast(air, k, tick, cut, rows, first_row, x, y):  # type: ignore[no-unty
             air.arrives[flight, i, j] = np.int32(k + periods) if periods > 0 else np.int32(-1)
 
 
-@inner
+@compiled_only
 def _lateness(air, place, run, receiver, sender, lane):  # type: ignore[no-untyped-def]
     """How late [s] a message arrives by chance; infinite: it is lost. Bursts go on whether it passes or not."""
     stream, late = 0, air.latency

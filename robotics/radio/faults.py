@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import Bools1, Bools2, Floats2, Ints1
 from fuzzy.compiled.jit import kernel
 from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.radio.description import RadioError, expect_one_of
@@ -57,15 +58,15 @@ class Fault:
 class Trouble(NamedTuple):
     """The faults of every run as columns, and who is at fault now; a lane is one robot of one run."""
 
-    kind: np.ndarray  # (faults,) int: of FAULTS
-    robot: np.ndarray  # (faults,) int, from 0
-    other: np.ndarray  # (faults,) int: the other end of a link; -1: it is the robot's own fault
-    starts: np.ndarray  # (runs, faults) s
-    ends: np.ndarray  # (runs, faults) s
-    failed: np.ndarray  # (lanes,) bool: wheel references are 0
-    held: np.ndarray  # (lanes,) bool: the last command is held
-    cut: np.ndarray  # (lanes, robots) bool: no message passes from that robot
-    code: np.ndarray  # (lanes,) int: of FAULTS, the gravest of several; 0: none, or only of a link
+    kind: Ints1  # (faults,): of FAULTS
+    robot: Ints1  # (faults,), from 0
+    other: Ints1  # (faults,): the other end of a link; -1: it is the robot's own fault
+    starts: Floats2  # (runs, faults) s
+    ends: Floats2  # (runs, faults) s
+    failed: Bools1  # (lanes,): wheel references are 0
+    held: Bools1  # (lanes,): the last command is held
+    cut: Bools2  # (lanes, robots): no message passes from that robot
+    code: Ints1  # (lanes,): of FAULTS, the gravest of several; 0: none, or only of a link
 
 
 def untroubled(runs: int, robots: int) -> Trouble:

@@ -4,24 +4,22 @@ The random numbers of an episode are those of a run with the same seed, in the s
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.threads import processors
+from fuzzy.compiled.threads import processors, share_out
 from robotics.environment.collision import footprints
 from robotics.environment.swept import Watch
 from robotics.environment.world import Geometry, Moving
-from robotics.laws.equation import SEEN
+from robotics.laws.equation import SeenColumns
 from robotics.laws.tracking.observed import highs_of
 from robotics.random_streams import RELATIVE_STREAM
 from robotics.reinforcement.stepping import (
-    COST,
-    DENSE,
-    RUNNING,
-    SUMS,
-    Lanes,
+    END,
+    REWARD,
+    EpisodeLanes,
+    SumColumns,
     advance,
     collide,
     costs,
@@ -30,7 +28,7 @@ from robotics.reinforcement.stepping import (
     observe_these,
     sense_first,
 )
-from robotics.reinforcement.task import FAILED, SCALES, Task, TaskError
+from robotics.reinforcement.task import FAILED_COST, SCALES, Task, TaskError
 from robotics.sensing.carried import CarriedSensors, Looks
 from robotics.sensing.posture import PostureNoise, wheel_errors
 from robotics.vehicle import plant as p
@@ -54,14 +52,8 @@ class Episodes:
         step = -(-count // parts // 32) * 32 if parts > 1 else count
         self.parts = [(a, min(a + step, count)) for a in range(0, count, step)]
         self.scratch = [np.empty(p.SCRATCH) for _ in self.parts]
-        self.pool = ThreadPoolExecutor(len(self.parts)) if len(self.parts) > 1 else None
         self.seeds = np.zeros(count, dtype=np.int64)
         self.high = np.asarray(task.action_limits, dtype=float)
-
-    def close(self) -> None:
-        """Let the threads go."""
-        if self.pool is not None:
-            self.pool.shutdown()
 
     def begin(self, chosen: np.ndarray, scenarios: np.ndarray, seeds: Sequence[int]) -> None:
         """Begin an episode in each of the ``chosen`` lanes, of one of the ``scenarios`` by its place, with a seed."""
@@ -82,12 +74,12 @@ class Episodes:
         lanes.truth[:, chosen] = p.initial_state(believed + draws * spread, believed)
         parameters = task.parameters[:, scenarios]
         if (errors := wheel_errors(setting.sensing, seeds)) is not None:
-            parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
+            p.ParameterColumns(parameters).odometry.array[...] *= errors
         lanes.parameters[:, chosen] = parameters
         lanes.pending[:, :, chosen] = 0.0
         for array in (lanes.senses.counts, lanes.seen, lanes.last, lanes.sums):
             array[:, chosen] = 0.0
-        lanes.path[chosen], lanes.clock[chosen], lanes.ended[chosen] = scenarios, 0, RUNNING
+        lanes.path[chosen], lanes.clock[chosen], lanes.ended[chosen] = scenarios, 0, END.running
         lanes.wished[chosen], lanes.touched[chosen] = np.nan, False
         self.seeds[chosen] = seeds
         sense_first(lanes, chosen)
@@ -100,10 +92,10 @@ class Episodes:
     def step(self, actions: np.ndarray) -> None:
         """Take a step in every lane, with ``actions`` (lanes, 2); what came of it stands in :attr:`lanes`."""
         actions = np.ascontiguousarray(actions, dtype=float)
-        if self.pool is None:
+        if len(self.parts) == 1:
             self._advance(0, actions)
         else:
-            list(self.pool.map(self._advance, range(len(self.parts)), [actions] * len(self.parts)))
+            share_out(lambda part: self._advance(part, actions), range(len(self.parts)), len(self.parts))
         self.turn += 1
         if self.looks is not None:
             self._touch()
@@ -186,7 +178,7 @@ class Episodes:
             own.supply(looks._replace(draws=looks.draws[:, lane : lane + 1], drawn=drawn), int(clock[lane]))
 
 
-def _columns(task: Task, count: int) -> Lanes:
+def _columns(task: Task, count: int) -> EpisodeLanes:
     """The columns of lanes that have not begun."""
     first, references = task.scenarios[0], task.references
     setting = first.setting
@@ -201,15 +193,17 @@ def _columns(task: Task, count: int) -> Lanes:
     scenarios = len(task.scenarios)
     highs = np.tile(highs_of(task.entries)[:, None], scenarios)
     none = np.zeros(count, dtype=np.int64)
-    return Lanes(
+    return EpisodeLanes(
         float(setting.period), float(setting.divergence), steps, code, late_periods, late_steps,
-        COST if task.reward == "cost" else DENSE, float(task.approach), float(FAILED), np.array(SCALES),
+        getattr(REWARD, task.reward), float(task.approach), float(FAILED_COST), np.array(SCALES),
         np.ones((2, scenarios)) if task.units else task.most_of, task.limits, highs,
         np.stack([task.ticks, task.counted_from, task.ticks + 1 - task.counted_from]).astype(np.int64),
-        references.road, senses, np.ones((p.PARAMETERS, count)), np.zeros((p.CHANNELS, count)),
-        np.zeros((late_periods + 2, 2, count)), np.zeros((SEEN, count)), np.full((len(task.sensors), count), np.inf),
+        references.road, senses, np.ones((p.ParameterColumns.size, count)), np.zeros((p.TruthColumns.size, count)),
+        np.zeros((late_periods + 2, 2, count)), np.zeros((SeenColumns.size, count)),
+        np.full((len(task.sensors), count), np.inf),
         none.copy(), none.copy(), none, np.zeros(count, dtype=bool), np.zeros((2, count)),
-        np.full(count, np.nan), np.zeros((SUMS, count)), np.zeros(count), np.zeros((count, len(task.entries))),
+        np.full(count, np.nan), np.zeros((SumColumns.size, count)), np.zeros(count),
+        np.zeros((count, len(task.entries))),
     )  # fmt: skip
 
 

@@ -8,8 +8,8 @@ from gymnasium import spaces
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from robotics.reinforcement.stepping import MANY
-from robotics.reinforcement.task import FAILED
+from robotics.reinforcement.stepping import SpanColumns
+from robotics.reinforcement.task import FAILED_COST
 from robotics.reinforcement.vector import TrackingVectorEnv
 
 
@@ -48,9 +48,9 @@ class Lanes(VecEnv):
     def step_wait(self) -> Any:
         """Take a step."""
         lanes = self.env.episodes.lanes
-        many = lanes.spans[MANY][lanes.path]
+        many = SpanColumns(lanes.spans).many[lanes.path]
         observed, rewards, terminated, truncated, infos = self.env.step(self.actions)
-        rewards = -np.log1p(np.minimum(-rewards * many, FAILED))
+        rewards = -np.log1p(np.minimum(-rewards * many, FAILED_COST))
         rewards[terminated] /= 1 - self.discount
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = terminated | truncated
@@ -63,7 +63,7 @@ class Lanes(VecEnv):
         return self._scaled(observed), rewards, done, told
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Close the environment."""
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
@@ -86,7 +86,7 @@ class Lanes(VecEnv):
         return self.num_envs if indices is None else 1 if isinstance(indices, int) else len(list(indices))
 
 
-class Watch(BaseCallback):
+class EpisodeWatch(BaseCallback):
     """Tells how many steps were taken, and keeps what the episodes cost that ended between two updates."""
 
     def __init__(self, told: Callable[[int], None] | None) -> None:

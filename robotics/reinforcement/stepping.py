@@ -9,27 +9,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, uncounted
-from robotics.laws.equation import AT_HEADING, AT_X, AT_Y, V, X
-from robotics.laws.tracking.observed import observe
+from fuzzy.compiled.columns import Columns, codes, column
+from fuzzy.compiled.jit import compiled_only, without_refcounts
+from robotics.laws.equation import SeenColumns
+from robotics.laws.tracking.observed import LastColumns, observe
 from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import Road, moving
 from robotics.sensing.carried import look_of
 from robotics.sensing.posture import Senses, encoders_of, measure_of
-from robotics.vehicle import plant
-from robotics.vehicle.plant import STEP, SUBSTEPS, tick_lanes, within
+from robotics.simulation.steps import VELOCITY
+from robotics.vehicle.plant import STEP, SUBSTEPS, TruthColumns, tick_lanes, within
 
-TRUE_X, TRUE_Y, TRUE_HEADING, TRUE_W = plant.X, plant.Y, plant.HEADING, plant.W
-
-# Rows of Lanes.sums, which the cost of an episode is made of
-DISTANCE, HEADING, TURNING, PAID = range(4)  # Σ d² [m²], Σ ψ² [rad²], Σ |Δω| [rad/s], and the cost told so far
-SUMS = 4
-ENDS, COUNTED, MANY = range(3)  # rows of Lanes.spans: the last sample, the first that is counted, how many are
-DENSE, COST = range(2)  # kinds of reward
-RUNNING, DIVERGED, COLLIDED, TIME = range(4)  # how an episode stands, or how it has ended
+REWARD = codes(("dense", "cost"))
+END = codes(("running", "diverged", "collided", "time"))  # how an episode stands, or how it has ended
 
 
-class Lanes(NamedTuple):
+class SumColumns(Columns):
+    """What the cost of an episode is made of."""
+
+    distance = column("m²", "Σ d²")
+    heading = column("rad²", "Σ ψ²")
+    turning = column("rad/s", "Σ |Δω|")
+    paid = column("1", "the cost told so far")
+
+
+class SpanColumns(Columns):
+    """The samples of a scenario's episode; whole numbers."""
+
+    last = column("1", "the last sample")
+    counted = column("1", "the first that is counted")
+    many = column("1", "how many are counted")
+
+
+class EpisodeLanes(NamedTuple):
     """All episodes as columns, and what does not change; the arrays of one lane are its column."""
 
     period: float  # s
@@ -45,13 +57,13 @@ class Lanes(NamedTuple):
     most: np.ndarray  # (2, scenarios): the command of an action 1, or 1 where actions are in units
     limits: np.ndarray  # (4, scenarios): as of robotics.vehicle.plant.velocity_limits
     highs: np.ndarray  # (entries, scenarios): the limits of an observation
-    spans: np.ndarray  # (3, scenarios) int
+    spans: np.ndarray  # (SpanColumns, scenarios) int
     road: Road  # a path for each scenario
     senses: Senses  # of one robot; its random numbers are (lanes, samples, 3, 1)
-    parameters: np.ndarray  # (PARAMETERS, lanes)
-    truth: np.ndarray  # (CHANNELS, lanes)
+    parameters: np.ndarray  # (ParameterColumns, lanes)
+    truth: np.ndarray  # (TruthColumns, lanes)
     pending: np.ndarray  # (late periods + 2, 2, lanes): orders; that of a turn stands at it modulo their number
-    seen: np.ndarray  # (SEEN, lanes), as of robotics.laws.equation
+    seen: np.ndarray  # (SeenColumns, lanes)
     ranges: np.ndarray  # (sensors, lanes) m
     path: np.ndarray  # (lanes,) int: the scenario
     clock: np.ndarray  # (lanes,) int: the sample
@@ -59,12 +71,12 @@ class Lanes(NamedTuple):
     touched: np.ndarray  # (lanes,) bool: the robot has touched an obstacle
     last: np.ndarray  # (2, lanes): the command of the sample before
     wished: np.ndarray  # (lanes,) rad/s: the turn rate demanded then; not-a-number: nothing was
-    sums: np.ndarray  # (SUMS, lanes)
+    sums: np.ndarray  # (SumColumns, lanes)
     rewards: np.ndarray  # (lanes,)
     observed: np.ndarray  # (lanes, entries)
 
 
-@uncounted
+@without_refcounts
 def advance(lanes, first, last, turn, actions, high, scratch):  # type: ignore[no-untyped-def]
     """Take a step in the lanes from ``first`` to before ``last``: all but looking and observing.
 
@@ -97,43 +109,44 @@ def advance(lanes, first, last, turn, actions, high, scratch):  # type: ignore[n
         _sense(lanes, i)
 
 
-@inner
+@compiled_only
 def _clipped(value, high):  # type: ignore[no-untyped-def]
     """A value between -``high`` and ``high``; not-a-number stays."""
     return value if not abs(value) > high else (high if value > 0 else -high)
 
 
-@uncounted
+@without_refcounts
 def judge(lanes, commands):  # type: ignore[no-untyped-def]
     """Write the rewards of all lanes' samples, and how they stand; ``commands`` (2, lanes) are those of the samples."""
     for i in range(commands.shape[1]):
-        if lanes.ended[i] == RUNNING:
+        if lanes.ended[i] == END.running:
             _judge(lanes, i, lanes.path[i], commands[0, i], commands[1, i])
 
 
-@inner
+@compiled_only
 def _judge(lanes, i, s, one, two):  # type: ignore[no-untyped-def]
     """Write the reward of a lane's sample and of the command in it; return whether the episode goes on."""
-    k, truth, seen = lanes.clock[i], lanes.truth, lanes.seen
-    dx, dy = truth[TRUE_X, i] - seen[AT_X, i], truth[TRUE_Y, i] - seen[AT_Y, i]
+    k, truth, aim = lanes.clock[i], TruthColumns(lanes.truth, i), SeenColumns(lanes.seen, i).aim
+    sums, span = SumColumns(lanes.sums, i), SpanColumns(lanes.spans, s)
+    dx, dy = truth.x - aim.x, truth.y - aim.y
     square = dx * dx + dy * dy
-    psi = wrapped_compiled(seen[AT_HEADING, i] - truth[TRUE_HEADING, i])
+    psi = wrapped_compiled(aim.heading - truth.heading)
     if lanes.code == 1:
-        w = truth[TRUE_W, i]  # who commands torques demands no turn rate: the robot's own stands for it
+        w = truth.w  # who commands torques demands no turn rate: the robot's own stands for it
     else:
         w = within(lanes.limits, s, one, two)[1]
     turned = 0.0 if k == 0 else abs(w - lanes.wished[i])
     lanes.wished[i] = w
     near = square < lanes.divergence * lanes.divergence and math.isfinite(one) and math.isfinite(two)
     failed = not near or lanes.touched[i]
-    begin, many = lanes.spans[COUNTED, s], lanes.spans[MANY, s]
+    begin, many = span.counted, span.many
     if k >= begin:
-        lanes.sums[DISTANCE, i] += square
-        lanes.sums[HEADING, i] += psi * psi
-        lanes.sums[TURNING, i] += turned
-    if lanes.kind == COST:
+        sums.distance += square
+        sums.heading += psi * psi
+        sums.turning += turned
+    if lanes.kind == REWARD.cost:
         cost = lanes.failed if failed else cost_of(lanes, i, s, k)
-        lanes.rewards[i] = lanes.sums[PAID, i] - cost
+        lanes.rewards[i] = sums.paid - cost
     else:
         scales = lanes.scales
         now = scales[0] * math.sqrt(square) + scales[1] * abs(psi) + scales[2] * turned / lanes.period
@@ -145,82 +158,83 @@ def _judge(lanes, i, s, one, two):  # type: ignore[no-untyped-def]
         if failed:
             cost += _rest(lanes, s, k)
         lanes.rewards[i] = -cost / many
-    lanes.sums[PAID, i] -= 0.0 if lanes.kind == DENSE else lanes.rewards[i]
+    sums.paid -= 0.0 if lanes.kind == REWARD.dense else lanes.rewards[i]
     if failed:
-        lanes.ended[i] = COLLIDED if lanes.touched[i] else DIVERGED
-    elif k >= lanes.spans[ENDS, s]:
-        lanes.ended[i] = TIME
+        lanes.ended[i] = END.collided if lanes.touched[i] else END.diverged
+    elif k >= span.last:
+        lanes.ended[i] = END.time
     return near
 
 
-@inner
+@compiled_only
 def cost_of(lanes, i, s, k):  # type: ignore[no-untyped-def]
     """The arena's cost of a lane's samples up to ``k``, at most that of a failure."""
-    samples = k + 1 - lanes.spans[COUNTED, s]
+    sums, span = SumColumns(lanes.sums, i), SpanColumns(lanes.spans, s)
+    samples = k + 1 - span.counted
     if samples <= 0:
         return 0.0
-    changes = samples if lanes.spans[COUNTED, s] > 0 else samples - 1
-    cost = lanes.scales[0] * math.sqrt(lanes.sums[DISTANCE, i] / samples)
-    cost += lanes.scales[1] * math.sqrt(lanes.sums[HEADING, i] / samples)
+    changes = samples if span.counted > 0 else samples - 1
+    cost = lanes.scales[0] * math.sqrt(sums.distance / samples)
+    cost += lanes.scales[1] * math.sqrt(sums.heading / samples)
     if changes > 0:
-        cost += lanes.scales[2] * lanes.sums[TURNING, i] / (changes * lanes.period)
+        cost += lanes.scales[2] * sums.turning / (changes * lanes.period)
     return min(cost, lanes.failed)
 
 
-@inner
+@compiled_only
 def _rest(lanes, s, k):  # type: ignore[no-untyped-def]
     """What the samples after ``k`` cost of an episode that has failed: each as much as can be."""
-    early = max(lanes.spans[COUNTED, s] - (k + 1), 0)
-    return lanes.failed * (min(lanes.spans[ENDS, s] - k, lanes.spans[MANY, s]) + early * lanes.approach)
+    span = SpanColumns(lanes.spans, s)
+    early = max(span.counted - (k + 1), 0)
+    return lanes.failed * (min(span.last - k, span.many) + early * lanes.approach)
 
 
-@uncounted
+@without_refcounts
 def collide(lanes, first, last):  # type: ignore[no-untyped-def]
     """End the episodes that go on, and whose robots have touched something on the way to this sample."""
     for i in range(first, last):
-        if not (lanes.touched[i] and lanes.ended[i] == RUNNING):
+        if not (lanes.touched[i] and lanes.ended[i] == END.running):
             continue
-        lanes.ended[i] = COLLIDED
-        s = lanes.path[i]
-        if lanes.kind == COST:
-            lanes.rewards[i] -= lanes.failed - lanes.sums[PAID, i]
-            lanes.sums[PAID, i] = lanes.failed
+        lanes.ended[i] = END.collided
+        s, sums = lanes.path[i], SumColumns(lanes.sums, i)
+        if lanes.kind == REWARD.cost:
+            lanes.rewards[i] -= lanes.failed - sums.paid
+            sums.paid = lanes.failed
         else:
-            lanes.rewards[i] -= _rest(lanes, s, lanes.clock[i] - 1) / lanes.spans[MANY, s]
+            lanes.rewards[i] -= _rest(lanes, s, lanes.clock[i] - 1) / SpanColumns(lanes.spans, s).many
 
 
-@uncounted
+@without_refcounts
 def costs(lanes, chosen, found):  # type: ignore[no-untyped-def]
     """Write the arena's cost of some lanes, whose episodes have ended, into ``found``."""
     for n in range(len(chosen)):
         i = chosen[n]
-        gone = lanes.ended[i] == DIVERGED or lanes.ended[i] == COLLIDED
+        gone = lanes.ended[i] == END.diverged or lanes.ended[i] == END.collided
         found[n] = lanes.failed if gone else cost_of(lanes, i, lanes.path[i], lanes.clock[i] - 1)
 
 
-@inner
+@compiled_only
 def _sense(lanes, i):  # type: ignore[no-untyped-def]
     """Measure in one lane, and look up where its reference is."""
     k, period, seen = lanes.clock[i], lanes.period, lanes.seen
-    encoders_of(i, lanes.parameters, lanes.truth, lanes.senses.counts, period, seen[V : V + 2])
+    encoders_of(i, lanes.parameters, lanes.truth, lanes.senses.counts, period, seen[VELOCITY : VELOCITY + 2])
     place = min(k, max(lanes.senses.draws.shape[1], lanes.senses.relative_draws.shape[1]) - 1)
-    measure_of(i, i, 0, lanes.senses, lanes.truth, seen[X : X + 3], seen[V : V + 2], k, place, period)
-    x, y, heading, v, w, s = moving(lanes.road, lanes.path[i], k * period)
-    seen[AT_X, i], seen[AT_Y, i], seen[AT_HEADING, i] = x, y, heading
-    seen[AT_X + 3, i], seen[AT_X + 4, i], seen[AT_X + 5, i] = v, w, s
+    measure_of(i, i, 0, lanes.senses, lanes.truth, seen[:VELOCITY], seen[VELOCITY : VELOCITY + 2], k, place, period)
+    aim = SeenColumns(seen, i).aim
+    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(lanes.road, lanes.path[i], k * period)
 
 
-@uncounted
+@without_refcounts
 def sense_first(lanes, chosen):  # type: ignore[no-untyped-def]
     """Measure for the first time in some lanes, whose episodes begin."""
     for i in chosen:
         _sense(lanes, i)
 
 
-@uncounted
+@without_refcounts
 def look_around(lanes, looks, first, last):  # type: ignore[no-untyped-def]
     """Read the range sensors of the lanes from ``first`` to before ``last`` that are due by their clocks."""
-    turned, truth = looks.turned, lanes.truth
+    turned, here = looks.turned, TruthColumns(lanes.truth)
     for i in range(first, last):
         k = lanes.clock[i]
         due = False
@@ -228,30 +242,28 @@ def look_around(lanes, looks, first, last):  # type: ignore[no-untyped-def]
             looks.eyes.due[q] = k % looks.every[q] == 0
             due |= looks.eyes.due[q]
         if due:
-            turned[0, i], turned[1, i] = np.cos(truth[TRUE_HEADING, i]), np.sin(truth[TRUE_HEADING, i])
-            look_of(looks, k, i, 1, truth)
+            turned[0, i], turned[1, i] = np.cos(here.heading[i]), np.sin(here.heading[i])
+            look_of(looks, k, i, 1, lanes.truth)
         for n in range(len(looks.wanted)):
             lanes.ranges[n, i] = looks.readings[i, looks.wanted[n]]
 
 
-@uncounted
+@without_refcounts
 def observe_all(lanes, first, last):  # type: ignore[no-untyped-def]
     """Write what is observed in the lanes from ``first`` to before ``last``."""
     for i in range(first, last):
         _observe(lanes, i)
 
 
-@uncounted
+@without_refcounts
 def observe_these(lanes, chosen):  # type: ignore[no-untyped-def]
     """Write what is observed in some lanes."""
     for i in chosen:
         _observe(lanes, i)
 
 
-@inner
+@compiled_only
 def _observe(lanes, i):  # type: ignore[no-untyped-def]
-    time = lanes.clock[i] * lanes.period
-    observe(
-        i, time, lanes.seen, lanes.ranges, lanes.road, lanes.path[i], lanes.last, lanes.highs, lanes.path[i],
-        lanes.observed[i],
-    )  # fmt: skip
+    seen, s = SeenColumns(lanes.seen, i), lanes.path[i]
+    last, time = LastColumns(lanes.last, i), lanes.clock[i] * lanes.period
+    observe(seen.robot, seen.aim, last, time, lanes.ranges, i, lanes.road, s, lanes.highs[:, s], lanes.observed[i])

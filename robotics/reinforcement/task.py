@@ -18,13 +18,13 @@ from robotics.laws.tracking.observed import Entry, command_limits, entries
 from robotics.measures.tracking import moves_on
 from robotics.paths.references import side_by_side
 from robotics.scenario.description import Scenario
-from robotics.tuning.cost import FAILED, TERMS
+from robotics.tuning.cost import COST_TERMS, FAILED_COST
 from robotics.vehicle import plant as p
 from robotics.vehicle.plant import Level
 
 RewardKind = Literal["dense", "cost"]
 SHARED = ("period", "latency", "plant", "sensing", "divergence")  # what scenarios of one environment have in common
-SCALES = tuple(term.weight / term.scale for term in TERMS)  # 1/m, 1/rad, s²/rad: of the arena's cost
+SCALES = tuple(term.weight / term.scale for term in COST_TERMS)  # 1/m, 1/rad, s²/rad: of the arena's cost
 
 
 class TaskError(InputError):
@@ -158,4 +158,4 @@ class Task:
         return compile_worlds([World(obstacles=s.obstacles, known=False) for s in self.scenarios])
 
 
-__all__ = ["FAILED", "SCALES", "RewardKind", "Task", "TaskError"]
+__all__ = ["FAILED_COST", "SCALES", "RewardKind", "Task", "TaskError"]

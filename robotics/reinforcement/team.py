@@ -14,10 +14,9 @@ from robotics.laws.setting import Setting
 from robotics.laws.tracking.observed import command_limits
 from robotics.reinforcement.choosing import Chooser
 from robotics.reinforcement.packages import gymnasium
-from robotics.reinforcement.stepping import RUNNING, TIME, collide, costs, judge, observe_all
+from robotics.reinforcement.stepping import END, collide, costs, judge, observe_all
 from robotics.reinforcement.task import RewardKind, TaskError
 from robotics.reinforcement.teamcolumns import MESSAGE, columns, heard_of, team_entries
-from robotics.reinforcement.vector import ENDS
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import Simulation
@@ -181,7 +180,7 @@ class TeamEnv(ParallelEnv):
         one.told(Command(wanted[:1], wanted[1:], speeds[:1], speeds[1:], message))
         one.obey()
         judge(mine, wanted)
-        one.lanes.lost[:] |= (mine.ended != RUNNING) & (mine.ended != TIME) & (one.lanes.stopped < 0)
+        one.lanes.lost[:] |= (mine.ended != END.running) & (mine.ended != END.time) & (one.lanes.stopped < 0)
         mine.last[:] = wanted
         last = self.k == setting.ticks
         if not last:
@@ -196,14 +195,14 @@ class TeamEnv(ParallelEnv):
         ended = [int(mine.ended[n]) for n in places]
         costed = np.empty(len(places))
         costs(mine, np.array(places), costed)
-        terminated = {a: end not in (RUNNING, TIME) for a, end in zip(before, ended, strict=True)}
-        truncated = {a: end == TIME for a, end in zip(before, ended, strict=True)}
+        terminated = {a: end not in (END.running, END.time) for a, end in zip(before, ended, strict=True)}
+        truncated = {a: end == END.time for a, end in zip(before, ended, strict=True)}
         rewards = {a: float(mine.rewards[n]) for a, n in zip(before, places, strict=True)}
         infos: dict[str, dict[str, Any]] = {
-            a: {"cost": float(cost), "end": ENDS[end]} if end != RUNNING else {}
+            a: {"cost": float(cost), "end": END._fields[end]} if end != END.running else {}
             for a, end, cost in zip(before, ended, costed, strict=True)
         }
-        self.agents = [a for a, end in zip(before, ended, strict=True) if end == RUNNING]
+        self.agents = [a for a, end in zip(before, ended, strict=True) if end == END.running]
         return self._observed(before), rewards, terminated, truncated, infos
 
     def close(self) -> None:

@@ -4,20 +4,26 @@ from math import pi
 
 import numpy as np
 
-from robotics.laws.equation import HEADING, X, Y
+from fuzzy.compiled.columns import within
+from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.observed import FIXED, Entry, entries, highs_of
 from robotics.measures.tracking import moves_on
 from robotics.paths.posture import wrapped
-from robotics.radio.channel import AGE, HEARD
-from robotics.reinforcement.stepping import COST, DENSE, SUMS, Lanes
-from robotics.reinforcement.task import FAILED, SCALES, RewardKind
+from robotics.reinforcement.stepping import REWARD, EpisodeLanes, SumColumns
+from robotics.reinforcement.task import FAILED_COST, SCALES, RewardKind
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import Simulation
 from robotics.vehicle.plant import Level, velocity_limits
 
-MESSAGE = ("x", "y", "heading", "v", "w")  # what every robot broadcasts: m, m, rad, m/s, rad/s, as it measures them
+MESSAGE = RobotColumns.leaves()  # what every robot broadcasts
 OLDEST = 5.0  # s: a message is told to be no older; also before the first
+
+
+class TeamHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(RobotColumns)
 
 
 def team_entries(setting: Setting, level: Level, robot: int, sees: bool) -> tuple[Entry, ...]:
@@ -52,19 +58,19 @@ def heard_of(robot: int, seen: np.ndarray, heard: np.ndarray) -> np.ndarray:
 
     Args:
         robot: Its place.
-        seen: What the robots measure (SEEN, robots).
-        heard: What they have heard (HEARD + values, receivers, senders).
+        seen: What the robots measure (SeenColumns, robots).
+        heard: What they have heard (HeardColumns and values, receivers, senders).
     """
     others = np.arange(heard.shape[2]) != robot
-    age = heard[AGE, robot, others]
-    x, y, heading, v = heard[HEARD : HEARD + 4, robot][:, others]
-    dx, dy, own = x - seen[X, robot], y - seen[Y, robot], seen[HEADING, robot]
-    cos, sin = np.cos(own), np.sin(own)
-    rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(heading - own), v, np.minimum(age, OLDEST)])
+    theirs, own = TeamHeard(heard[:, robot][:, others]), RobotColumns(seen, robot)
+    said, age = theirs.said, np.minimum(theirs.age, OLDEST)
+    dx, dy = said.x - own.x, said.y - own.y
+    cos, sin = np.cos(own.heading), np.sin(own.heading)
+    rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(said.heading - own.heading), said.v, age])
     return np.nan_to_num(rows).T.ravel()
 
 
-def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKind, approach: float) -> Lanes:
+def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKind, approach: float) -> EpisodeLanes:
     """The columns of a team's episode, a lane for each robot; they look at the arrays of the simulation."""
     setting, lanes = scenario.setting, one.lanes
     robots, body = len(setting.robots), lanes.body
@@ -73,13 +79,14 @@ def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKin
     ends = np.full(robots, setting.ticks)
     highs = np.stack([highs_of(entries(setting, level, (), n)) for n in range(robots)], axis=1)
     none = np.zeros(robots, dtype=np.int64)
-    return Lanes(
+    return EpisodeLanes(
         float(setting.period), float(setting.divergence), body.steps, body.code, body.late_periods, body.late_steps,
-        COST if reward == "cost" else DENSE, approach, float(FAILED), np.array(SCALES), np.ones((2, robots)),
+        getattr(REWARD, reward), approach, float(FAILED_COST), np.array(SCALES), np.ones((2, robots)),
         np.ascontiguousarray(velocity_limits(setting.robots)), highs,
         np.stack([ends, counted, ends + 1 - counted]).astype(np.int64),
         setting.references.road, lanes.senses, body.parameters, body.truth, body.pending, lanes.known.seen,
         np.empty((0, robots)), np.arange(robots), none.copy(), none,
-        np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan), np.zeros((SUMS, robots)),
+        np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan),
+        np.zeros((SumColumns.size, robots)),
         np.zeros(robots), np.zeros((robots, FIXED)),
     )  # fmt: skip

@@ -27,7 +27,7 @@ try:
     from stable_baselines3.common.vec_env import VecNormalize
 except ModuleNotFoundError:
     raise TaskError(f"training needs stable-baselines3: {install_command('rl')}") from None
-from robotics.reinforcement.sb3 import Lanes, Watch
+from robotics.reinforcement.sb3 import EpisodeWatch, Lanes
 
 FASTER, SHARPER = 1.5, 2.0  # times the references' greatest speed and turn rate: the command of an output 1
 _INPUT_RANGE = 10.0  # times what is much of an entry
@@ -80,7 +80,7 @@ def train(
     began = time.perf_counter()
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    watch = Watch(told)
+    watch = EpisodeWatch(told)
     try:
         model = stable_baselines3.PPO(
             "MlpPolicy",

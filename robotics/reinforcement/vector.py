@@ -9,7 +9,7 @@ import numpy as np
 from robotics.reinforcement.choosing import LEARNING, Chooser, Scenarios, chosen_scenarios
 from robotics.reinforcement.episodes import Episodes
 from robotics.reinforcement.packages import gymnasium
-from robotics.reinforcement.stepping import COLLIDED, DIVERGED, RUNNING, TIME
+from robotics.reinforcement.stepping import END
 from robotics.reinforcement.task import RewardKind, Task, TaskError
 from robotics.scenario.description import Scenario
 from robotics.vehicle.plant import Level
@@ -20,7 +20,6 @@ _MODES = {
     "same-step": gymnasium.vector.AutoresetMode.SAME_STEP,
     "disabled": gymnasium.vector.AutoresetMode.DISABLED,
 }
-ENDS = {DIVERGED: "diverged", COLLIDED: "collided", TIME: "time"}  # how an episode has ended, in infos
 
 
 def spaces(task: Task) -> tuple[Any, Any]:
@@ -166,7 +165,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         lanes = self.episodes.lanes
         if not self.begun.all():
             raise TaskError("reset() begins the first episodes; step() comes after it")
-        over = np.flatnonzero(lanes.ended != RUNNING)
+        over = np.flatnonzero(lanes.ended != END.running)
         if len(over) and self.autoreset == "disabled":
             raise TaskError(f"the episode of lane {over[0]} has ended: reset() it by options['reset_mask']")
         self.episodes.step(actions)
@@ -174,17 +173,13 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             self._begin(over)
             lanes.rewards[over] = 0.0
         ended = lanes.ended.copy()
-        rewards, truncated = lanes.rewards.copy(), ended == TIME
-        done = np.flatnonzero(ended != RUNNING)
+        rewards, truncated = lanes.rewards.copy(), ended == END.time
+        done = np.flatnonzero(ended != END.running)
         infos = self._ended(done, ended) if len(done) else {}
         if len(done) and self.autoreset == "same-step":
             infos = self._final(done, infos)
             self._begin(done)
-        return lanes.observed.copy(), rewards, (ended != RUNNING) & ~truncated, truncated, infos
-
-    def close_extras(self, **kwargs: Any) -> None:
-        """Let the threads go; ``kwargs`` are Gymnasium's, and do nothing."""
-        self.episodes.close()
+        return lanes.observed.copy(), rewards, (ended != END.running) & ~truncated, truncated, infos
 
     def _begin(self, chosen: np.ndarray, scenario: Any = None) -> None:
         drawn = [self.choosers[lane].next() for lane in chosen.tolist()]
@@ -209,7 +204,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         mask = np.zeros(self.num_envs, dtype=bool)
         mask[done] = True
         cost, end = np.zeros(self.num_envs), np.full(self.num_envs, None, dtype=object)
-        cost[done], end[done] = self.episodes.costs(done), [ENDS[kind] for kind in ended[done].tolist()]
+        cost[done], end[done] = self.episodes.costs(done), [END._fields[kind] for kind in ended[done].tolist()]
         return {"cost": cost, "_cost": mask, "end": end, "_end": mask.copy()}
 
     def _final(self, done: np.ndarray, infos: dict[str, Any]) -> dict[str, Any]:

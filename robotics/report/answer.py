@@ -1,8 +1,9 @@
 """The answer of a report in a few sentences, from its numbers: who leads where, in what, and which claims hold."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
+from fuzzy.words import counted, listed
 from robotics.experiments.comparison import Comparison
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Verdict
@@ -56,12 +57,12 @@ def _leading(leads: Sequence[Lead]) -> list[str]:
         said += [f"laws of two kinds that the seeds cannot tell apart in {found['both']}"] * bool(found["both"])
         said += [f"nobody in {found['nobody']}"] * bool(found["nobody"])
     else:
-        counted = Counter(s.law for lead in leads for s in lead.standings if s.leads)
-        said = [f"{law_title(law)} in {n}" for law, n in counted.most_common(_MOST)] or ["nobody in 0"]
+        leaders = Counter(s.law for lead in leads for s in lead.standings if s.leads)
+        said = [f"{law_title(law)} in {n}" for law, n in leaders.most_common(_MOST)] or ["nobody in 0"]
     if not leads:
         return []
     who, count = said[0].rsplit(" in ", 1)
-    text = listed([f"{who} leads in {count} of {len(leads)} scenario{'s' * (len(leads) != 1)}", *said[1:]])
+    text = listed([f"{who} leads in {count} of {counted(len(leads), 'scenario')}", *said[1:]])
     return [f"{where}{text}." if where else f"{text[0].upper()}{text[1:]}."]
 
 
@@ -85,22 +86,16 @@ def _lowest(comparisons: Sequence[Comparison], tables: Mapping[str, SummaryTable
                 if row.title in names and len(won) == 1:
                     wins.setdefault(names[row.title], Counter())[won.pop()] += 1
     better: dict[str, list[str]] = {}
-    for metric, counted in wins.items():
-        (side, most), *others = [*counted.most_common(), ("", 0)]
+    for metric, sides in wins.items():
+        (side, most), *others = [*sides.most_common(), ("", 0)]
         if most > others[0][1]:
-            better.setdefault(side, []).append(f"{metric} ({most} of {counted.total()})")
+            better.setdefault(side, []).append(f"{metric} ({most} of {sides.total()})")
     plural = {"fuzzy": "fuzzy laws", "nonlinear": "nonlinear laws", "planning": "plans"}
     said = [f"{plural[side]} have the lowest {listed(metrics)}" for side, metrics in sorted(better.items())]
     return [f"Scenario by scenario, {'; '.join(said)}."] if said else []
 
 
 def _judged(claims: Sequence[Claim]) -> list[str]:
-    counted = Counter(claim.verdict for claim in claims)
-    said = [f"{n} {_COUNTED[verdict][n != 1]}" for verdict in _COUNTED if (n := counted[verdict])]
-    return [f"Of {len(claims)} claim{'s' * (len(claims) != 1)} that were tested, {listed(said)}."] if claims else []
-
-
-def listed(items: Iterable[str]) -> str:
-    """Items as a sentence lists them: "a, b and c"."""
-    *before, last = items
-    return f"{', '.join(before)} and {last}" if before else last
+    verdicts = Counter(claim.verdict for claim in claims)
+    said = [f"{n} {_COUNTED[verdict][n != 1]}" for verdict in _COUNTED if (n := verdicts[verdict])]
+    return [f"Of {counted(len(claims), 'claim')} that were tested, {listed(said)}."] if claims else []

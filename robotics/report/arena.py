@@ -10,15 +10,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import save_figure
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Begin
+from fuzzy.shell.progress import Begin, unwatched
 from robotics.arena.answer import answer
 from robotics.arena.changes import CHANGES
 from robotics.arena.description import BLOCKS, Arena, load_arena
 from robotics.arena.entrants import sort_of, terms_of
 from robotics.arena.outcome import Outcome
-from robotics.arena.running import Crew, held
+from robotics.arena.running import ArenaWorkers, held
 from robotics.arena.work import Search, plain, tuned
 from robotics.figures.arena import (
     Entrant,
@@ -35,20 +35,20 @@ from robotics.report.chapter import Chapter, Front, Grid, Picture
 from robotics.report.plates import plate
 from robotics.report.template import rendered
 from robotics.scenario.description import Scenario
-from robotics.statistics.bootstrap import Interval
+from robotics.statistics.intervals import Interval
 from robotics.tuning.cost import Term
 from robotics.tuning.results import write_tuned
 
 PAGE_FILE = "arena.html"
 WIDE = 6.3  # inches: the one look has columns of numbers beside it
-FORMATS = ("png", "svg", "pdf")
+_FORMATS = ("png", "svg", "pdf")
 
 
 def run_arena(
     arena: Arena,
     out: str | Path | None = None,
     *,
-    crew: Crew | None = None,
+    crew: ArenaWorkers | None = None,
     fresh: bool = False,
     begin: Begin | None = None,
     told: Callable[[str], None] = lambda text: None,
@@ -97,14 +97,14 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     chapters = arena_chapters(outcome, specifications)
     head = ranking(outcome)
     pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
-    advance = begin("drawing", len(pictures)) if begin is not None else lambda: None
+    advance = (begin or unwatched)("drawing", len(pictures))
     plates = []
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for picture in pictures:
         assert isinstance(picture, Picture)
         plates.append(plate(picture))
         figure = picture.draw()
-        for suffix in FORMATS:
+        for suffix in _FORMATS:
             save_figure(figure, folder / "figures" / f"{picture.name}.{suffix}")
         advance()
     page = rendered(
@@ -119,8 +119,7 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
         command=command,
         machine=outcome.machine,
     )
-    with replacing(folder / PAGE_FILE) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_whole(folder / PAGE_FILE, page)
     return folder / PAGE_FILE
 
 
@@ -307,7 +306,7 @@ def _terms(outcome: Outcome) -> Chapter:
                 terms.level,
                 terms.knows,
                 str(len(entry.parameters)),
-                f"{len(entry.searches)} × {arena.budget(entry.law)}",
+                f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published",
                 _micro(outcome.computing[entry.law]),
             )
         )

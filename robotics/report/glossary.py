@@ -23,7 +23,7 @@ class GlossaryError(InputError):
     """A glossary that cannot be read."""
 
 
-class Term(NamedTuple):
+class GlossaryTerm(NamedTuple):
     """A word of the report."""
 
     name: str
@@ -51,9 +51,9 @@ class LawTerm(NamedTuple):
 
 
 @cache
-def terms() -> tuple[Term, ...]:
+def terms() -> tuple[GlossaryTerm, ...]:
     """All terms, in the order of the file."""
-    return tuple(Term(t["name"], t["says"], tuple(t.get("others", ()))) for t in _table()["terms"])
+    return tuple(GlossaryTerm(t["name"], t["says"], tuple(t.get("others", ()))) for t in _table()["terms"])
 
 
 @cache
@@ -72,7 +72,7 @@ def _table() -> dict[str, Any]:
     return parse_table(text, "glossary.toml", GlossaryError)
 
 
-def terms_in(words: str) -> list[Term]:
+def terms_in(words: str) -> list[GlossaryTerm]:
     """The terms that occur in a text."""
     return [term for term in terms() if re.search(term.pattern, words)]
 

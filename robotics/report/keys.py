@@ -5,20 +5,20 @@ from functools import cache
 
 from robotics.report.claims import RELATIONS, Condition, Statement
 from robotics.report.plan import StudyPlan
-from robotics.tables.keys import Key, Table, first_line, keys_of
+from robotics.tables.keys import Key, KeyTable, first_line, keys_of
 
 
 @cache
-def study_table() -> Table:
+def study_table() -> KeyTable:
     """The description of a study's file."""
     claims = Key(name="claims", doc="A claim.", holds="tables", table=_claim())
     keys = keys_of(StudyPlan, without=("folder", "file", "content", "claims"))
-    return Table(name="study", doc=first_line(StudyPlan), keys=(*keys, claims))
+    return KeyTable(name="study", doc=first_line(StudyPlan), keys=(*keys, claims))
 
 
-def _claim() -> Table:
+def _claim() -> KeyTable:
     part = keys_of(Condition)
-    conditions = Table(name="part", doc=first_line(Condition), keys=part, one_of=(RELATIONS,))
+    conditions = KeyTable(name="part", doc=first_line(Condition), keys=part, one_of=(RELATIONS,))
     parts = Key(
         name="parts",
         doc="The parts of a claim that has several; each has the keys metric to robot of the claim itself.",
@@ -28,4 +28,4 @@ def _claim() -> Table:
     name = Key(name="name", doc="What the claim is called.", holds="text", required=True, example="Mine is better")
     own = keys_of(Statement, without=("parts", "direct"))
     direct = tuple(replace(key, required=False) for key in part if key.name != "says")
-    return Table(name="claim", doc=first_line(Statement), keys=(name, *own, *direct, parts), one_of=(RELATIONS,))
+    return KeyTable(name="claim", doc=first_line(Statement), keys=(name, *own, *direct, parts), one_of=(RELATIONS,))

@@ -16,11 +16,12 @@ from matplotlib.figure import Figure
 from anfis.plot import plot_premises
 from fuzzy.errors import InputError
 from fuzzy.fitting.search import SearchResult
-from fuzzy.shell.progress import Begin
+from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.system import Sugeno
+from fuzzy.words import listed
 from robotics.experiments.learning.datacard import Card, card_path, read_card
 from robotics.experiments.learning.formationlearning import Learnt, input_columns
-from robotics.experiments.learning.fresh import Columns, columns_of
+from robotics.experiments.learning.fresh import NamedColumns, columns_of
 from robotics.experiments.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.figures.drawing import seeds_as_text
 from robotics.figures.formation_run import is_formation, plot_formation
@@ -38,7 +39,7 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
-MOST_COLUMNS = 16  # of the data that are listed unfolded
+_MOST_COLUMNS = 16  # of the data that are listed unfolded
 OPEN = 6  # networks that are shown unfolded, at most
 STAGES = ("after clustering", "after learning")
 _NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
@@ -111,7 +112,7 @@ def write_learning_report(
     Raises LearningReportError for a table without the networks' columns, OSError.
     """
     chapters = learning_chapters(networks, samples, check, runs)
-    advance = (lambda: None) if begin is None else begin("drawing", picture_count(chapters))
+    advance = (begin or unwatched)("drawing", picture_count(chapters))
     return write_paper(
         path,
         title or f"Networks learnt from {samples.file}",
@@ -193,7 +194,7 @@ def stages(network: Learnt, x: np.ndarray) -> dict[str, np.ndarray]:
     return {stage: fis(x)[:, 0] for stage, fis in zip(STAGES, systems, strict=True)}
 
 
-def fit_of(network: Learnt, table: Columns) -> Fit:
+def fit_of(network: Learnt, table: NamedColumns) -> Fit:
     """The network's output over a table, for a picture."""
     x, y = columns_of(network.after, table)
     return Fit(network.after.outputs[0].label, y, stages(network, x))
@@ -389,7 +390,7 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
     columns = Grid(f"{told}.", head, rows)
     made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
     shown = [made] if card.facts else []
-    if len(rows) > MOST_COLUMNS:
+    if len(rows) > _MOST_COLUMNS:
         return Chapter("data", "The data", (), shown, [columns], (), (), folded=f"Its {len(rows)} columns")
     return Chapter("data", "The data", (), [columns, *shown], (), (), ())
 
@@ -414,7 +415,7 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
     stopped = "" if training.stopped == "epochs" else f" Training stopped early: {training.stopped}."
     return Chapter(
         name,
-        f"{output.name}: {network.trial.rules} rules from {_listed(inputs)}",
+        f"{output.name}: {network.trial.rules} rules from {listed(inputs)}",
         (
             f"Of {len(search.trials)} settings, which find {search.fitted} different sets of clusters, the best with "
             f"{network.trial.rules} rules has radius, squash, accept and reject ratio {setting_of(network)}. It errs "
@@ -446,7 +447,7 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
             Picture(
                 f"{name}-memberships",
                 "Membership functions before learning (thin) and after (wide), a panel for each input.",
-                f"Gaussian membership functions of {_listed(inputs)}.",
+                f"Gaussian membership functions of {listed(inputs)}.",
                 partial(plot_premises, network.before, network.after),
             ),
         ],
@@ -543,7 +544,3 @@ def _times(value: float, scattered: float) -> str:
 def _spanned(spread: tuple[float, float, float]) -> str:
     mean, least, most = map(_plain, spread)
     return mean if mean == "–" else f"{mean} ({least} to {most})"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

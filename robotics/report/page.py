@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from fuzzy.figures.drawing import PAGE
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from robotics.experiments.comparison import Comparison, terms
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
 from robotics.figures.drawing import looks, seeds_as_text
@@ -33,7 +33,7 @@ OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
-class Section(NamedTuple):
+class ScenarioSection(NamedTuple):
     """The part of the report on one scenario."""
 
     scenario: Scenario
@@ -63,7 +63,7 @@ def write_report(
     *,
     chapters: Sequence[Chapter] = (),
     command: str | None = None,
-    sections: Sequence[Section] | None = None,
+    sections: Sequence[ScenarioSection] | None = None,
     heading: Heading | None = None,
     first: Sequence[str] = (),
     front: Front | None = None,
@@ -96,8 +96,7 @@ def write_report(
     own = [front.picture, *own] if front is not None and isinstance(front.picture, Plate) else own
     plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
     for picture in plates:
-        with replacing(folder / "figures" / f"{picture.name}.png") as path:
-            path.write_bytes(picture.png)
+        write_whole(folder / "figures" / f"{picture.name}.png", picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
     entries = [
         *([("arena", front.title)] if front is not None else []),
@@ -133,8 +132,7 @@ def write_report(
         command=command,
         program=heading.program or _program(comparisons[0]),
     )
-    with replacing(folder / "report.html") as path:
-        path.write_text(page, encoding="utf-8")
+    write_whole(folder / "report.html", page)
     return folder / "report.html"
 
 
@@ -142,7 +140,7 @@ def draw_sections(
     comparison: Comparison | Sequence[Comparison],
     advance: Callable[[], None] | None = None,
     first: Sequence[str] = (),
-) -> list[Section]:
+) -> list[ScenarioSection]:
     """Draw the sections on the scenarios of one or several comparisons.
 
     ``advance`` is called after every figure; the metrics ``first`` come before the others.
@@ -183,14 +181,14 @@ def _section(
     place: str,
     advance: Callable[[], None] | None,
     first: Sequence[str],
-) -> Section:
+) -> ScenarioSection:
     runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
     plates = []
     for picture in _pictures(comparison, scenario, place, first):
         plates.append(plate(picture))
         if advance is not None:
             advance()
-    return Section(
+    return ScenarioSection(
         scenario,
         place,
         _facts(scenario),

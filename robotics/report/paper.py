@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from robotics.report.chapter import Chapter
 from robotics.report.plates import plate
 from robotics.report.template import rendered
@@ -42,8 +42,7 @@ def write_paper(
             advance()
     page = rendered("paper.html.j2", chapters, plates, (), title=title, lead=lead, command=command, program=program)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_whole(path, page)
     return path
 
 

@@ -23,7 +23,6 @@ from robotics.quantity import check_quantities, described, whole
 from robotics.report.claims import ALL, Condition, Statement, builder_of, statements
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
-from robotics.scenario.renamed import current_name
 from robotics.tables.build import Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.text import parse_table, placed
@@ -33,7 +32,7 @@ class StudyError(InputError):
     """A study that cannot be run. The message names the file, line, key and what is accepted."""
 
 
-class Group(NamedTuple):
+class ScenarioGroup(NamedTuple):
     """Scenarios of one kind that the same controllers drive: what one comparison can hold."""
 
     kind: str
@@ -133,7 +132,7 @@ class StudyPlan:
         return tuple(" ".join(part.split()) for part in self.text.split("\n\n") if part.strip())
 
     @cached_property
-    def groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[ScenarioGroup, ...]:
         """The scenarios by their kind and by who drives them, in the order of the first of each."""
         found: dict[tuple[Any, ...], list[tuple[Scenario, dict[str, str]]]] = {}
         made = {name: make_controller(law) for name, law in self.laws.items()}
@@ -151,7 +150,7 @@ class StudyPlan:
                 why = _refusal(self.settings[0], made[name])
                 raise StudyError(f"{name} drives no scenario of the study: {why}").about("controllers", i)
         return tuple(
-            Group(
+            ScenarioGroup(
                 kind,
                 tuple(scenario for scenario, _ in rows),
                 {name: self.laws[name] for name in able},
@@ -170,7 +169,7 @@ class StudyPlan:
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
         """The scenarios on which ``condition``, a part of a claim, is measured."""
-        wanted = {current_name(name) for name in condition.on}
+        wanted = set(condition.on)
         return [s for s, text in zip(self.settings, self.scenarios, strict=True) if _called(s, text, wanted)]
 
     def law_called(self, name: str) -> str:
@@ -246,7 +245,7 @@ class StudyPlan:
         metric = self._metric(condition.metric, own, (*keys, "metric"))
         known = [*dict.fromkeys([*(s.name for s in self.settings), *self.scenarios])]
         for name in condition.on:
-            if name != ALL and current_name(name) not in known:
+            if name != ALL and name not in known:
                 raise StudyError(f"{expected(name, known, 'scenario of the study')}, or {ALL!r}").about(*keys, "on")
         if not condition.of:
             raise StudyError(f"whose {metric}? It needs of = NAME, one of {', '.join(self.laws)}").about(*keys, "of")

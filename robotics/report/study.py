@@ -1,6 +1,5 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -12,9 +11,9 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_json
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Advance, Begin
+from fuzzy.shell.progress import Advance, Begin, unwatched
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
 from robotics.experiments.executors import Workers, processes, uninterrupted
 from robotics.experiments.versions import digest_of, versions
@@ -29,7 +28,7 @@ from robotics.measures.registry import own_metrics
 from robotics.report.chapter import Chapter, Claim, Front
 from robotics.report.claims import Condition, Measure, decided, run_name
 from robotics.report.page import Heading, draw_sections, figure_count, write_report
-from robotics.report.plan import Group, StudyError, StudyPlan
+from robotics.report.plan import ScenarioGroup, StudyError, StudyPlan
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_file
 from robotics.scenario.robots import robot_files
@@ -79,7 +78,7 @@ class Study:
 class _Work:
     """What is compared, judged and shown: the common form of a comparison and of a study."""
 
-    groups: Sequence[Group]
+    groups: Sequence[ScenarioGroup]
     seeds: Sequence[int]
     configuration: Mapping[str, Any]
     metrics: OwnMetrics
@@ -136,7 +135,7 @@ def write_study(
         "versions": versions(),
     }
     work = _Work(
-        groups=[Group(scenarios[0].kind, tuple(scenarios), laws, {})],
+        groups=[ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})],
         seeds=seeds,
         configuration=configuration,
         metrics=metrics,
@@ -202,7 +201,7 @@ def run_study(
     )
     several = processes(jobs, ["robotics.experiments.comparison"]) if jobs > 1 else nullcontext()
     with several as workers:
-        return _written(folder, work, begin or _silent, workers, kept)
+        return _written(folder, work, begin or unwatched, workers, kept)
 
 
 def default_folder(plan: StudyPlan) -> Path:
@@ -212,9 +211,7 @@ def default_folder(plan: StudyPlan) -> Path:
 
 def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]) -> Study:
     folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / "configuration.json") as temporary:
-        text = json.dumps(work.configuration, indent=2, ensure_ascii=False, default=shown_gain)
-        temporary.write_text(text + "\n", encoding="utf-8")
+    write_json(folder / "configuration.json", work.configuration, default=shown_gain)
     plan, first = work.plan, work.plan.shown_metrics if work.plan is not None else ()
     # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
     with (
@@ -297,10 +294,6 @@ def _chapters_named(plan: StudyPlan) -> MakeChapters:
             f"{plan.file}: chapters must be package.module:function; got {plan.chapters!r}: {error}"
         ) from None
     return made
-
-
-def _silent(description: str, total: int) -> Advance:
-    return lambda description=None: None
 
 
 # Judging ----------------------------------------------------------------------------------------------------------

@@ -7,12 +7,12 @@ import numpy as np
 
 from robotics.experiments.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
 from robotics.laws.catalogue import law_title
-from robotics.measures.evidence import student
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
 from robotics.measures.tracking import Metric
 from robotics.report.wording import places_of
 from robotics.scenario.description import Scenario
+from robotics.statistics.intervals import student
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
 
@@ -25,7 +25,7 @@ class Cell(NamedTuple):
     mark: str  # "lowest", "≈ lowest" or ""
 
 
-class Row(NamedTuple):
+class MetricRow(NamedTuple):
     """One metric of every controller."""
 
     title: str
@@ -37,7 +37,7 @@ class SummaryTable(NamedTuple):
     """The table of one scenario, how many robots of each controller were stopped, and how many runs had a contact."""
 
     controllers: list[str]  # as titles
-    rows: list[Row]
+    rows: list[MetricRow]
     diverged: list[tuple[int, int]]  # robots that were stopped, and all robots
     contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
 
@@ -70,7 +70,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
             else Cell("–", "", "")  # it has no emergency rule
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
-        rows.append(Row(about.title, unit, cells))
+        rows.append(MetricRow(about.title, unit, cells))
     stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 

@@ -68,7 +68,8 @@ def rendered(
     words = words_of(part for part in page.split('"') if not part.startswith("data:image"))
     parts = environment.get_template("parts.html.j2").module
     explained = [(law_title(law), SIDES[known.side], known.says) for law in laws if (known := law_term(law))]
-    found = [term for term in terms() if term in terms_in(words) or term.name in linked.used]
+    there = terms_in(words)
+    found = [term for term in terms() if term in there or term.name in linked.used]
     shown = parts.glossary(found, explained) if found or explained else ""  # type: ignore[attr-defined]
     return page.replace(_GLOSSARY, shown, 1)
 

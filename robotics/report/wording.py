@@ -2,6 +2,7 @@
 
 from math import floor, isfinite, log10
 
+from fuzzy.words import counted
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Estimate, Part
 
@@ -66,7 +67,7 @@ def _reading(part: Part) -> str:
 
 def _too_few(part: Part) -> str:
     runs = part.estimate.runs
-    return f"only {runs} run{'s' * (runs != 1)}, a verdict needs {part.fewest}" if runs < part.fewest else ""
+    return f"only {counted(runs, 'run')}, a verdict needs {part.fewest}" if runs < part.fewest else ""
 
 
 def sentence(part: Part) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from robotics.scenario.description import Scenario
 
 # The groups of scenarios in the order of lists
-ONE, FORMATIONS, TEAMS, MEETINGS, OBSTACLES = GROUPS = (
+_ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = GROUPS = (
     "One robot",
     "Formations: followers keep to a leader",
     "Teams: all arrive together",
@@ -19,9 +19,9 @@ ONE, FORMATIONS, TEAMS, MEETINGS, OBSTACLES = GROUPS = (
 def group_of(scenario: Scenario) -> str:
     """The one of GROUPS to which a scenario belongs."""
     if len(scenario.robots) == 1:
-        return ONE
+        return _ONE
     if scenario.obstacles:
-        return OBSTACLES
+        return AMONG_OBSTACLES
     if scenario.kind == "formation":
         return FORMATIONS
     return MEETINGS if _touch_on_time(scenario) else TEAMS

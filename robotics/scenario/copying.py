@@ -16,7 +16,6 @@ from fuzzy.naming import expected
 from robotics.laws.catalogue import gains_of, make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import rule_base_files
 from robotics.scenario.reading import scenario_file, scenario_names
-from robotics.scenario.renamed import NEW_NAMES, current_name
 from robotics.scenario.robots import robot_file, robot_names
 
 
@@ -84,9 +83,8 @@ def _originals(name: str, rule_bases: dict[str, Path], tables: dict[str, Path]) 
     if suffix != ".toml":
         inside = [each for each in rule_bases if each == bare or (not suffix and each.startswith(f"{bare}/"))]
         found.append([Original(each, rule_bases[each], Path(f"{each}.fis")) for each in inside])
-    if suffix != ".fis" and (bare in tables or bare in NEW_NAMES):
-        now = current_name(bare)
-        found.append([Original(now, tables[now], Path(f"{now}.toml"))])
+    if suffix != ".fis" and bare in tables:
+        found.append([Original(bare, tables[bare], Path(f"{bare}.toml"))])
     meant = [originals for originals in found if originals]
     if not meant:
         raise CopyError(expected(name, _names(rule_bases, tables), "rule base, scenario or robot"))

@@ -14,7 +14,8 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.shown import shown
-from fuzzy.sketch import counted, lines, table, titled
+from fuzzy.sketch import lines, table, titled
+from fuzzy.words import counted
 from robotics.environment.world import Obstacle, World, compile_world
 from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
@@ -31,7 +32,9 @@ from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
 Pose = tuple[float, float, float]
-_ROBOTS_DRAWN, _POINTS_DRAWN = 12, 200  # in a notebook
+# In a notebook
+_ROBOTS_DRAWN = 12
+_POINTS_DRAWN = 200  # of a path
 
 
 class ScenarioError(InputError):

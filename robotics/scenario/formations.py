@@ -23,7 +23,7 @@ from robotics.sensing.posture import Sensing
 AMPLITUDE = 0.5  # m
 WAVENUMBER = 1.0  # rad/m
 PERIOD = 2 * pi  # m
-SIDES = (1.0, -1.0)  # m, the followers' offsets in y: [0, 1.5, 0] and [0, -0.5, 0]
+_SIDES = (1.0, -1.0)  # m, the followers' offsets in y: [0, 1.5, 0] and [0, -0.5, 0]
 
 
 def leader_path(end: float = PERIOD, lead_in: float = 4.0) -> Sine:
@@ -59,7 +59,7 @@ def formation_scenario(start: float, speed: float = 0.1, end: float = PERIOD) ->
             path=Sine(amplitude=AMPLITUDE, wavenumber=WAVENUMBER, phase=pi / 2, x_end=end, offset=side),
             timing=Timing(speed=speed),
         )
-        for side in SIDES
+        for side in _SIDES
     ]
     # The curve is 1.06 times as long as its x. While a leader far behind catches up with 5 v_d / 2, the followers lose
     # v_d / 2: a fifth of its way; and a little more until it is level.

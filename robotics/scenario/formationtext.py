@@ -11,7 +11,7 @@ from typing import Any, Literal
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.paths.path import SHAPES
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import scenario_from_table
 from robotics.tables.text import parse_table, read_text
@@ -26,16 +26,14 @@ class FormationPlan:
 
     amplitude: float = quantity(0.5, "m", least=0, doc="Amplitude of the leader's sine.")
     wavelength: float = quantity(6.0, "m", above=0, doc="Wavelength of the leader's sine, of which it drives two.")
-    path: str = ""  # of the leader in place of the sine: as of path_table
-    followers: int = 2
+    path: str = described("Path in its place: circle:radius=2, eight:width=8, or a .toml file's.", "")
+    followers: int = whole(2, least=1, most=30, doc="Number of followers.")
     spacing: float = quantity(0.6, "m", above=0, doc="Spacing of the rows, and of the robots in a row.")
     speed: float = quantity(0.2, "m/s", above=0, doc="Speed of the leader.")
-    arrangement: Literal["wedge", "abreast"] = "wedge"
+    arrangement: Literal["wedge", "abreast"] = described("The shape of the formation.", "wedge")
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
-        if isinstance(self.followers, bool) or not isinstance(self.followers, int) or not 1 <= self.followers <= 30:
-            raise ScenarioError(f"followers must be a whole number from 1 to 30, got {self.followers!r}")
         if self.arrangement not in ("wedge", "abreast"):
             raise ScenarioError(expected(self.arrangement, ("wedge", "abreast"), "arrangement"))
 

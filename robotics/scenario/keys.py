@@ -5,6 +5,7 @@ and obstacles by their shape, presets, the virtual robot and offsets from it. A 
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from math import pi
 from typing import Any
@@ -19,17 +20,17 @@ from robotics.scenario.obstacletable import MEASURED
 from robotics.scenario.robots import RobotModel
 from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
 from robotics.sensing.sonar import RangeSensor
-from robotics.tables.keys import Key, Specials, Table, first_line, keys_of, table_of
+from robotics.tables.keys import Key, KeyTable, Specials, first_line, keys_of, table_of
 from robotics.vehicle.robot import ALTERNATIVES, NEEDED, Robot
 
 _NAME = "the name of a robot or the path of its file in quotes"
 
 
 @cache
-def scenario_table() -> Table:
+def scenario_table() -> KeyTable:
     """The description of a scenario's file."""
     robot = robot_table()
-    robots = Table(
+    robots = KeyTable(
         name="robots",
         doc="One robot: its start, path, timing, parameters and sensors.",
         keys=keys_of(Member, _SPECIALS, without=("model",), also=_member_keys(robot)),
@@ -47,11 +48,11 @@ def scenario_table() -> Table:
     last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))
-    return Table(name="scenario", doc="A scenario: its robots, their sensing and radio, and obstacles.", keys=keys)
+    return KeyTable(name="scenario", doc="A scenario: its robots, their sensing and radio, and obstacles.", keys=keys)
 
 
 @cache
-def robot_table() -> Table:
+def robot_table() -> KeyTable:
     """The description of the table [robot] of a scenario."""
     model = Key(
         name="model",
@@ -63,12 +64,12 @@ def robot_table() -> Table:
 
 
 @cache
-def robot_file_table() -> Table:
+def robot_file_table() -> KeyTable:
     """The description of a robot's file."""
     keys = keys_of(RobotModel, _SPECIALS, without=("robot", "sensors"))
-    numbers = [Key(**vars(key) | {"required": key.name in NEEDED}) for key in keys_of(Robot, _SPECIALS)]
+    numbers = [replace(key, required=key.name in NEEDED) for key in keys_of(Robot, _SPECIALS)]
     sensors = Key(name="sensors", doc="The range sensors that it carries.", holds="tables", table=_sensors())
-    return Table(
+    return KeyTable(
         name="robot",
         doc="A robot: its body, wheels, motors, encoders, limits and range sensors.",
         keys=(*keys, *numbers, sensors),
@@ -76,31 +77,28 @@ def robot_file_table() -> Table:
     )
 
 
-def _member_keys(robot: Table) -> tuple[Key, ...]:
+def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
     """The keys of a robot that the fields of Member do not tell."""
-    offset = next(key for key in keys_of(Offset, _SPECIALS) if key.name == "offset")
-    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot", "model"))}
-    own = {name: vars(members[name]) | {"required": False} for name in ("start", "path", "timing")}
+    known = {key.name: key for of in (Member, Offset) for key in keys_of(of, _SPECIALS, without=("robot", "model"))}
     doc = "Which robot this one is, instead of the one of all."
     return (
-        *(Key(**own[name]) for name in ("start", "path", "timing")),
-        Key(**vars(offset) | {"required": False}),
+        *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),
         Key(name="robot", doc=doc, holds="table", table=robot, or_text=_NAME),
     )
 
 
 @cache
-def _virtual() -> Table:
+def _virtual() -> KeyTable:
     members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot", "model"))}
     docs = {"path": "The path of the virtual robot.", "timing": "When the virtual robot shall be where on its path."}
-    keys = tuple(Key(**vars(members[name]) | {"doc": doc}) for name, doc in docs.items())
-    return Table(name="virtual", doc="The virtual robot from which offsets are measured, thesis (3.3).", keys=keys)
+    keys = tuple(replace(members[name], doc=doc) for name, doc in docs.items())
+    return KeyTable(name="virtual", doc="The virtual robot from which offsets are measured, thesis (3.3).", keys=keys)
 
 
 @cache
-def _path() -> Table:
+def _path() -> KeyTable:
     shape = Key(name="shape", doc="The shape of the path.", holds="word", words=tuple(SHAPES), required=True)
-    return Table(
+    return KeyTable(
         name="path",
         doc="A path by its shape.",
         keys=(shape,),
@@ -111,12 +109,12 @@ def _path() -> Table:
 
 
 @cache
-def _obstacles() -> Table:
+def _obstacles() -> KeyTable:
     kinds = {**OBSTACLES, **MEASURED}
     shape = Key(name="shape", doc="The shape of the obstacle.", holds="word", words=tuple(kinds), required=True)
     common = keys_of(Obstacle, _SPECIALS)
     names = tuple(key.name for key in common)
-    return Table(
+    return KeyTable(
         name="obstacles",
         doc="An obstacle: its shape and place; with a path and a timing it moves.",
         keys=(shape, *common),
@@ -127,12 +125,14 @@ def _obstacles() -> Table:
 
 
 @cache
-def _timing() -> Table:
-    return Table(name="timing", doc=first_line(Timing), keys=keys_of(Timing), one_of=(("speed", "duration", "x_rate"),))
+def _timing() -> KeyTable:
+    return KeyTable(
+        name="timing", doc=first_line(Timing), keys=keys_of(Timing), one_of=(("speed", "duration", "x_rate"),)
+    )
 
 
 @cache
-def _radio() -> Table:
+def _radio() -> KeyTable:
     preset = Key(
         name="preset", doc="A known radio, of which other keys may change a part.", holds="word", words=tuple(PRESETS)
     )
@@ -140,7 +140,7 @@ def _radio() -> Table:
 
 
 @cache
-def _sensors() -> Table:
+def _sensors() -> KeyTable:
     name = Key(name="name", doc="The sensor's name, by which a law asks for it.", holds="text", example="rear")
     preset = Key(
         name="preset",
@@ -167,7 +167,7 @@ def _sensors() -> Table:
         example=4.18879,
     )
     keys = keys_of(RangeSensor, also=(name, preset, prefix, beams, span))
-    return Table(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
+    return KeyTable(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
 
 
 def _special(table: Any, holds: Any = "table") -> Any:

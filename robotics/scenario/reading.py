@@ -10,7 +10,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.environment.world import Obstacle
 from robotics.laws.catalogue import located, make_controller
-from robotics.laws.foreign import begun
+from robotics.laws.foreign import checked_init
 from robotics.laws.law import check_needs
 from robotics.paths.offset import Offset, offset_start
 from robotics.paths.path import SHAPES, PathError, Shape, compile_path
@@ -18,7 +18,6 @@ from robotics.paths.trajectory import Timing, compile_trajectory
 from robotics.radio.description import PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.obstacletable import obstacle_from_table
-from robotics.scenario.renamed import current_name
 from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys, numbers
@@ -42,7 +41,7 @@ def scenario_names(kind: str | None = None) -> list[str]:
 
 
 def load_scenario(name: str | FilePath, beside: FilePath = FilePath()) -> Scenario:
-    """Read a scenario; warns of an old name.
+    """Read a scenario.
 
     Args:
         name: One of :func:`scenario_names`, or a ``.toml`` file.
@@ -54,13 +53,13 @@ def load_scenario(name: str | FilePath, beside: FilePath = FilePath()) -> Scenar
     Raises:
         ScenarioError: No such scenario, or a file that makes none; the message names file, line and key.
     """
-    found = _FILES.find(current_name(str(name)), beside)
+    found = _FILES.find(str(name), beside)
     return parse_scenario(found.text, found.name, found.file, found.folder)
 
 
 def scenario_file(name: str | FilePath, beside: FilePath = FilePath()) -> TomlFile:
-    """The file from which :func:`load_scenario` reads. Raises ScenarioError; warns of an old name."""
-    return _FILES.find(current_name(str(name)), beside)
+    """The file from which :func:`load_scenario` reads. Raises ScenarioError."""
+    return _FILES.find(str(name), beside)
 
 
 def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath | None = None) -> Scenario:
@@ -108,7 +107,7 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
         try:  # its gains may not suit the graph, its messages not the radio
             law = make_controller(scenario.controller)
             check_needs(scenario.setting, law)
-            begun(law, scenario.setting, 1)
+            checked_init(law, scenario.setting, 1)
             scenario.radio.check_bandwidth(len(robots), len(law.message))
         except RadioError as error:
             raise error.about("radio") from None

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from robotics.quantity import described
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.sensing.sonar import RangeSensor
@@ -111,8 +111,7 @@ def write_tuned(name: str | Path, gains: Gains, target: Path, force: bool = Fals
     if target.exists() and not force:
         raise RobotError(f"{target} exists already, nothing was written; --force overwrites")
     changed = {key: value for key, value in gains._asdict().items() if value or key != "kd"}
-    with replacing(target) as temporary:
-        temporary.write_text(with_numbers(file.text, changed), encoding="utf-8")
+    write_whole(target, with_numbers(file.text, changed))
 
 
 @cache

@@ -17,7 +17,7 @@ from robotics.tables.build import Keys
 from robotics.tables.lines import line_of
 from robotics.tables.text import parse_table
 
-MOST = 200  # faults that are looked for
+_MOST = 200  # faults that are looked for
 # The keys that count the robots, without the numbers of entries: wrong as soon as one robot is left out
 _COUNTING: tuple[tuple[str, ...], ...] = (
     (),
@@ -31,7 +31,7 @@ _COUNTING: tuple[tuple[str, ...], ...] = (
 
 
 @dataclass(frozen=True)
-class Fault:
+class FileFault:
     """Something in a file that the reader refuses."""
 
     sentence: str
@@ -46,7 +46,7 @@ class Survey:
     file: str
     scenario: Scenario | None  # without what is wrong, and without its controller; its references may be infeasible
     controller: str  # that the file names
-    faults: tuple[Fault, ...]
+    faults: tuple[FileFault, ...]
     robots: tuple[int, ...] = ()  # the number in the file, from 0, of each robot that could be read
 
     def line(self, at: Keys) -> int:
@@ -78,9 +78,9 @@ def survey_text(text: str, name: str, file: str = "<text>", folder: Path = Path(
         table.pop("controller", None)
         controller = located(controller, folder)
     rest = _Rest(table)
-    faults: list[Fault] = []
+    faults: list[FileFault] = []
     scenario = None
-    for _ in range(MOST):
+    for _ in range(_MOST):
         try:
             scenario = scenario_from_table(rest.table, name, folder)
             break
@@ -90,7 +90,7 @@ def survey_text(text: str, name: str, file: str = "<text>", folder: Path = Path(
         except InputError as error:
             at = rest.original(error.at)
             if not rest.explains(error.at):
-                faults.append(Fault(str(error), at))
+                faults.append(FileFault(str(error), at))
             if not rest.drop(error.at):
                 break
     count = len(scenario.robots) if scenario is not None else 0

@@ -4,14 +4,14 @@ The noise of a period depends on the seed and on the period only, so that whoeve
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import gcd, pi
 from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, uncounted
-from robotics.environment.collision import for_runs
+from fuzzy.compiled.columns import Floats1, Floats2, Floats3, Ints1, Ints2
+from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.environment.world import Geometry, Moving, place
 from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.raycasting import (
@@ -38,7 +38,7 @@ from robotics.sensing.raycasting import (
     overhear,
 )
 from robotics.sensing.sonar import RangeSensor, SonarError
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns
 
 _DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, whatever the number of runs
 NORMAL, LOST, TALK = range(3)  # what is drawn, each from a generator of its own: noise, lost echoes, crosstalk
@@ -58,23 +58,20 @@ class Looks(NamedTuple):
     """
 
     eyes: Eyes
-    every: np.ndarray  # (sensors,) int: control periods from update to update
-    column: np.ndarray  # (sensors,) int: its place in the readings
-    kinds: (
-        np.ndarray
-    )  # (KIND_ROWS, kinds) int: its first sensor, and one past its last; control periods from any update
-    # to the next; updates whose random numbers are drawn at a time, and where these stand in a run's
-    kind: np.ndarray  # (lanes,) int: what a robot carries; -1: nothing
-    sizes: np.ndarray  # (3, lanes): of robotics.environment.collision.footprints
+    every: Ints1  # (sensors,): control periods from update to update
+    column: Ints1  # (sensors,): its place in the readings
+    kinds: Ints2  # (KindColumns, kinds)
+    kind: Ints1  # (lanes,): what a robot carries; -1: nothing
+    sizes: Floats2  # (3, lanes): of robotics.environment.collision.footprints
     here: Geometry  # the obstacles, of as many runs or of one world for all
     moving: Moving
-    draws: np.ndarray  # (3, runs, numbers): normal numbers, and evenly distributed ones for LOST and TALK
-    drawn: np.ndarray  # (kinds,) int: the block of random numbers that is there; -1: none
-    readings: np.ndarray  # (lanes, names) m; infinite also where a robot does not carry that sensor
-    wanted: np.ndarray  # (needs,) int: the readings that a law needs, in its order
-    turned: np.ndarray  # (2, lanes): cosine and sine of the headings
+    draws: Floats3  # (3, runs, numbers): normal numbers, and evenly distributed ones for LOST and TALK
+    drawn: Ints1  # (kinds,): the block of random numbers that is there; -1: none
+    readings: Floats2  # (lanes, names) m; infinite also where a robot does not carry that sensor
+    wanted: Ints1  # (needs,): the readings that a law needs, in its order
+    turned: Floats2  # (2, lanes): cosine and sine of the headings
     bodies: Bodies  # to work in
-    echoes: np.ndarray  # (sensors,) m: likewise
+    echoes: Floats1  # (sensors,) m: likewise
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,35 +215,6 @@ def nothing_to_see(lanes: int) -> Looks:
     return sensors.looks(none, Moving.nothing(), np.empty((3, 0)))._replace(readings=np.empty((0, 0)))
 
 
-def exact_echoes(
-    sensors: Sequence[RangeSensor],
-    x: np.ndarray,
-    y: np.ndarray,
-    heading: np.ndarray,
-    sizes: np.ndarray,
-    geometry: Geometry,
-) -> np.ndarray:
-    """The exact distances [m] that robots which all carry ``sensors`` would read (runs, robots, sensors).
-
-    There is no noise, no minimum and no failure. The other arguments are as of
-    :func:`robotics.environment.collision.obstacle_contacts`; no sensors are refused with a SonarError.
-    """
-    if not sensors:
-        raise SonarError("at least one range sensor is needed")
-    carried = {str(n): _exact(sensor) for n, sensor in enumerate(sensors)}
-    opened = CarriedSensors.opened([carried], x.shape[1], [0] * x.shape[0], 1.0)
-    looks = opened.looks(for_runs(geometry, len(x)), Moving.nothing(), np.tile(sizes, len(x)))
-    poses = np.stack([np.ravel(row) for row in (x, y, heading)]).astype(float)
-    look(looks, 0, poses, x.shape[1], np.empty((0, x.size)))
-    return looks.readings.reshape(*x.shape, len(sensors))
-
-
-def _exact(sensor: RangeSensor) -> RangeSensor:
-    """A sensor that reads the distance itself, every second."""
-    sensor = replace(sensor, noise=0.0, relative_noise=0.0, minimum=0.0, dropout=0.0, crosstalk=0.0)
-    return replace(sensor, period=1.0, failure_start=None, failure_end=None)
-
-
 def _periods(sensor: RangeSensor, tick: float) -> int:
     """The control periods of ``tick`` [s] from update to update. Raises SonarError where they are no whole number."""
     periods = max(1, round(sensor.period / tick))
@@ -277,7 +245,7 @@ def _column(sensor: RangeSensor, tick: float) -> np.ndarray:
     return np.array([rows[i] for i in range(SENSOR_ROWS)])
 
 
-@uncounted
+@without_refcounts
 def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
     """Read all range sensors that are due in control period ``k``; the others keep their readings.
 
@@ -288,7 +256,7 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
         robots: Of a run.
         ranges: Where the readings that a law needs are written (needs, lanes) [m].
     """
-    eyes, turned = looks.eyes, looks.turned
+    eyes, turned, here = looks.eyes, looks.turned, TruthColumns(truth)
     any_due = False
     for q in range(len(looks.every)):
         eyes.due[q] = k % looks.every[q] == 0
@@ -298,7 +266,7 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
     if looks.moving.frames.shape[0] > 0:
         place(looks.here, looks.moving, k)
     for lane in range(truth.shape[1]):
-        turned[0, lane], turned[1, lane] = np.cos(truth[p.HEADING, lane]), np.sin(truth[p.HEADING, lane])
+        turned[0, lane], turned[1, lane] = np.cos(here.heading[lane]), np.sin(here.heading[lane])
     for lane in range(truth.shape[1]):
         look_of(looks, k, lane, robots, truth)
     for n in range(len(looks.wanted)):
@@ -306,16 +274,16 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
             ranges[n, lane] = looks.readings[lane, looks.wanted[n]]
 
 
-@inner
+@compiled_only
 def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
     """Read the sensors of one lane that are due; its heading's cosine and sine are there."""
     kind = looks.kind[lane]
     if kind < 0:
         return
-    eyes = looks.eyes
+    eyes, here = looks.eyes, TruthColumns(truth)
     begin, end = looks.kinds[FIRST, kind], looks.kinds[END, kind]
     cast(
-        eyes, begin, end, lane, robots, truth[p.X], truth[p.Y], looks.turned, looks.sizes, looks.here, looks.bodies,
+        eyes, begin, end, lane, robots, here.x, here.y, looks.turned, looks.sizes, looks.here, looks.bodies,
         looks.echoes,
     )  # fmt: skip
     update = k // looks.kinds[STRIDE, kind] % looks.kinds[LENGTH, kind]
@@ -325,14 +293,14 @@ def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
             _read(looks, k, q, kind, lane, robots, drawn + q - begin, truth)
 
 
-@uncounted
+@without_refcounts
 def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-untyped-def]
     """Read one sensor: its echo, or the ping of another, with noise and losses."""
-    table, run, d = looks.eyes.table, lane // robots, looks.echoes[q]
+    table, run, d, here = looks.eyes.table, lane // robots, looks.echoes[q], TruthColumns(truth)
     if table[CROSSTALK, q] > 0 and robots > 1 and looks.draws[TALK, run, drawn] < table[CROSSTALK, q]:
         d = overhear(
             d, looks.eyes, looks.kinds[FIRST, kind], looks.kinds[END, kind], q, lane, robots, looks.kind,
-            truth[p.X], truth[p.Y], looks.turned, looks.sizes, looks.here,
+            here.x, here.y, looks.turned, looks.sizes, looks.here,
         )  # fmt: skip
     if table[DROPOUT, q] > 0 and looks.draws[LOST, run, drawn] < table[DROPOUT, q]:
         d = np.inf
@@ -345,6 +313,6 @@ def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-unt
     looks.readings[lane, looks.column[q]] = d
 
 
-@uncounted
+@without_refcounts
 def see_nothing(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
     """Do nothing, in place of :func:`look`, where nobody looks."""

@@ -13,11 +13,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, uncounted
+from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats4
+from fuzzy.compiled.jit import compiled_only, without_refcounts
 from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, described, quantity
 from robotics.random_streams import RELATIVE_STREAM, WHEEL_STREAM
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import ParameterColumns, TruthColumns
 
 # Noise is drawn for many periods at a time: fewer calls, in bounded memory
 _NOISE_BLOCK = 256  # periods
@@ -92,15 +93,15 @@ LABORATORY = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
 class Senses(NamedTuple):
     """The posture sensors of all robots as columns, for compiled functions; a lane is one robot of one run."""
 
-    posed: np.ndarray  # (robots,) bool: by a pose sensor; else by odometry
-    noise: np.ndarray  # (3, robots) m, m, rad: standard deviations
-    relative: np.ndarray  # (robots,) 1: standard deviation of x and y as a share of each
-    since: np.ndarray  # (robots,) s: the noise begins
-    until: np.ndarray  # (robots,) s: the noise ends
-    gain: np.ndarray  # (robots,) 1: of the filter; 1 where there is none
-    counts: np.ndarray  # (2, lanes): of the encoders in the last period
-    draws: np.ndarray  # (runs, periods, 3, robots): normal numbers; no periods: there is no such noise
-    relative_draws: np.ndarray  # likewise, of the relative noise
+    posed: Bools1  # (robots,): by a pose sensor; else by odometry
+    noise: Floats2  # (3, robots) m, m, rad: standard deviations
+    relative: Floats1  # (robots,) 1: standard deviation of x and y as a share of each
+    since: Floats1  # (robots,) s: the noise begins
+    until: Floats1  # (robots,) s: the noise ends
+    gain: Floats1  # (robots,) 1: of the filter; 1 where there is none
+    counts: Floats2  # (2, lanes): of the encoders in the last period
+    draws: Floats4  # (runs, periods, 3, robots): normal numbers; no periods: there is no such noise
+    relative_draws: Floats4  # likewise, of the relative noise
     drawn: int  # the period of the first of them
 
 
@@ -174,13 +175,13 @@ def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray
     return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
 
 
-@uncounted
+@without_refcounts
 def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
     """Read all encoders, and the velocities since the last ``counts`` (2, lanes), which are brought up to date.
 
     Args:
-        parameters: The plant's (PARAMETERS, lanes).
-        truth: The plant's state (CHANNELS, lanes).
+        parameters: The plant's (ParameterColumns, lanes).
+        truth: The plant's state (TruthColumns, lanes).
         counts: Of the last period (2, lanes).
         period: The time since then [s].
         velocity: Where v [m/s] and ω [rad/s] are written (2, lanes)   thesis (2.25).
@@ -189,25 +190,25 @@ def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[
         encoders_of(i, parameters, truth, counts, period, velocity)
 
 
-@inner
+@compiled_only
 def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
     """Do the same for one lane."""
-    per_radian = parameters[p.P_COUNT, i]
-    right, left = np.floor(truth[p.ANGLE_R, i] * per_radian), np.floor(truth[p.ANGLE_L, i] * per_radian)
-    right_speed = (right - counts[0, i]) / period / per_radian * parameters[p.P_ODO_RIGHT, i]
-    left_speed = (left - counts[1, i]) / period / per_radian * parameters[p.P_ODO_LEFT, i]
+    robot, wheels = ParameterColumns(parameters, i), TruthColumns(truth, i)
+    right, left = np.floor(wheels.angle_r * robot.count), np.floor(wheels.angle_l * robot.count)
+    right_speed = (right - counts[0, i]) / period / robot.count * robot.odometry.right
+    left_speed = (left - counts[1, i]) / period / robot.count * robot.odometry.left
     counts[0, i], counts[1, i] = right, left
     velocity[0, i] = (right_speed + left_speed) / 2
-    velocity[1, i] = (right_speed - left_speed) / (2 * parameters[p.P_ODO_HALF_AXLE, i])
+    velocity[1, i] = (right_speed - left_speed) / (2 * robot.odometry.half_axle)
 
 
-@uncounted
+@without_refcounts
 def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
     """Measure all postures in period ``k``: by odometry, or the truth with noise, filtered where there is a filter.
 
     Args:
         senses: The sensors.
-        truth: The plant's state (CHANNELS, lanes).
+        truth: The plant's state (TruthColumns, lanes).
         posture: Those of the period before, where the new ones are written (3, lanes): x [m], y [m], heading [rad].
         velocity: v [m/s] and ω [rad/s] since then, by the encoders (2, lanes).
         k: The control period.
@@ -218,15 +219,15 @@ def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped
         measure_of(i, i // robots, i % robots, senses, truth, posture, velocity, k, place, dt)
 
 
-@inner
+@compiled_only
 def measure_of(i, run, robot, senses, truth, posture, velocity, k, place, dt):  # type: ignore[no-untyped-def]
     """Do the same for one lane, a ``robot`` of a ``run``, by the draws at ``place``."""
+    here = TruthColumns(truth, i)
     if not senses.posed[robot]:
-        for c in range(3):
-            posture[c, i] = truth[p.ODO_X + c, i]
+        posture[0, i], posture[1, i], posture[2, i] = here.odo_x, here.odo_y, here.odo_heading
         return
     now = k * dt + 1e-9
-    x, y, heading = truth[p.X, i], truth[p.Y, i], truth[p.HEADING, i]
+    x, y, heading = here.x, here.y, here.heading
     if senses.since[robot] <= now < senses.until[robot]:
         if len(senses.relative_draws) > 0:
             x *= 1 + senses.relative_draws[run, place, 0, robot] * senses.relative[robot]

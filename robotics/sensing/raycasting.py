@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.columns import Bools1, Floats2, Ints1, Ints2
+from fuzzy.compiled.jit import compiled_only
 from robotics.environment.collision import segment_meets
 from robotics.environment.world import CLOSED, FIRST, NUMBER
 
@@ -24,19 +25,19 @@ SENSOR_ROWS = 15
 class Eyes(NamedTuple):
     """Range sensors as columns; robots of one kind carry those of some places in a row."""
 
-    table: np.ndarray  # (SENSOR_ROWS, sensors)
-    rays: np.ndarray  # (2, rays): unit directions in the robot's frame
-    first_ray: np.ndarray  # (sensors + 1,) int: the rays of sensor q are those from first_ray[q] to first_ray[q + 1]
-    due: np.ndarray  # (sensors,) bool: whether it looks now
+    table: Floats2  # (SENSOR_ROWS, sensors)
+    rays: Floats2  # (2, rays): unit directions in the robot's frame
+    first_ray: Ints1  # (sensors + 1,): the rays of sensor q are those from first_ray[q] to first_ray[q + 1]
+    due: Bools1  # (sensors,): whether it looks now
 
 
 class Bodies(NamedTuple):
     """Room for what one robot may see, in its own frame, and for the rays that hit it."""
 
-    circles: np.ndarray  # (bodies, 3) m: x, y, radius of the circle around each
-    spans: np.ndarray  # (bodies, 3) int: its first edge, one past its last, and 1 if they enclose a solid
-    edges: np.ndarray  # (edges, 4) m: x, y of one end, x, y of the other
-    hits: np.ndarray  # (2, rays) m: each ray's nearest hit, and the distance of that surface's line from the sensor
+    circles: Floats2  # (bodies, 3) m: x, y, radius of the circle around each
+    spans: Ints2  # (bodies, 3): its first edge, one past its last, and 1 if they enclose a solid
+    edges: Floats2  # (edges, 4) m: x, y of one end, x, y of the other
+    hits: Floats2  # (2, rays) m: each ray's nearest hit, and the distance of that surface's line from the sensor
 
 
 def bodies_in_view(bodies: int, segments: int, robots: int, rays: int) -> Bodies:
@@ -45,7 +46,7 @@ def bodies_in_view(bodies: int, segments: int, robots: int, rays: int) -> Bodies
     return Bodies(np.empty((bodies + robots, 3)), spans, np.empty((segments + 4 * robots, 4)), np.empty((2, rays)))
 
 
-@inner
+@compiled_only
 def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes):  # type: ignore[no-untyped-def]
     """Write the shortest echo [m] of each sensor of one robot that is due: infinite where there is none.
 
@@ -107,7 +108,7 @@ def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes
         _look(eyes, begin, end, view, count, echoes)
 
 
-@inner
+@compiled_only
 def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-def]
     """Whether any sensor may see a body in a circle about (x, y), in the robot's frame."""
     view = False
@@ -116,7 +117,7 @@ def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-d
     return view
 
 
-@inner
+@compiled_only
 def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     """Whether sensor ``q`` may see a body in a circle about (dx, dy) from it; without branches, for speed."""
     far = table[RANGE, q] + radius
@@ -127,7 +128,7 @@ def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
     return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
 
 
-@inner
+@compiled_only
 def _outline(x, y, c, s, half_length, half_width, edges, first):  # type: ignore[no-untyped-def]
     """Write the sides of a rectangle about (x, y), turned by (cos, sin), from ``first`` on, counter-clockwise."""
     ax, ay, bx, by = half_length * c, half_length * s, -half_width * s, half_width * c
@@ -138,7 +139,7 @@ def _outline(x, y, c, s, half_length, half_width, edges, first):  # type: ignore
         edges[k, 2], edges[k, 3] = corner_x, corner_y
 
 
-@inner
+@compiled_only
 def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def]
     """Write the shortest echo [m] of each sensor from the ``count`` bodies in view of its robot."""
     table, rays, first_ray = eyes.table, eyes.rays, eyes.first_ray
@@ -183,7 +184,7 @@ def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def
             echoes[q] = shortest
 
 
-@inner
+@compiled_only
 def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with the segment from a to b, and its line's distance."""
     height = abs(area) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
@@ -196,7 +197,7 @@ def _meet_edge(ax, ay, bx, by, area, rays, first, last, hits):  # type: ignore[n
         hits[1, n] = height if nearer else hits[1, n]
 
 
-@inner
+@compiled_only
 def _inside(x, y, edges, spans, b):  # type: ignore[no-untyped-def]
     """Whether a point in a body's circle is in the body: a ray from there crosses an odd number of sides."""
     inside = spans[b, 0] == spans[b, 1]
@@ -208,7 +209,7 @@ def _inside(x, y, edges, spans, b):  # type: ignore[no-untyped-def]
     return inside
 
 
-@inner
+@compiled_only
 def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-untyped-def]
     """Update the nearest ``hits`` of rays from the origin with a circle, and the distance of the tangent there."""
     for n in range(first, last):
@@ -220,7 +221,7 @@ def _meet_disc(dx, dy, radius, rays, first, last, hits):  # type: ignore[no-unty
                 hits[0, n], hits[1, n] = t, t * root / radius
 
 
-@inner
+@compiled_only
 def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes, here):  # type: ignore[no-untyped-def]
     """Shorten the ``echo`` [m] of sensor ``q`` to half the distance of one that it hears straight on (crosstalk).
 
@@ -251,7 +252,7 @@ def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes
     return echo
 
 
-@inner
+@compiled_only
 def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
     """The place of sensor ``q`` on the robot of a lane [m], and the direction of its axis."""
     c, s = turned[0, lane], turned[1, lane]
@@ -263,7 +264,7 @@ def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
     )
 
 
-@inner
+@compiled_only
 def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
     """Whether an obstacle of world ``g`` is between the points a and b."""
     circles, bodies, segments = here.circles, here.bodies, here.segments
@@ -285,7 +286,7 @@ def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
     return False
 
 
-@inner
+@compiled_only
 def _covered(ax, ay, bx, by, i, j, first, robots, x, y, turned, sizes):  # type: ignore[no-untyped-def]
     """Whether a robot of the run other than ``i`` and ``j`` is between the points a and b."""
     for k in range(first, first + robots):

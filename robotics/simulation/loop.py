@@ -1,46 +1,26 @@
-"""The one simulation: sense, look, hear, decide, obey, record, say, move, for all robots of all runs.
+"""The one simulation: sense, look, hear, decide, obey, watch, say, move, for all robots of all runs.
 
-The loop over periods exists twice, with the same steps and the same bits: compiled, for laws that have an equation, and
-in Python, for any other law and for whoever looks at every period. Every run draws from its own generators, seeded by
-its own seed, and no lane's arithmetic depends on another run: a run's result does not depend, to the last bit, on which
-runs are beside it, nor on how many threads share them out.
+The loop over periods exists twice, with the same steps, observers and bits: compiled, for laws that have an equation,
+and in Python, for any other law and for whoever wants to step by hand. Every run draws from its own generators, seeded
+by its own seed, and no lane's arithmetic depends on another run: a run's result does not depend, to the last bit, on
+which runs are beside it, nor on how many threads share them out.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 from multiprocessing import parent_process
 from threading import Lock
 from typing import Any, cast
 
 import numpy as np
 
+from fuzzy.compiled.columns import compiled_type
 from fuzzy.compiled.jit import kernel, types
-from fuzzy.compiled.threads import processors
+from fuzzy.compiled.threads import share_out
 from fuzzy.errors import InputError
 from robotics.laws.catalogue import as_law
-from robotics.laws.equation import (
-    AT_S,
-    AT_X,
-    EQUATION_TYPE,
-    FIRST,
-    GUARDED,
-    HEADING,
-    MODE,
-    PROGRESS,
-    REFUSED,
-    SAYS,
-    SECOND,
-    TO_S,
-    TO_X,
-    WISH_V,
-    WISH_W,
-    V,
-    W,
-    X,
-    Y,
-    compiled,
-)
-from robotics.laws.foreign import begun, commanded
+from robotics.laws.equation import EQUATION_TYPE, RobotColumns, SeenColumns, WrittenColumns, compiled
+from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.laws.universe import say_of_inputs
@@ -49,12 +29,13 @@ from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
 from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
-from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Kept, Lanes, looking, machine_code
-from robotics.simulation.opening import Driver, Opening, has_equation
+from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
+from robotics.simulation.observer import Moment, Observer, watch_type
+from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
-from robotics.simulation.steps import decide, hear, move, obey, record, say, sense
+from robotics.simulation.steps import decide, hear, move, obey, say, sense
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
 BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
@@ -68,48 +49,70 @@ class SimulationError(InputError):
 
 
 @kernel(nogil=True, _nrt=False)
-def _periods(law, look, looks, k, end, last, lanes):  # type: ignore[no-untyped-def]
-    """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more."""
+def _periods(law, look, watch, looks, notes, k, end, last, halfway, lanes):  # type: ignore[no-untyped-def]
+    """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more.
+
+    Returns ``end``, or the period in which the observer wants to be asked something: it is then driven ``halfway``.
+    """
     body, known, air, trouble, period = lanes.body, lanes.known, lanes.air, lanes.trouble, lanes.period
     truth, seen, command, order, stops = body.truth, known.seen, lanes.command, lanes.order, lanes.stopped
-    count = len(stops)
     while k < end:
-        sense(k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references)
-        look(looks, k, truth, lanes.robots, known.ranges)
-        hear(k, period, trouble, air)
-        decide(law, k, 0, count, known, lanes.memory, command, lanes.work)
-        obey(
-            period, lanes.divergence, lanes.watchdog, truth, trouble, command, order, lanes.held_for, stops, lanes.lost
-        )
-        record(k, lanes.kept, truth, seen, command, order, trouble.code, air, lanes.readings, stops)
+        if not halfway:
+            sense(k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references)
+            look(looks, k, truth, lanes.robots, known.ranges)
+            hear(k, period, trouble, air)
+            decide(law, k, lanes.robots, lanes.goes_on, known, lanes.memory, command, lanes.work)
+            obey(
+                period, lanes.divergence, lanes.watchdog, truth, trouble, command, order, lanes.held_for, stops,
+                lanes.lost,
+            )  # fmt: skip
+            moment = Moment(
+                k, period, lanes.robots, air.values, air.every, truth, seen, command, order, trouble.code, air.heard,
+                lanes.readings, stops, lanes.goes_on,
+            )  # fmt: skip
+            if watch(moment, notes):
+                return k
+        halfway = False
         if k < last:
             say(k, period, trouble.cut, air, command, truth)
             move(k, body, order, stops, lanes.lost)
         k += 1
+    return k
 
 
 def drive_chunk(
-    opening: Opening, first: int, last: int, kept: Kept, ticks: int, advance: Callable[[int], None] | None = None
-) -> np.ndarray:
-    """Drive the runs from ``first`` to before ``last`` to their end; return when each robot was stopped, or -1.
+    opening: PreparedRuns,
+    first: int,
+    last: int,
+    observer: Observer,
+    ticks: int,
+    advance: Callable[[int], None] | None = None,
+) -> tuple[np.ndarray, int]:
+    """Drive the runs from ``first`` to before ``last``, under the eyes of ``observer``.
 
-    ``advance`` is called with how many periods of how many runs have gone by.
+    ``advance`` is called with how many periods of how many runs have gone by. Returns when each robot was stopped, or
+    -1, and the last period that was driven: ``ticks``, unless the observer asked for less.
     """
-    lanes, supply = opening.lanes(first, last, kept)
+    lanes, supply = opening.lanes(first, last)
     one: Any = opening.drivers[0].law
-    law = compiled(type(one).equation)
-    functions = types.FunctionType(EQUATION_TYPE), types.FunctionType(LOOK_TYPE)
-    loop, k = machine_code(_periods, *functions, LOOKS_TYPE, *(types.int64,) * 3), 0
-    look = supply.look
+    law, notes = compiled(type(one).equation), cast(Any, type(observer.notes))
+    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, watch_type(notes)))
+    numbers = (types.int64, types.int64, types.int64, types.boolean)
+    loop = machine_code(_periods, *functions, LOOKS_TYPE, compiled_type(notes), *numbers)
+    look, watch, k, halfway, end = supply.look, observer.pointer, 0, False, ticks
     block = max(16, BLOCK // len(lanes.lost))
-    while k <= ticks:
-        lanes = supply.to(lanes, k)
-        end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-        loop(law, look, supply.looks, k, end, ticks, lanes)
+    while k <= end:
+        lanes = lanes if halfway else supply.to(lanes, k)
+        until = min(k + block, supply.lasts(lanes, k), end + 1)
+        came = loop(law, look, watch, supply.looks, observer.notes, k, until, ticks, halfway, lanes)
         if advance is not None:
-            advance((end - k) * (last - first))
-        k = end
-    return when_stopped(lanes, ticks)
+            advance((came - k) * (last - first))
+        k, halfway = came, came < until
+        if halfway and (found := observer.asked(k)) is not None:
+            end = min(end, found)
+    if advance is not None:
+        advance((ticks + 1 - k) * (last - first))
+    return when_stopped(lanes, end), end
 
 
 def when_stopped(lanes: Lanes, k: int) -> np.ndarray:
@@ -152,29 +155,32 @@ class Simulation:
         faults: Faults | None = None,
         recorder: Recorder | None = None,
         name: str = "",
+        observers: Sequence[Observer] = (),
     ) -> None:
         """Open it; arguments as of :func:`drive`. Raises RadioError, or ControllerError."""
         self.setting, self.law, self.runs, self.robots = setting, law, len(seeds), len(setting.robots)
-        self.name, self.recorder = name, recorder or Recorder(setting, law, len(seeds), nothing=True)
-        opening = Opening.of([Driver(setting, law)], seeds, faults)
-        self.lanes, self.supply = opening.lanes(0, len(seeds), self.recorder.kept(0, len(seeds)))
+        self.name, self.recorder = name, recorder
+        self.observers = [*observers] if recorder is None else [recorder.observer(0, len(seeds)), *observers]
+        self.lanes, self.supply = PreparedRuns.of([Driver(setting, law)], seeds, faults).lanes(0, len(seeds))
+        self.end = setting.ticks
         self.ranges: Ranges | None = None
-        self.memory = self.lanes.memory if has_equation(law) else begun(law, setting, len(seeds))
+        self.memory = self.lanes.memory if has_equation(law) else checked_init(law, setting, len(seeds))
         self.speaks = True
 
     def periods(self) -> Iterator[tuple[int, Command]]:
         """Drive to the end; yield each period and what the law has commanded in it, before anybody speaks or moves."""
-        for k in range(self.setting.ticks + 1):
+        for k in count():
             self.sense(k)
             self.look(k)
             self.hear(k)
             command = self.decide(k)
             self.obey()
-            self.record(k)
+            self.watch(k)
             yield k, command
-            if k < self.setting.ticks:
-                self.say(k)
-                self.move(k)
+            if k >= self.end:
+                break
+            self.say(k)
+            self.move(k)
 
     def sense(self, k: int) -> None:
         """Measure encoders and postures, and look up where the references are."""
@@ -199,47 +205,47 @@ class Simulation:
         """Ask the law for its command."""
         if has_equation(self.law):
             law, one = cast(Any, self.law), self.lanes
-            one.command[TO_X : TO_S + 1] = one.known.seen[AT_X : AT_S + 1]
+            WrittenColumns(one.command).target = SeenColumns(one.known.seen).aim
             known = one.known._replace(time=k * one.period)
             compiled(type(law).equation)(0, len(one.lost), known, one.memory, one.command, one.work)
             return cast(Command, law.commanded(self.rows(one.command.copy())))
         lanes = self.lanes
-        seen = self.rows(lanes.known.seen.copy())  # a law may keep what it is given
+        seen = SeenColumns(self.rows(lanes.known.seen.copy()))  # a law may keep what it is given
+        robot = seen.robot
         observation = Observation(
             k * self.setting.period,
-            seen[X],
-            seen[Y],
-            seen[HEADING],
-            seen[V],
-            seen[W],
-            Reference(*seen[AT_X : AT_S + 1]),
+            robot.x,
+            robot.y,
+            robot.heading,
+            robot.v,
+            robot.w,
+            Reference(*seen.aim.array),
             self.setting.references,
             self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
         )
-        command, self.memory = commanded(self.law, observation, self.memory, self.setting.period)
+        command, self.memory = checked_control(self.law, observation, self.memory, self.setting.period)
         self.told(command)
         return command
 
     def told(self, command: Command) -> None:
         """Write a command into the columns."""
-        rows = self.rows(self.lanes.command)
-        rows[FIRST], rows[SECOND], rows[WISH_V], rows[WISH_W] = command[:4]
-        target = self.rows(self.lanes.known.seen)[AT_X : AT_S + 1] if command.target is None else command.target
-        for row, of in zip(rows[TO_X : TO_S + 1], target, strict=True):
+        out, seen = WrittenColumns(self.rows(self.lanes.command)), SeenColumns(self.rows(self.lanes.known.seen))
+        out.first, out.second, out.wish_v, out.wish_w = command[:4]
+        for row, of in zip(out.target.array, seen.aim.array if command.target is None else command.target, strict=True):
             row[...] = of
-        rows[PROGRESS] = np.nan if command.progress is None else command.progress
-        rows[MODE] = 0 if command.mode is None else command.mode
-        rows[GUARDED] = 0 if command.guarded is None else command.guarded
-        rows[REFUSED] = 0 if command.refused is None else command.refused[:, None]
-        if self.recorder.makes_room(command, self.name):
-            self.lanes = self.lanes._replace(kept=self.recorder.kept(0, self.runs))
+        out.progress = np.nan if command.progress is None else command.progress
+        out.mode = 0 if command.mode is None else command.mode
+        out.guarded = 0 if command.guarded is None else command.guarded
+        out.refused = 0 if command.refused is None else command.refused[:, None]
+        if self.recorder is not None and self.recorder.makes_room(command, self.name):
+            self.observers[0] = self.recorder.observer(0, self.runs)
         if command.message is not None:
-            for row, name in enumerate(self.law.message, start=SAYS):
-                rows[row] = command.message[name]
+            for row, name in zip(out.values, self.law.message, strict=False):
+                row[...] = command.message[name]
         if command.inputs is not None:
-            first = SAYS + len(self.law.message)
-            rows[first : first + len(command.inputs)] = command.inputs
+            first = len(self.law.message)
+            out.values[first : first + len(command.inputs)] = command.inputs
         self.speaks = command.message is not None
 
     def obey(self) -> None:
@@ -250,11 +256,16 @@ class Simulation:
             one.held_for, one.stopped, one.lost,
         )  # fmt: skip
 
-    def record(self, k: int) -> None:
-        """Keep the samples of the period."""
-        one = self.lanes
-        truth, seen, code = one.body.truth, one.known.seen, one.trouble.code
-        record(k, one.kept, truth, seen, one.command, one.order, code, one.air, one.readings, one.stopped)
+    def watch(self, k: int) -> None:
+        """Let the observers look at the period."""
+        one, air = self.lanes, self.lanes.air
+        moment = Moment(
+            k, one.period, one.robots, air.values, air.every, one.body.truth, one.known.seen, one.command, one.order,
+            one.trouble.code, air.heard, one.readings, one.stopped, one.goes_on,
+        )  # fmt: skip
+        for observer in self.observers:
+            if observer.look(moment) and (end := observer.asked(k)) is not None:
+                self.end = min(self.end, end)
 
     def say(self, k: int) -> None:
         """Broadcast the message of every robot."""
@@ -274,15 +285,15 @@ class Simulation:
     def state(self, k: int, command: Command) -> State:
         """The state of period ``k``, of which nothing changes any more."""
         lanes = self.lanes
-        seen = self.rows(lanes.known.seen.copy())
-        reference = Reference(*seen[AT_X : AT_S + 1])
+        seen = SeenColumns(self.rows(lanes.known.seen.copy()))
+        robot, reference = seen.robot, Reference(*seen.aim.array)
         return State(
             k,
             k * self.setting.period,
             self.rows(lanes.body.truth.copy()),
-            seen[X : HEADING + 1],
-            seen[V],
-            seen[W],
+            robot.array[: RobotColumns.v.row],
+            robot.v,
+            robot.w,
             reference,
             self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
             self.ranges,
@@ -312,6 +323,7 @@ def simulate(
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
+    observer: Observer | None = None,
 ) -> Run:
     """Run ``controller`` on ``scenario`` once for every seed.
 
@@ -330,6 +342,7 @@ def simulate(
         faults: The faults of every run, which may differ; by default those of the scenario.
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
+        observer: Looks at every period of all runs, and may end them: :mod:`robotics.simulation.observer`.
 
     Returns:
         All samples of all seeds and robots.
@@ -341,8 +354,10 @@ def simulate(
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
     setting = scenario.setting
-    kept = {"links": links, "torques": torques, "encoders": encoders, "messages": messages}
-    return record_run(setting, law, seeds, name=name, **kept, faults=faults, progress=progress, threads=threads)
+    return record_run(
+        setting, law, seeds, name=name, links=links, torques=torques, encoders=encoders, messages=messages,
+        faults=faults, progress=progress, threads=threads, observer=observer,
+    )  # fmt: skip
 
 
 def record_run(
@@ -358,23 +373,33 @@ def record_run(
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
+    observer: Observer | None = None,
 ) -> Run:
-    """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run."""
+    """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run.
+
+    An ``observer`` looks at all runs, as one chunk; the run ends where it wants.
+    """
     seeds, name = checked_seeds(seeds), name or type(law).__name__
     recorder = Recorder(setting, law, len(seeds), links=links, torques=torques, encoders=encoders, messages=messages)
-    if has_equation(law):
-        opening = Opening.of([Driver(setting, law)], seeds, faults)
-        gone = np.concatenate(driven(opening, recorder.kept, Periods(setting.ticks + 1, len(seeds), progress), threads))
-        shared = None if setting.ensemble else opening.references
-        run = recorder.run(setting, seeds, name, gone, setting.ticks + 1, references=shared)
-        if run.inputs is not None:
-            say_of_inputs(law.fuzzy_systems, run.inputs)
-        return run
-    simulation = Simulation(setting, law, seeds, faults, recorder, name)
-    for _ in simulation.periods():
-        if progress is not None:
-            progress()
-    return recorder.run(setting, seeds, name, when_stopped(simulation.lanes, setting.ticks), setting.ticks + 1)
+    if not has_equation(law):
+        simulation = Simulation(setting, law, seeds, faults, recorder, name, [observer] if observer else [])
+        for _ in simulation.periods():
+            if progress is not None:
+                progress()
+        end = simulation.end
+        return recorder.run(setting, seeds, name, when_stopped(simulation.lanes, end), end + 1)
+    opening = PreparedRuns.of([Driver(setting, law)], seeds, faults)
+    periods = Periods(setting.ticks + 1, len(seeds), progress)
+    if observer is not None:
+        watching = recorder.observer(0, len(seeds)).beside(observer)
+        gone, end = drive_chunk(opening, 0, len(seeds), watching, setting.ticks, periods)
+    else:
+        gone, end = driven(opening, recorder.observer, periods, threads), setting.ticks
+    shared = None if setting.ensemble else opening.references
+    run = recorder.run(setting, seeds, name, gone, end + 1, references=shared)
+    if run.inputs is not None:
+        say_of_inputs(law.fuzzy_systems, run.inputs)
+    return run
 
 
 class Periods:
@@ -398,34 +423,29 @@ class Periods:
 
 
 def driven(
-    opening: Opening, kept: Callable[[int, int], Kept], advance: Callable[[int], None], threads: int | None = None
-) -> list[np.ndarray]:
-    """Drive all runs of a law with an equation, shared out over ``threads``; ``kept`` is where runs are recorded.
+    opening: PreparedRuns,
+    observers: Callable[[int, int], Observer],
+    advance: Callable[[int], None],
+    threads: int | None = None,
+) -> np.ndarray:
+    """Drive all runs of a law with an equation, shared out over ``threads``.
 
-    Returns when each robot was stopped, or -1, chunk by chunk (runs, robots).
+    ``observers`` gives the observer of the runs from one number to before another. Returns when each robot was stopped,
+    or -1 (runs, robots).
     """
     setting = opening.drivers[0].setting
     size = max(1, CHUNK // len(setting.robots))
     chunks = [(first, min(first + size, opening.runs)) for first in range(0, opening.runs, size)]
 
     def one(chunk: tuple[int, int]) -> np.ndarray:
-        return drive_chunk(opening, *chunk, kept(*chunk), setting.ticks, advance)
+        return drive_chunk(opening, *chunk, observers(*chunk), setting.ticks, advance)[0]
 
-    return share_out(one, chunks, threads)
+    return np.concatenate(share_out(one, chunks, threads_for(threads)))
 
 
-def share_out(one: Callable[[Any], Any], jobs: Sequence[Any], threads: int | None = None) -> list[Any]:
-    """Do ``one`` thing for each of ``jobs``, shared out over ``threads``.
-
-    By default there are as many as there are cores; but one in a worker process, which has others beside it.
-    """
-    if threads is None:
-        threads = 1 if parent_process() is not None else processors()
-    workers = min(len(jobs), threads)
-    if workers <= 1:
-        return [one(job) for job in jobs]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, jobs))
+def threads_for(threads: int | None) -> int | None:
+    """The number of ``threads`` of a simulation; by default one in a worker process, which has others beside it."""
+    return 1 if threads is None and parent_process() is not None else threads
 
 
 def checked_seeds(seeds: Sequence[int]) -> tuple[int, ...]:

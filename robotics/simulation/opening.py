@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import check
 from robotics.environment.collision import footprints
-from robotics.laws.equation import PROGRESS, SAYS, SEEN, EquationLaw, Known, Setup
+from robotics.laws.equation import EquationLaw, Known, SeenColumns, Setup, fresh_commands
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
@@ -15,7 +16,7 @@ from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
 from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import LOOKS_TYPE, Body, Kept, Lanes, check, looking
+from robotics.simulation.lanes import Body, Lanes, looking
 from robotics.vehicle import plant as p
 
 
@@ -72,7 +73,7 @@ class Supply:
 
 
 @dataclass(frozen=True, eq=False)
-class Opening:
+class PreparedRuns:
     """A simulation before its start: every driver's runs, one for each seed, driver after driver.
 
     All settings are the same but for their robots, and all laws have one equation, or there is but one law.
@@ -86,7 +87,7 @@ class Opening:
     memories: tuple[np.ndarray, ...]  # likewise: (numbers, lanes of the driver)
 
     @classmethod
-    def of(cls, drivers: Sequence[Driver], seeds: Sequence[int], faults: Faults | None = None) -> "Opening":
+    def of(cls, drivers: Sequence[Driver], seeds: Sequence[int], faults: Faults | None = None) -> "PreparedRuns":
         """Look at all laws and settings. Raises RadioError, or ControllerError where a law cannot drive."""
         setting = drivers[0].setting
         setups, memories = [], []
@@ -106,15 +107,15 @@ class Opening:
         """The number of all runs."""
         return len(self.drivers) * len(self.seeds)
 
-    def lanes(self, first: int, last: int, kept: Kept) -> tuple[Lanes, Supply]:
-        """Begin the runs from ``first`` to before ``last``; ``kept`` is where they are recorded."""
+    def lanes(self, first: int, last: int) -> tuple[Lanes, Supply]:
+        """Begin the runs from ``first`` to before ``last``."""
         setting, law = self.drivers[0]
         robots, each, runs = len(setting.robots), len(self.seeds), last - first
         seeds = [self.seeds[run % each] for run in range(first, last)]
         generators = [np.random.default_rng(seed) for seed in seeds]
         parameters = self._parameters(first, last)
         if (errors := wheel_errors(setting.sensing, seeds)) is not None:
-            parameters[p.P_ODO_RIGHT : p.P_ODO_HALF_AXLE + 1] *= errors
+            p.ParameterColumns(parameters).odometry.array[...] *= errors
         starts = setting.starts[first:last] if setting.ensemble else setting.starts
         body = self._body(_start(setting, starts, generators), parameters)
         counts = np.zeros((2, runs * robots))
@@ -125,8 +126,6 @@ class Opening:
         known, memory = self._known(first, last, air.heard)
         sensors, looks = self._looks(first, last)
         road = setting.references.road
-        command = np.zeros((SAYS + len(law.message) + law.rule_inputs, runs * robots))
-        command[PROGRESS] = np.nan
         lanes = Lanes(
             robots,
             setting.period,
@@ -142,20 +141,20 @@ class Opening:
             air,
             known,
             memory,
-            command,
+            fresh_commands(known.seen, law),
             np.empty(max((d.law.working for d in self.drivers if isinstance(d.law, EquationLaw)), default=0)),
             np.zeros((2, runs * robots)),
             np.zeros(runs * robots),
             np.full(runs * robots, -1),
             np.zeros(runs * robots, dtype=bool),
-            kept,
+            np.ones(runs, dtype=bool),
         )
         check(lanes)
-        check(looks, LOOKS_TYPE)
+        check(looks)
         return lanes, Supply(noise, channel, sensors, looks)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
-        """The plant's parameters of the lanes (PARAMETERS, lanes)."""
+        """The plant's parameters of the lanes (ParameterColumns, lanes)."""
         each = len(self.seeds)
         rows = {}
         for d in {run // each for run in range(first, last)}:
@@ -201,7 +200,7 @@ class Opening:
         setting = self.drivers[0].setting
         robots, each = len(setting.robots), len(self.seeds)
         lanes = np.arange(first * robots, last * robots)
-        seen, needed = np.zeros((SEEN, len(lanes))), len(self.drivers[0].law.needs)
+        seen, needed = np.zeros((SeenColumns.size, len(lanes))), len(self.drivers[0].law.needs)
         ranges = np.full((needed if self.setups else 0, len(lanes)), np.inf)
         if not self.setups:
             road, none = setting.references.road, np.zeros_like(lanes)

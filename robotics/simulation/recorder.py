@@ -1,22 +1,102 @@
-"""Room for what is kept of a simulation, and the runs made of it."""
+"""The recorder: the observer that keeps the samples of a simulation, and the runs made of them."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import Floats2, PartOfBools3, PartOfBytes3, PartOfFloats4, PartOfSingles4
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.system import Sugeno
 from robotics.environment.world import Geometry
-from robotics.laws.equation import EquationLaw
+from robotics.laws.equation import EquationLaw, SeenColumns, WrittenColumns
 from robotics.laws.law import Command, ControllerError, Law
+from robotics.laws.modes import STOPPED
 from robotics.laws.setting import Setting
 from robotics.paths.references import sampled
+from robotics.radio.channel import HeardColumns
 from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, ENCODER_CHANNELS, RECORDS, TEAM_CHANNELS
-from robotics.simulation.lanes import Kept
+from robotics.simulation.observer import Observer, observer
 from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns, within
+
+
+class Kept(NamedTuple):
+    """What is recorded, as of :mod:`robotics.simulation.channels`; no samples: it is not."""
+
+    samples: PartOfFloats4  # (samples, channels, runs, robots)
+    team: PartOfFloats4  # (samples, channels, runs, robots)
+    links: PartOfSingles4  # (samples, runs, robots, senders)
+    modes: PartOfBytes3  # (samples, runs, robots)
+    guarded: PartOfBools3  # (samples, runs, robots)
+    inputs: PartOfSingles4  # (samples, inputs, runs, robots)
+    ranges: PartOfSingles4  # (samples, runs, robots, sensors)
+    torques: PartOfSingles4  # (samples, wheels, runs, robots)
+    encoders: PartOfFloats4  # (samples, channels, runs, robots)
+    messages: PartOfFloats4  # (samples, values, runs, robots)
+    limits: Floats2  # (4, lanes): of the velocities, as of robotics.vehicle.plant.velocity_limits
+
+
+@observer
+def record(moment, kept):  # type: ignore[no-untyped-def]
+    """Keep the samples of a period; of stopped robots what stands for them."""
+    k, robots, command = moment.k, moment.robots, moment.command
+    for i in range(command.shape[1]):
+        run, robot, gone = i // robots, i % robots, moment.stopped[i] >= 0
+        truth, out = TruthColumns(moment.truth, i), WrittenColumns(command, i)
+        if len(kept.samples) > 0:
+            _sample(kept.samples[k, :, run, robot], i, gone, kept.limits, truth, moment.seen, out, moment.order)
+        if len(kept.team) > 0:
+            kept.team[k, 0, run, robot] = np.nan if gone else out.progress
+            kept.team[k, 1, run, robot] = np.nan if gone else out.target.x
+            kept.team[k, 2, run, robot] = np.nan if gone else out.target.y
+            kept.team[k, 3, run, robot] = np.nan if gone else out.target.heading
+            kept.team[k, 4, run, robot] = np.nan if gone else float(moment.code[i])
+        if len(kept.modes) > 0:
+            kept.modes[k, run, robot] = STOPPED if gone else np.int8(out.mode)
+        if len(kept.guarded) > 0:
+            kept.guarded[k, run, robot] = not gone and out.guarded > 0
+        if len(kept.inputs) > 0:
+            for n in range(kept.inputs.shape[1]):
+                kept.inputs[k, n, run, robot] = np.nan if gone else out.values[moment.values + n]
+        if len(kept.links) > 0:
+            for j in range(robots):
+                heard = HeardColumns(moment.heard, i, j)
+                kept.links[k, run, robot, j] = heard.age if heard.hears > 0 else np.inf
+        if len(kept.ranges) > 0:
+            for n in range(kept.ranges.shape[3]):
+                kept.ranges[k, run, robot, n] = moment.readings[i, n]
+        if len(kept.torques) > 0:
+            kept.torques[k, 0, run, robot] = np.nan if gone else truth.torque_r
+            kept.torques[k, 1, run, robot] = np.nan if gone else truth.torque_l
+        if len(kept.encoders) > 0:
+            robot_v = SeenColumns(moment.seen, i).robot
+            kept.encoders[k, 0, run, robot] = np.nan if gone else truth.angle_r
+            kept.encoders[k, 1, run, robot] = np.nan if gone else truth.angle_l
+            kept.encoders[k, 2, run, robot] = np.nan if gone else robot_v.v
+            kept.encoders[k, 3, run, robot] = np.nan if gone else robot_v.w
+        if len(kept.messages) > 0:
+            for n in range(kept.messages.shape[1]):
+                due = k % moment.every == 0 and not gone
+                kept.messages[k, n, run, robot] = out.values[n] if due else np.nan
+    return False
+
+
+@compiled_only
+def _sample(sample, i, gone, limits, truth, seen, out, order):  # type: ignore[no-untyped-def]
+    """The channels of every run, in the order of robotics.simulation.channels.CHANNELS."""
+    if gone:
+        sample[:] = np.nan
+        return
+    robot = SeenColumns(seen, i).robot
+    v, w = within(limits, i, out.wish_v, out.wish_w)
+    sample[0], sample[1], sample[2], sample[3], sample[4] = truth.x, truth.y, truth.heading, truth.v, truth.w
+    sample[5], sample[6], sample[7] = robot.x, robot.y, robot.heading
+    sample[8], sample[9], sample[10], sample[11] = order[0, i], order[1, i], v, w
+    sample[12], sample[13] = truth.effort, truth.variation
 
 
 class Recorder:
@@ -88,18 +168,18 @@ class Recorder:
             self._room(array)
         return True
 
-    def kept(self, first: int, last: int) -> Kept:
-        """The room of the runs from ``first`` to before ``last``."""
+    def observer(self, first: int, last: int) -> Observer:
+        """What records the runs from ``first`` to before ``last``."""
         arrays = {}
         for name in Kept._fields[:-1]:
-            record = RECORDS[name]
+            room = RECORDS[name]
             if name in self.arrays:
-                which = (slice(None),) * record.axes.index("run") + (slice(first, last),)
+                which = (slice(None),) * room.axes.index("run") + (slice(first, last),)
                 arrays[name] = self.arrays[name][which]
             else:
-                arrays[name] = np.zeros((0,) * len(record.axes), dtype=record.dtype)
+                arrays[name] = np.zeros((0,) * len(room.axes), dtype=room.dtype)
         limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
-        return Kept(**arrays, limits=limits)
+        return Observer(record, Kept(**arrays, limits=limits))
 
     def run(
         self,

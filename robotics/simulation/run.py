@@ -16,14 +16,14 @@ from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 from fuzzy.naming import expected
 from fuzzy.shown import shown
-from fuzzy.sketch import counted, lines, table, titled
+from fuzzy.sketch import lines, table, titled
 from fuzzy.system import Sugeno
+from fuzzy.words import counted
 from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Kind
-from robotics.scenario.robots import load_robot
 from robotics.sensing.carried import sensor_names
-from robotics.sensing.sonar import SONAR, RangeSensor
+from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
 from robotics.simulation.layout import LayoutError, check_headers, check_values
 from robotics.vehicle.plant import Level
@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
-_ROBOTS_DRAWN, _POINTS_DRAWN = 12, 200  # in a notebook
+FORMAT = 3  # of the files of runs
+_ROBOTS_DRAWN = 12  # in a notebook
+_POINTS_DRAWN = 200
 
 
 class RunError(InputError):
@@ -310,10 +312,10 @@ class Run:
 
 
 def load_run(path: str | Path) -> Run:
-    """Read the run from a file that :meth:`Run.save` of this version or an older one wrote.
+    """Read the run from a file that :meth:`Run.save` wrote.
 
     Nothing is unpacked before the sizes and shapes of all arrays fit together, and nothing is believed whose checksum
-    is not that of the contents; files of formats 1 and 2 have none.
+    is not that of the contents.
 
     Args:
         path: The file (.npz).
@@ -347,7 +349,11 @@ def load_run(path: str | Path) -> Run:
         arrays = unpacked(content)
         check_values(arrays)
         table = json.loads(str(arrays["about"]))
-        if table["format"] > 2 and not is_sealed(content):
+        if table["format"] != FORMAT:
+            raise RunError(
+                f"{path}: a saved run of format {quoted(table['format'])}; this version reads format {FORMAT}"
+            )
+        if not is_sealed(content):
             raise _damaged(path, "its checksum is missing")
         return _run(table, arrays)
     except RunError:
@@ -369,8 +375,8 @@ def _run(table: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Run:
     """The run of what a file says in JSON and of its arrays, whose shapes fit together."""
     recorded = {name: Recorded(arrays[name], record.axes) for name, record in RECORDS.items() if name in arrays}
     robots = arrays["stopped"].shape[1]
-    about = _from_json(table, robots, recorded)
-    _check_about(about, robots, recorded, sensors_said=table["format"] != 1)
+    about = _from_json(table)
+    _check_about(about, robots, recorded)
     obstacles = None
     if "obstacles_circles" in arrays:
         obstacles = Geometry(*(arrays[f"obstacles_{name}"] for name in Geometry._fields))
@@ -386,7 +392,7 @@ def _run(table: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Run:
     )
 
 
-def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded], *, sensors_said: bool) -> None:
+def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded]) -> None:
     """Raise LayoutError unless ``about`` is of a run with these robots and recorded arrays."""
     named = isinstance(about.scenario, str) and isinstance(about.controller, str)
     if about.kind not in get_args(Kind) or about.level not in get_args(Level) or not named:
@@ -394,9 +400,7 @@ def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded], *,
     if len(about.robots) != robots:
         raise LayoutError(f"it describes {len(about.robots)} robots, and {robots} were recorded")
     wanted = {"input": sum(len(system.inputs) for system in (about.rule_bases or {}).values())}
-    wanted["value"] = len(about.message)
-    if sensors_said:
-        wanted["sensor"] = len(sensor_names(about.sensors))
+    wanted |= {"value": len(about.message), "sensor": len(sensor_names(about.sensors))}
     for name, record in recorded.items():
         for axis, length in zip(record.axes, record.values.shape, strict=True):
             if wanted.get(axis, length) != length:
@@ -415,27 +419,24 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
         except FisFileError as error:
             raise RunError(f"{path}: a rule base cannot be written: {error}") from None
-    return plain | {"format": 3, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
+    return plain | {"format": FORMAT, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
 
 
 def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:
     return zip(about.robots, about.sensors, strict=True)
 
 
-def _from_json(table: dict[str, Any], robots: int, recorded: Mapping[str, Recorded]) -> About:
-    """Read what :func:`_as_json` wrote; format 1 does not name the robots, which were EtsRos with sonars."""
-    named = (table["scenario"], table.get("kind", "team" if "team" in recorded else "tracking"), table["controller"])
-    if table["format"] == 1:
-        four = "ranges" in recorded and recorded["ranges"].values.shape[-1] == len(SONAR)
-        sensors: Mapping[str, RangeSensor] = SONAR if four else {}
-        return About(*named, table["level"], (load_robot("etsro").robot,) * robots, (sensors,) * robots)
+def _from_json(table: dict[str, Any]) -> About:
+    """Read what :func:`_as_json` wrote."""
     kinds = [
         (Robot(**k["robot"]), {name: RangeSensor(**row) for name, row in k["sensors"].items()}) for k in table["robots"]
     ]
     texts = table.get("rule_bases")
     rule_bases = None if texts is None else {task: parse_fis(text, f"{task}.fis") for task, text in texts.items()}
     return About(
-        *named,
+        table["scenario"],
+        table["kind"],
+        table["controller"],
         table["level"],
         tuple(kinds[i][0] for i in table["robot"]),
         tuple(kinds[i][1] for i in table["robot"]),

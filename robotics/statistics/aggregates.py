@@ -121,24 +121,8 @@ class QuantileMean:
 
 
 MEAN = QuantileMean("mean", 0.0, 1.0)
+# Of the middle half of all runs [Agarwal 2021]: failures are trimmed as long as they are at most a quarter of the runs.
 IQM = QuantileMean("interquartile mean", 0.25, 0.75)
 SCENARIO_IQM = QuantileMean("geometric mean over scenarios of the interquartile mean", 0.25, 0.75, by_scenario=True)
+# The conditional value at risk [Rockafellar & Uryasev 2002]: one failed run makes it infinite.
 CVAR = QuantileMean("mean of the worst tenth", 0.9, 1.0)
-
-
-def interquartile_mean(costs: np.ndarray) -> np.ndarray:
-    """The mean (...) of the middle half of all runs in costs (..., scenarios, seeds) [Agarwal 2021].
-
-    With a number of runs that four divides it is ``scipy.stats.trim_mean(…, 0.25)``. Failures are trimmed as long as
-    they are at most a quarter of the runs; above that it is infinite.
-    """
-    return IQM(costs)
-
-
-def conditional_value_at_risk(costs: np.ndarray, share: float = 0.1) -> np.ndarray:
-    """The mean (...) of the worst ``share`` of all runs in costs (..., scenarios, seeds) [Rockafellar & Uryasev 2002].
-
-    Where the share is no whole number of runs, the least of them counts in part. One failed run makes it infinite,
-    which figures show as "fails".
-    """
-    return QuantileMean(f"mean of the worst {100 * share:g} %", 1.0 - share, 1.0)(costs)

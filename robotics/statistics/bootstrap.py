@@ -7,30 +7,17 @@ scenarios does not average out [Rao & Wu 1988].
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from robotics.statistics.aggregates import IQM, QuantileMean
 from robotics.statistics.costs import StatisticsError, checked
+from robotics.statistics.intervals import Interval
 
 Statistic = Callable[[np.ndarray], np.ndarray]  # costs (..., scenarios, seeds) to (...)
 Method = Literal["percentile", "studentised"]
 _AT_ONCE = 1 << 22  # numbers resampled at a time, where the runs of a resample are needed and not only its statistic
-
-
-@dataclass(frozen=True, eq=False)
-class Interval:
-    """Numbers and the ends of their intervals, three arrays of one shape."""
-
-    value: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    def __getitem__(self, index: Any) -> "Interval":
-        """The part of all three arrays that ``index`` names: ``ratios[:, 0]``."""
-        return Interval(self.value[index], self.low[index], self.high[index])
 
 
 def resamples(shape: tuple[int, ...], draws: int, generator: np.random.Generator) -> np.ndarray:

@@ -1,14 +1,11 @@
 """Which of two laws is better: tests over all pairs, and verdicts by a margin that matters."""
 
-from typing import Literal
-
 import numpy as np
 
 from robotics.statistics.aggregates import IQM
 from robotics.statistics.bootstrap import Method, Statistic, contrasts
 from robotics.statistics.costs import StatisticsError, checked
 
-PairVerdict = Literal["better", "worse", "equivalent", "undecided"]
 MARGIN = 0.05  # of the cost: what is less makes no difference to whoever chooses a controller
 
 

@@ -6,30 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics.statistics.aggregates import IQM
-from robotics.statistics.bootstrap import Interval, Statistic, resampled, resamples
+from robotics.statistics.bootstrap import Statistic, resampled, resamples
 from robotics.statistics.costs import StatisticsError, checked
-
-
-def rank_probabilities(
-    costs: np.ndarray, statistic: Statistic = IQM, *, generator: np.random.Generator, draws: int = 2000
-) -> np.ndarray:
-    """How often each law takes each rank in the resamples: (laws, ranks), rank 0 the least cost.
-
-    Rows and columns sum to 1. Laws that tie, such as those that all fail, share their ranks in equal parts.
-
-    Args:
-        costs: The costs (laws, scenarios, seeds).
-        statistic: What ranks them.
-        generator: Where the resamples come from.
-        draws: The number of resamples.
-    """
-    costs = checked(costs)
-    drawn = resampled(costs, statistic, resamples(costs.shape[1:], draws, generator))
-    less = (drawn[:, None, :] < drawn[:, :, None]).sum(axis=2)  # (draws, laws): how many are better
-    tied = (drawn[:, None, :] == drawn[:, :, None]).sum(axis=2)
-    ranks = np.arange(len(costs))
-    held = (ranks >= less[..., None]) & (ranks < (less + tied)[..., None])
-    return np.asarray((held / tied[..., None]).mean(axis=0))
+from robotics.statistics.intervals import Interval
 
 
 @dataclass(frozen=True, eq=False)

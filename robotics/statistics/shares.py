@@ -2,32 +2,9 @@
 
 import numpy as np
 
-from robotics.statistics.bootstrap import Interval, resamples
+from robotics.statistics.bootstrap import resamples
 from robotics.statistics.costs import checked
-
-
-def wilson(count: np.ndarray | int, trials: np.ndarray | int, level: float = 0.95) -> Interval:
-    """A rate of which ``count`` of ``trials`` are seen, with Wilson's interval [Wilson 1927].
-
-    Args:
-        count: How often it happened (...); ties may count half.
-        trials: Of how many (...).
-        level: How often such intervals hold the true rate.
-
-    >>> found = wilson(0, 20)
-    >>> round(float(found.high), 4)
-    0.1611
-    """
-    from scipy.special import ndtri
-
-    count, trials = np.broadcast_arrays(np.asarray(count, dtype=float), np.asarray(trials, dtype=float))
-    z = float(ndtri((1 + level) / 2))
-    share = count / trials
-    middle = (share + z * z / (2 * trials)) / (1 + z * z / trials)
-    half = z / (1 + z * z / trials) * np.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
-    # At the ends the exact bound is 0 or 1; rounding must not leave it.
-    low, high = np.where(count == 0, 0.0, middle - half), np.where(count == trials, 1.0, middle + half)
-    return Interval(share, low, high)
+from robotics.statistics.intervals import Interval, wilson
 
 
 def failure_rate(costs: np.ndarray, level: float = 0.95) -> Interval:

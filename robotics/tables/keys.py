@@ -63,7 +63,7 @@ class Key:
     default: Any = None  # as a file has it; None: the key has no value of its own where it is left out
     rule: str = ""  # how its value follows from others where it is left out
     example: Any = None  # as a file has it
-    table: "Table | None" = None  # of a "table", and of each of "tables"
+    table: "KeyTable | None" = None  # of a "table", and of each of "tables"
     or_list: bool = False  # whether a list of values may stand there instead
     or_text: str = ""  # what a text that may stand there instead is, in words
 
@@ -89,7 +89,7 @@ class Key:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class KeyTable:
     """The keys of a table; one that comes in several shapes has further keys for each."""
 
     name: str  # such as "timing": what stands in two places alike has one name
@@ -189,9 +189,9 @@ def keys_of(
     return (*also, *(key_of(f, hints[f.name], specials or {}) for f in own))
 
 
-def table_of(kind: type, name: str, specials: Specials | None = None, **more: Any) -> Table:
+def table_of(kind: type, name: str, specials: Specials | None = None, **more: Any) -> KeyTable:
     """The description of the table that the dataclass ``kind`` is read from; ``more`` is as of :func:`keys_of`."""
-    return Table(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
+    return KeyTable(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
 
 
 def first_line(kind: Any) -> str:
@@ -202,7 +202,7 @@ def first_line(kind: Any) -> str:
 # Finding keys ----------------------------------------------------------------------------------------------------
 
 
-def walk(table: Table, path: str = "", header: str = "") -> Iterator[Placed]:
+def walk(table: KeyTable, path: str = "", header: str = "") -> Iterator[Placed]:
     """Every key of a file in its order, each before those of the table under it.
 
     Args:
@@ -223,7 +223,7 @@ def _placed(key: Key, path: str, header: str, shape: str) -> Iterator[Placed]:
         yield from walk(key.table, f"{here}.", f"[[{here}]]" if key.holds == "tables" else f"[{here}]")
 
 
-def find(table: Table, name: str) -> list[Placed]:
+def find(table: KeyTable, name: str) -> list[Placed]:
     """The keys that ``name`` means in a file, and all below those of them that are tables.
 
     Args:
@@ -252,7 +252,7 @@ def _hint(wanted: str) -> str:
     return "" if "did you mean" in wanted else " (--explain without a key lists all)"
 
 
-def distinct_tables(table: Table) -> dict[str, Table]:
+def distinct_tables(table: KeyTable) -> dict[str, KeyTable]:
     """The tables of a file by name, each once, the outermost first."""
     found = {table.name: table}
     for p in walk(table):

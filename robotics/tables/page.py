@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator
 
-from robotics.tables.keys import Key, Table, distinct_tables, walk
+from robotics.tables.keys import Key, KeyTable, distinct_tables, walk
 from robotics.tables.template import toml_value
 
 
-def key_reference(table: Table) -> str:
+def key_reference(table: KeyTable) -> str:
     """A section for each table of a file, with all its keys; a table that stands in several places has one section."""
     return "\n".join(_section(each, table) for each in distinct_tables(table).values())
 
 
-def _section(table: Table, file: Table) -> str:
+def _section(table: KeyTable, file: KeyTable) -> str:
     places = list(dict.fromkeys(_places(table, file)))
     title = ", ".join(f"`{place}`" for place in places) or f"The file of a {table.name}"
     lines = [f"## {title}\n", f"{table.doc}\n"]
@@ -27,7 +27,7 @@ def _section(table: Table, file: Table) -> str:
     return "\n".join(lines)
 
 
-def _places(table: Table, file: Table) -> Iterator[str]:
+def _places(table: KeyTable, file: KeyTable) -> Iterator[str]:
     for p in walk(file):
         if p.key.table is not None and p.key.table.name == table.name:
             yield f"[[{p.path}]]" if p.key.holds == "tables" else f"[{p.path}]"

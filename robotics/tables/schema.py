@@ -8,12 +8,12 @@ only the reader says.
 from math import inf
 from typing import Any
 
-from robotics.tables.keys import Key, Table, distinct_tables
+from robotics.tables.keys import Key, KeyTable, distinct_tables
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def schema_of(table: Table, title: str) -> dict[str, Any]:
+def schema_of(table: KeyTable, title: str) -> dict[str, Any]:
     """The schema of a file.
 
     Args:
@@ -29,7 +29,7 @@ def naming(file: str) -> str:
     return f"#:schema ./{file}"
 
 
-def _object(table: Table) -> dict[str, Any]:
+def _object(table: KeyTable) -> dict[str, Any]:
     made: dict[str, Any] = {"type": "object", "description": table.doc}
     common = {key.name: _value(key) for key in table.keys}
     needed = [key.name for key in table.keys if key.required]
@@ -46,7 +46,9 @@ def _object(table: Table) -> dict[str, Any]:
     return made | (groups[0] if len(groups) == 1 else {"allOf": groups} if groups else {})
 
 
-def _shape(table: Table, name: str, keys: tuple[Key, ...], common: dict[str, Any], needed: list[str]) -> dict[str, Any]:
+def _shape(
+    table: KeyTable, name: str, keys: tuple[Key, ...], common: dict[str, Any], needed: list[str]
+) -> dict[str, Any]:
     own = {key.name: _value(key) for key in keys}
     return {
         "title": name,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fuzzy.errors import InputError
-from robotics.tables.keys import Key, Table
+from robotics.tables.keys import Key, KeyTable
 
 WIDTH = 120  # characters in a line
 HEAD = """\
@@ -31,7 +31,7 @@ class _Line:
 
 
 def commented_file(
-    table: Table, values: Mapping[str, Any], reads: Callable[[str], Any], head: str = "", minimal: bool = False
+    table: KeyTable, values: Mapping[str, Any], reads: Callable[[str], Any], head: str = "", minimal: bool = False
 ) -> str:
     """Write a file.
 
@@ -52,11 +52,6 @@ def commented_file(
     text = re.sub(r"\n{3,}", "\n\n", f"{head if not minimal else ''}{body}\n").lstrip("\n")
     reads(text)
     return text
-
-
-def uncommented(text: str) -> str:
-    """A file of :func:`commented_file` with every optional line set."""
-    return re.sub(r"^#(?!#|or |:)", "", text, flags=re.MULTILINE)
 
 
 def toml_value(value: Any) -> str:
@@ -90,7 +85,7 @@ class _Writer:
     def add(self, text: str, mark: str = "", needed: bool = False) -> None:
         self.lines.append(_Line(text, mark, self.block, needed))
 
-    def table(self, table: Table, values: Mapping[str, Any] | None, path: str) -> None:
+    def table(self, table: KeyTable, values: Mapping[str, Any] | None, path: str) -> None:
         """Write the keys of a table, and the tables in it; without ``values`` all as comments."""
         given = values or {}
         full = table.name not in (self.set if values is not None else self.set | self.optional)
@@ -125,7 +120,7 @@ class _Writer:
         filled = text.ljust(room - len(mark)) + f"  # {words}" if words else text
         self.add(filled, mark, key.required)
 
-    def other_shapes(self, table: Table, shape: str) -> None:
+    def other_shapes(self, table: KeyTable, shape: str) -> None:
         """Write in a remark for each other shape what it is and an example of its keys."""
         for name, keys in table.shapes.items():
             if name != shape:
@@ -159,7 +154,7 @@ def _remark(key: Key) -> str:
     return (f"[{words}] " if words else "") + key.doc + (f" Left out: {key.rule}." if key.rule else "")
 
 
-def _alternatives(table: Table, given: Mapping[str, Any]) -> set[str]:
+def _alternatives(table: KeyTable, given: Mapping[str, Any]) -> set[str]:
     """The keys of a table that stand instead of those that are given, or else instead of the first of their group."""
     found: set[str] = set()
     for group in table.one_of:

@@ -11,7 +11,9 @@ import numpy as np
 import robotics
 
 
-# A law is a frozen dataclass of gains; what it remembers is passed in and handed back, here nothing (None).
+# A law is a frozen dataclass of gains; what it remembers is passed in and handed back, here nothing (None); otherwise
+# init(setting, runs) returns with what it begins. Compiled, as an equation of one robot, it is a hundred times faster
+# for many runs: the page "Your own rule base, law and metric" shows both forms.
 @dataclass(frozen=True, kw_only=True)
 class MyLaw(robotics.Law[None]):
     """Turn towards a point ahead of the target, and drive there."""
@@ -19,10 +21,6 @@ class MyLaw(robotics.Law[None]):
     gain: float = 2.0  # 1/s: turn rate for each radian of the bearing, beside that of the target
     ahead: float = 0.3  # m: how far ahead of the target the point lies
     top: float = 0.6  # m/s: the highest speed
-
-    def init(self, setting: robotics.Setting, runs: int) -> None:
-        """Return the memory at the start. Raise robotics.ControllerError for a setting that it cannot drive."""
-        return
 
     def control(self, seen: robotics.Observation, memory: None, dt: float) -> tuple[robotics.Command, None]:
         """Return the command for what the robots have seen; every array is (runs, robots), units are SI."""

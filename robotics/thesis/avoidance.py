@@ -13,25 +13,25 @@ from robotics.laws.catalogue import label
 from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
-from robotics.measures.quantities import QUANTITIES, measured, runs_touched
-from robotics.playback.player import player_fragment
-from robotics.report.chapter import Chapter, Film, Grid, Picture
+from robotics.measures.quantities import measured, runs_touched
+from robotics.report.chapter import Chapter, Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
 from robotics.thesis.avoidance_runs import (
+    AVOIDANCE_TESTS,
     CASES,
     COURSES,
     CRASH_LAWS,
     FACTOR,
-    MEETINGS,
     OBSTACLE_LAWS,
-    TESTS,
+    RANDOM_CROSSINGS,
     Results,
     runs_of,
     values,
 )
 from robotics.thesis.claims import judged
+from robotics.thesis.rows import film_of, mean_cells
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
@@ -99,8 +99,11 @@ def chapter_of(results: Results) -> Chapter:
         [],
         _pictures(runs),
         judged("avoidance", partial(values, results)),
-        [_film(runs, *key) for key in _played(runs)],
-        [*(_lead(runs, test, CRASH_LAWS) for test in TESTS), *(_lead(runs, c, OBSTACLE_LAWS) for c in COURSES)],
+        [film_of(runs[key], *key) for key in _played(runs)],
+        [
+            *(_lead(runs, test, CRASH_LAWS) for test in AVOIDANCE_TESTS),
+            *(_lead(runs, c, OBSTACLE_LAWS) for c in COURSES),
+        ],
     )
 
 
@@ -115,13 +118,7 @@ def _lead(runs: Runs, scenario: str, laws: Sequence[str]) -> Lead:
 def _played(runs: Runs) -> list[tuple[str, str]]:
     """The runs to play: test 2 under the thesis's rules, and the case studies, each under its own law."""
     cases = [key for key in runs if key[0] in CASES]
-    return [(TESTS[1], CRASH_LAWS[0]), *sorted(cases, key=lambda key: CASES.index(key[0]))]
-
-
-def _film(runs: Runs, scenario: str, law: str) -> Film:
-    return Film(
-        f"To play: {load_scenario(scenario).title}; {label(law)}.", partial(player_fragment, runs[scenario, law])
-    )
+    return [(AVOIDANCE_TESTS[1], CRASH_LAWS[0]), *sorted(cases, key=lambda key: CASES.index(key[0]))]
 
 
 # Tables -----------------------------------------------------------------------------------------------------------
@@ -129,11 +126,11 @@ def _film(runs: Runs, scenario: str, law: str) -> Film:
 
 def _tests(runs: Runs) -> Grid:
     rows = []
-    for test in TESTS:
+    for test in AVOIDANCE_TESTS:
         for law in CRASH_LAWS:
             run = runs[test, law]
             stood = ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))
-            rows.append((test, label(law), _touch(run), *_cells(run, "min_distance_m", *_ARRIVING), stood))
+            rows.append((test, label(law), _touch(run), *mean_cells(run, "min_distance_m", *_ARRIVING), stood))
     return Grid(
         "Tests 1 and 2 of thesis 6.1.3: means of the worst robot with 95 % intervals. Stood: "
         "the longest stop of robots 1, 2, 3 on the way.",
@@ -158,14 +155,10 @@ def _touch(run: Run) -> str:
     return f"{runs_touched(run)} of {len(run.seeds)}"
 
 
-def _cells(run: Run, *quantities: str) -> list[str]:
-    return [shown(mean_of(measured(run, name)), QUANTITIES[name].unit) for name in quantities]
-
-
 def _crossings(results: Results) -> Grid:
     rows = []
     for law in CRASH_LAWS:
-        outcome: StressOutcome = results[MEETINGS, law]
+        outcome: StressOutcome = results[RANDOM_CROSSINGS, law]
         figures = outcome.summary()
         ratio = figures["time_ratio_median"]
         good = outcome.arrived & ~outcome.collided & together(outcome.arrivals)
@@ -196,7 +189,7 @@ def _courses(runs: Runs) -> Grid:
     for scenario, law in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1])):
         run = runs[scenario, law]
         left = [str(i) for i in range(1, len(run.paths) + 1) if measured(run, "left_behind_s", str(i)).any()]
-        cells = _cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
+        cells = mean_cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
         rows.append((scenario, label(law), _touch(run), *cells, ", ".join(left) or "–"))
     return Grid(
         "Robots among obstacles, thesis 6.2 and 6.3: means of the worst robot with 95 % "
@@ -248,11 +241,11 @@ def _pictures(runs: Runs) -> list[Picture]:
                 f"The ways of the robots near each other in {test}, magnified.",
                 partial(plot_meetings, runs[test, CRASH_LAWS[0]]),
             )
-            for test, figure in zip(TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
+            for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
     ]
     for scenario, (laws, figures) in FIGURES.items():
-        crash = scenario in TESTS
+        crash = scenario in AVOIDANCE_TESTS
         about = (
             "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
             "certainly in contact."

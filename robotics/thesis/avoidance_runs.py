@@ -20,7 +20,7 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed
 from robotics.thesis.experiment import Effort, Experiment
 
-TESTS = ("two-meetings", "three-cross")  # tests 1 and 2 of 6.1.3
+AVOIDANCE_TESTS = ("two-meetings", "three-cross")  # tests 1 and 2 of 6.1.3
 CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
 COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths")  # 6.3
 CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
@@ -31,9 +31,9 @@ LATEST = 1.6  # times the nominal duration: side by side, who arrives later has 
 FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 
 
-FEW = 5  # seeds of what is shown beside, and decides nothing
-LONGEST = 100.0  # s: robots that leave a trap, or wait for one that does not, need more than their nominal 32 s
-MEETINGS, ALL_COURSES = "random crossings", "all courses"  # as claims call them
+_FEW = 5  # seeds of what is shown beside, and decides nothing
+_LONGEST = 100.0  # s: robots that leave a trap, or wait for one that does not, need more than their nominal 32 s
+RANDOM_CROSSINGS, ALL_COURSES = "random crossings", "all courses"  # as claims call them
 
 Results = Mapping[Any, Any]
 
@@ -46,12 +46,12 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     shared = range(seed, seed + -(-effort.trials // len(COURSES)))  # contacts on all courses together are a rate
     return [
         *(Experiment(("meetings", law), partial(_meetings, law, seeds)) for law in CRASH_LAWS),
-        *(Experiment(("meetings", law), partial(_in_time, TESTS, law, seeds)) for law in beside),
+        *(Experiment(("meetings", law), partial(_in_time, AVOIDANCE_TESTS, law, seeds)) for law in beside),
         *(Experiment(("courses", law), partial(_courses, law, shared)) for law in OBSTACLE_LAWS),
         *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds)) for law in sighted),
-        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds[:FEW])) for law in blind),
-        *(Experiment(("cases", law), partial(_cases, law, seeds[:FEW])) for law in OBSTACLE_LAWS),
-        *(Experiment((MEETINGS, law), partial(_crossings, law, many)) for law in CRASH_LAWS),
+        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds[:_FEW])) for law in blind),
+        *(Experiment(("cases", law), partial(_cases, law, seeds[:_FEW])) for law in OBSTACLE_LAWS),
+        *(Experiment((RANDOM_CROSSINGS, law), partial(_crossings, law, many)) for law in CRASH_LAWS),
     ]
 
 
@@ -63,8 +63,8 @@ def runs_of(results: Results) -> dict[tuple[str, str], Run]:
 
 def values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
     """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
-    if need.on == MEETINGS:
-        outcome: StressOutcome = results[MEETINGS, need.of]
+    if need.on == RANDOM_CROSSINGS:
+        outcome: StressOutcome = results[RANDOM_CROSSINGS, need.of]
         return ~outcome.collided if quantity == "untouched" else outcome.arrived & ~outcome.collided
     if need.on == ALL_COURSES:
         return np.concatenate([measured(run, quantity, robots) for run in results["courses", need.of]])
@@ -83,11 +83,11 @@ def _by_sight(laws: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _meetings(law: str, seeds: Sequence[int]) -> list[Run]:
-    return run_together([load_scenario(name) for name in TESTS], law, seeds)
+    return run_together([load_scenario(name) for name in AVOIDANCE_TESTS], law, seeds)
 
 
 def _courses(law: str, seeds: Sequence[int]) -> list[Run]:
-    return run_together([load_scenario(name) for name in COURSES], law, seeds, LONGEST)
+    return run_together([load_scenario(name) for name in COURSES], law, seeds, _LONGEST)
 
 
 def _in_time(scenarios: Sequence[str], law: str, seeds: Sequence[int]) -> list[Run]:
@@ -99,7 +99,7 @@ def _in_time(scenarios: Sequence[str], law: str, seeds: Sequence[int]) -> list[R
 def _cases(law: str, seeds: Sequence[int]) -> list[Run]:
     """The case studies that this law is for."""
     cases = [scenario for scenario in map(load_scenario, CASES) if scenario.controller == law]
-    return run_together(cases, law, seeds, LONGEST) if cases else []
+    return run_together(cases, law, seeds, _LONGEST) if cases else []
 
 
 def _crossings(law: str, seeds: Sequence[int]) -> StressOutcome:

@@ -3,7 +3,6 @@
 A chapter that comes back is finished: numbers, text and drawn pictures. It does not depend on the number of processes.
 """
 
-import os
 import queue
 import threading
 import warnings
@@ -16,6 +15,7 @@ from multiprocessing import Manager
 from pathlib import Path
 from typing import Any
 
+from fuzzy.compiled.threads import processors
 from fuzzy.shell.progress import Begin
 from robotics.experiments.executors import WorkerError, processes
 from robotics.report.chapter import Chapter, Film
@@ -50,7 +50,7 @@ def judging(
         effort: The number of runs behind a verdict.
         save_runs: Whether the runs behind the verdicts are saved, in the folder ``runs`` of the report's.
     """
-    with Manager() as manager, processes(min(PROCESSES, os.cpu_count() or 1), [__name__]) as workers:
+    with Manager() as manager, processes(min(PROCESSES, processors()), [__name__]) as workers:
         ticks = manager.Queue()
         bars = [begin(maker.title, len(maker.experiments(str(folder), seed, effort))) for maker in CHAPTERS]
         threading.Thread(target=_count, args=(ticks, bars), daemon=True).start()

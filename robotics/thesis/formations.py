@@ -21,7 +21,7 @@ from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
     FormationRecipe,
     FormationRun,
-    Table,
+    FormationTable,
     checking_recipe,
     formation_data,
     formation_run,
@@ -50,7 +50,7 @@ from robotics.thesis.claims import Needed, judged
 from robotics.thesis.driving import driven
 from robotics.thesis.experiment import Effort, Experiment
 
-EXPERIMENTS = ("formation-behind", "formation-ahead")
+_EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title
 VARIANTS = {
     "formation:networks=NETWORKS,correction=own-pose": "networks, own posture",
@@ -62,7 +62,7 @@ VARIANTS = {
 THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
 
 
-DATA = "formation data, "  # and an output: what claims call the errors of learning it
+_DATA = "formation data, "  # and an output: what claims call the errors of learning it
 Kind = Literal["literal", "well-posed"]
 SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
 
@@ -70,10 +70,10 @@ SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation dat
 class _Data(NamedTuple):
     """A set of formation data."""
 
-    table: Table
-    check: Table  # the checking set of learning
-    along: Table  # the runs of the set's formations along the path, in the order of time, for the pictures
-    check_along: Table  # the checking formation's run along the path
+    table: FormationTable
+    check: FormationTable  # the checking set of learning
+    along: FormationTable  # the runs of the set's formations along the path, in the order of time, for the pictures
+    check_along: FormationTable  # the checking formation's run along the path
     runs: dict[str, FormationRun]  # of the set's formations, by title
     time: np.ndarray  # s, of the samples of ``along``: one run after another
     check_time: np.ndarray  # likewise of ``check_along``
@@ -93,7 +93,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
             Experiment(
                 Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
             )
-            for experiment, title in product(EXPERIMENTS, VARIANTS.values())
+            for experiment, title in product(_EXPERIMENTS, VARIANTS.values())
         ),
     ]
 
@@ -349,7 +349,9 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
     return pictures
 
 
-def _fits(learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, Table], times: dict[Kind, np.ndarray]) -> Figure:
+def _fits(
+    learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, FormationTable], times: dict[Kind, np.ndarray]
+) -> Figure:
     columns = {
         f"{kind} set": [fit_of(network, tables[kind])._replace(time=times[kind]) for network in networks]
         for kind, networks in learnt.items()
@@ -361,7 +363,7 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
     pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     title = next(iter(VARIANTS.values()))
-    for experiment in EXPERIMENTS:
+    for experiment in _EXPERIMENTS:
         run = runs[experiment, title]
         pictures.append(
             Picture(
@@ -377,8 +379,8 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
 
 def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
     """The numbers that claims ask for; the literal set has nothing random in it, so that its errors are exact."""
-    if need.on.startswith(DATA):
-        output = need.on.removeprefix(DATA)
+    if need.on.startswith(_DATA):
+        output = need.on.removeprefix(_DATA)
         if need.of == "literal set":
             learnt: Learnt = results["learnt", "literal", output]
             return np.array([learnt.training.history[0].train])

@@ -19,7 +19,7 @@ from fuzzy.system import Linear, Sugeno, Variable
 # Inputs and their universes: x from the lead-in to the end, y = 0.5 cos x, θ = −atan(0.5 sin x); the widths of the
 # printed clusters give the same extents, σ √8/0.9 = 10.0 m, 1.06 m and 0.84 rad.
 _STEEPEST = float(np.round(np.arctan(0.5), 6))
-INPUTS = {"x_l": ((-4.0, 6.0), "m"), "y_l": ((-0.5, 0.5), "m"), "theta_l": ((-_STEEPEST, _STEEPEST), "rad")}
+_INPUTS = {"x_l": ((-4.0, 6.0), "m"), "y_l": ((-0.5, 0.5), "m"), "theta_l": ((-_STEEPEST, _STEEPEST), "rad")}
 # Output, its universe in its unit (those of the literal data), tables of antecedents and consequents, and whether
 # the two belong together
 NETWORKS = {
@@ -52,11 +52,11 @@ def thesis_system(number: int, folder: str | Path) -> Sugeno:
             {f"cluster{r}": Gaussian(*pair) for r, pair in enumerate(shapes[:, i].tolist(), 1)},
             unit=metric,
         )
-        for i, (label, (span, metric)) in enumerate(INPUTS.items())
+        for i, (label, (span, metric)) in enumerate(_INPUTS.items())
     ]
     terms = {f"plane{r}": Linear(row[:-1], row[-1]) for r, row in enumerate(planes.tolist(), 1)}
     rules = [
-        Rule(tuple(Clause(label, f"cluster{r}") for label in INPUTS), ((output, f"plane{r}"),))
+        Rule(tuple(Clause(label, f"cluster{r}") for label in _INPUTS), ((output, f"plane{r}"),))
         for r in range(1, len(planes) + 1)
     ]
     return Sugeno(inputs, [Variable(output, universe, terms, unit)], rules, name=name)

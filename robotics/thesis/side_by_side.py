@@ -14,15 +14,15 @@ from robotics.report.chapter import Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.run import Run
-from robotics.thesis.avoidance_runs import COURSES, LATEST, SIDE_BY_SIDE, TESTS, nominal_time
+from robotics.thesis.avoidance_runs import AVOIDANCE_TESTS, COURSES, LATEST, SIDE_BY_SIDE, nominal_time
 
 EMERGENCY = "emergency_share"  # the metric of laws that have an emergency rule
 
 
 def side_by_side_table(runs: Mapping[tuple[str, str], Run]) -> Grid:
-    """The table of SIDE_BY_SIDE on TESTS and COURSES, from the runs by scenario and law."""
-    seeds = len(runs[TESTS[0], SIDE_BY_SIDE[0]].seeds)  # of a course there may be more
-    rows = [_row(runs[scenario, law], seeds) for scenario in (*TESTS, *COURSES) for law in SIDE_BY_SIDE]
+    """The table of SIDE_BY_SIDE on AVOIDANCE_TESTS and COURSES, from the runs by scenario and law."""
+    seeds = len(runs[AVOIDANCE_TESTS[0], SIDE_BY_SIDE[0]].seeds)  # of a course there may be more
+    rows = [_row(runs[scenario, law], seeds) for scenario in (*AVOIDANCE_TESTS, *COURSES) for law in SIDE_BY_SIDE]
     guarded = EMERGENCY in QUANTITIES
     return Grid(
         "Printed rules, one law for robots and obstacles, and a plan side by side. Arrive together: without contact, "
@@ -49,10 +49,10 @@ def side_by_side_picture(runs: Mapping[tuple[str, str], Run]) -> Picture:
     """The trajectories of SIDE_BY_SIDE on the two tests, a row each."""
     return Picture(
         "avoidance-side-by-side",
-        f"From above: {'; '.join(load_scenario(test).title for test in TESTS)}. Each under three laws, robots in true "
-        "size at equal times; filled: the two that came nearest, when they did; ⊗: contact.",
-        f"Trajectories on {' and '.join(TESTS)}, a column for each of {', '.join(map(label, SIDE_BY_SIDE))}.",
-        partial(plot_trajectories, [[runs[test, law] for law in SIDE_BY_SIDE] for test in TESTS]),
+        f"From above: {'; '.join(load_scenario(test).title for test in AVOIDANCE_TESTS)}. Each under three laws, "
+        "robots in true size at equal times; filled: the two that came nearest, when they did; ⊗: contact.",
+        f"Trajectories on {' and '.join(AVOIDANCE_TESTS)}, a column for each of {', '.join(map(label, SIDE_BY_SIDE))}.",
+        partial(plot_trajectories, [[runs[test, law] for law in SIDE_BY_SIDE] for test in AVOIDANCE_TESTS]),
     )
 
 

@@ -49,7 +49,7 @@ DUELS: dict[str, str] = {
     "cooperation-literal": "fuzzy as printed",
     "cooperation": "fuzzy, corrected",
 }
-TESTS = ("unequal-lengths", "start-off-paths")
+TEAM_TESTS = ("unequal-lengths", "start-off-paths")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
 DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
@@ -57,26 +57,26 @@ LEMMA = "lemma 4.1"
 HELD_UP = "ahead-and-behind, robot 1 held up"
 HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
 SIZES, LOSSES = (10, 20, 40), (0.0, 0.3)
-FEW = 5  # seeds of what is shown beside, and decides nothing
+_FEW = 5  # seeds of what is shown beside, and decides nothing
 
 Results = Mapping[Any, Any]
 
 
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
-    duels = [Needed(test, law, False) for test in TESTS for law in DUELS]
+    duels = [Needed(test, law, False) for test in TEAM_TESTS for law in DUELS]
     wanted, seeds = [*needed("teams"), *duels], effort.row(seed)
     shown = [Needed(scenario, law, False) for scenario, laws in EXPERIMENTS.items() for law in laws]
     decided = {(need.of, DECIDED[need.on]) for need in wanted if need.on in DECIDED}
     return [
         *experiments_of(wanted, seeds),
-        *experiments_of([need for need in shown if need not in wanted], seeds[:FEW]),
+        *experiments_of([need for need in shown if need not in wanted], seeds[:_FEW]),
         *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
         Experiment((LEMMA,), judge_lemma),
         *(
             Experiment(
                 ("recovery", law, o),
-                partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds[: 2 * FEW]),
+                partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds[: 2 * _FEW]),
             )
             for law, o in product(RECOVERERS, OUTAGES)
         ),

@@ -14,27 +14,26 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.evidence import Estimate, mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import QUANTITIES, measured, runs_touched
-from robotics.playback.player import player_fragment
-from robotics.report.chapter import Chapter, Film, Grid, Picture
+from robotics.report.chapter import Chapter, Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
-from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged
+from robotics.thesis.rows import film_of, mean_cells
 from robotics.thesis.team_runs import (
     DUELS,
     EXPERIMENTS,
     OUTAGES,
     RECOVERERS,
-    TESTS,
+    TEAM_TESTS,
     Results,
     mean_errors,
     values,
 )
 
-COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean error norm (“MSE”)")
+_COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean error norm (“MSE”)")
 # Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints: missing
 # points, a mean of absolute values below 0, and for robot 3 an "MSE" of .0056 below its own |x_err| of .2842
-PRINTED = {
+PRINTED_TEAMS = {
     "unequal-lengths": {
         "nonlinear": (("080", "116", "150"), (".00013", "0032", "0025"), ("0002", ".0057", ".0055"),
                       (".0891", ".1345", ".1589")),
@@ -48,7 +47,7 @@ PRINTED = {
                   ("0.6858", "0.2619", ".8985")),
     },
 }  # fmt: skip
-FIGURES = {
+_FIGURES = {
     "ahead-and-behind": "Figs 3.5-3.7",
     "concentric-circles": "Figs 4.4-4.7",
     "crossing-in-turn": "Figs 4.8-4.11",
@@ -78,11 +77,11 @@ def chapter_of(results: Results) -> Chapter:
             "“As printed” laws are run as the thesis prints them; the others correct what its errata name.",
         ),
         [_experiments(results)],
-        [*(_duel(results, test) for test in TESTS), _table_5_6(), _recovery(results), _scaling(results)],
+        [*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
         _pictures(results),
         judged("teams", partial(values, results)),
-        [_film(results, *item) for item in FILMS],
-        [_lead(results, test) for test in TESTS],
+        [film_of(results[Needed(*item, False)], *item) for item in FILMS],
+        [_lead(results, test) for test in TEAM_TESTS],
         "Tables 5.7 and 5.8, rules, recovery and scaling in numbers",
     )
 
@@ -91,11 +90,6 @@ def _lead(results: Results, test: str) -> Lead:
     runs = {law: results[Needed(test, law, False)] for law in DUELS}
     values_ = {law: measured(run, "timetable_error_norm", "mean") for law, run in runs.items()}
     return lead(test, "mean error norm", "m, rad", values_, {law: runs_touched(run) for law, run in runs.items()})
-
-
-def _film(results: Results, scenario: str, law: str) -> Film:
-    run = results[Needed(scenario, law, False)]
-    return Film(f"To play: {load_scenario(scenario).title}; {label(law)}.", partial(player_fragment, run))
 
 
 def _table_5_6() -> Grid:
@@ -115,7 +109,7 @@ def _experiments(results: Results) -> Grid:
     for scenario, laws in EXPERIMENTS.items():
         for law in laws:
             run = results[Needed(scenario, law, False)]
-            rows.append((scenario, label(law), str(len(run.seeds)), *(_cell(run, name) for name in _SHOWN)))
+            rows.append((scenario, label(law), str(len(run.seeds)), *mean_cells(run, *_SHOWN)))
     return Grid(
         "The experiments of chapters 3, 4 and 5.3 with noise: means over the runs with 95 % intervals, of the worst "
         "robot each. Arrival: 99.5 % of the path. “never”: in some run a robot does not arrive.",
@@ -134,10 +128,6 @@ _SHOWN = {  # quantities and their titles
 }
 
 
-def _cell(run: Run, quantity: str) -> str:
-    return shown(mean_of(measured(run, quantity)), QUANTITIES[quantity].unit)
-
-
 _TABLES = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}
 
 
@@ -147,12 +137,12 @@ def _errors_of(results: Results, test: str) -> tuple[dict[str, list[list[Estimat
     for law, title in DUELS.items():
         means = mean_errors(results[Needed(test, law, False)])
         found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
-    return found, (*COLUMNS[:3], "mean error norm [m, rad]")
+    return found, (*_COLUMNS[:3], "mean error norm [m, rad]")
 
 
 def _duel(results: Results, test: str) -> Grid:
     rows = [
-        (f"thesis, {kind} (printed)", *(", ".join(column) for column in PRINTED[test][kind]), "")
+        (f"thesis, {kind} (printed)", *(", ".join(column) for column in PRINTED_TEAMS[test][kind]), "")
         for kind in ("nonlinear", "fuzzy")
     ]
     for law, title in DUELS.items():
@@ -167,7 +157,7 @@ def _duel(results: Results, test: str) -> Grid:
         f"{runs} seeds. All laws are measured against the same timetable, that of the scenario, with the same noise. "
         "What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are left as they "
         "are.",
-        ("controller", *COLUMNS, "on the path for good"),
+        ("controller", *_COLUMNS, "on the path for good"),
         rows,
     )
 
@@ -211,62 +201,55 @@ def _scaling(results: Results) -> Grid:
     )
 
 
-def _first(run: Run) -> Run:
-    """The first seed, which is drawn."""
-    return run.only(run.seeds[0])
-
-
 def _scalings(results: Results) -> list[Scaling]:
     return [found for key, found in results.items() if key[0] == "scaling"]
 
 
 def _pictures(results: Results) -> list[Picture]:
-    pictures = []
-    for scenario, figures in FIGURES.items():
-        law = EXPERIMENTS[scenario][0]
-        pictures.append(
-            Picture(
-                f"team-{scenario}",
-                f"{load_scenario(scenario).title}: {label(law)} (thesis {figures}).",
-                f"Paths, errors, speeds and differences of progress in {scenario}.",
-                partial(plot_run, _first(results[Needed(scenario, law, False)]), width=PAGE),
-            )
-        )
-    pictures += [
-        Picture(
-            f"team-errors-{test}",
-            f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
-            f"{_TABLES[test]}; the printed numbers stand beside ours below).",
-            f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
-            partial(plot_robot_errors, *_errors_of(results, test), PAGE),
-        )
-        for test in TESTS
-    ]
-    pictures.append(
+    return [
+        *(_page(results, scenario, figures) for scenario, figures in _FIGURES.items()),
+        *(_errors(results, test) for test in TEAM_TESTS),
         Picture(
             "team-states",
             "What a robot under fuzzy cooperation does, and what leads from one to the other (thesis Fig 5.24), from "
             "the law's own table: as printed, and repaired.",
             "State diagrams of fuzzy cooperation: following, waiting, joining the path, arrived.",
             partial(plot_states, ("cooperation-literal", "cooperation")),
-        )
-    )
-    pictures.append(
+        ),
         Picture(
             "team-recovery",
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
             partial(plot_recovery, _recoveries(results), PAGE),
-        )
-    )
-    pictures.append(
+        ),
         Picture(
             "team-scaling",
             "Random teams, one a point: spread and delay of the arrivals on a radio that loses messages. Arrivals are "
             "known to a sample.",
             "Spread and delay of arrivals over the number of robots for each share of lost messages.",
             partial(plot_scaling, _scalings(results), PAGE),
-        )
+        ),
+    ]
+
+
+def _page(results: Results, scenario: str, figures: str) -> Picture:
+    """The page of a scenario's first law, first seed."""
+    law = EXPERIMENTS[scenario][0]
+    run = results[Needed(scenario, law, False)]
+    return Picture(
+        f"team-{scenario}",
+        f"{load_scenario(scenario).title}: {label(law)} (thesis {figures}).",
+        f"Paths, errors, speeds and differences of progress in {scenario}.",
+        partial(plot_run, run.only(run.seeds[0]), width=PAGE),
     )
-    return pictures
+
+
+def _errors(results: Results, test: str) -> Picture:
+    return Picture(
+        f"team-errors-{test}",
+        f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
+        f"{_TABLES[test]}; the printed numbers stand beside ours below).",
+        f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
+        partial(plot_robot_errors, *_errors_of(results, test), PAGE),
+    )

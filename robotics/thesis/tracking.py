@@ -17,12 +17,10 @@ from robotics.experiments.together import run_together
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
 from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
-from robotics.measures.evidence import mean_of
 from robotics.measures.quantities import QUANTITIES, measured
 from robotics.paths.path import Sine
 from robotics.paths.trajectory import Timing
 from robotics.report.chapter import Chapter, Claim, Grid, Picture
-from robotics.report.wording import shown
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
@@ -31,25 +29,26 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged, needed
 from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
+from robotics.thesis.rows import mean_cells
 
 MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
 TABLE = "table-2-1"
 # Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
-PRINTED = {
+PRINTED_TRACKING = {
     "csm": (0.0195, 0.0367, 0.0532, 0.0780, 0.0898),
     "assm": (0.0089, 0.0180, 0.0579, 0.0682, 0.0352),
     "qssm": (0.0191, 0.0372, 0.0287, 0.0577, 0.0479),
     "esm": (0.0100, 0.0324, 0.0154, 0.0418, 0.0233),
 }
-COLUMNS = (  # of that table
+_COLUMNS = (  # of that table
     "mean_abs_x_error_m",
     "mean_abs_y_error_m",
     "mean_abs_heading_error_rad",
     "mean_error_norm",
     "mean_speed_error_mps",
 )
-CONDITIONS, SURFACE, STARTS = (
+CONDITIONS, SURFACE, _STARTS = (
     "conditions of Table 2.1",
     "the surface",
     "random starts",
@@ -79,7 +78,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
         *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in MODES)], seeds),
         *(Experiment(need, partial(_started_on_it, need, seeds)) for need in wanted if need.on == ON_THE_SINE),
         *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in MODES),
-        *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == STARTS),
+        *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS),
     ]
 
 
@@ -118,10 +117,10 @@ def _values(results: Results, need: Needed, quantity: str, robots: str) -> np.nd
 
 def _table_2_1(results: Results) -> Grid:
     rows = []
-    for mode, printed in PRINTED.items():
+    for mode, printed in PRINTED_TRACKING.items():
         run = results[Needed(TABLE, mode, False)]
-        ours = [shown(mean_of(measured(run, name)), QUANTITIES[name].unit) for name in COLUMNS]
-        rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), (f"{label(mode)}: here", *ours)]
+        ours = (f"{label(mode)}: here", *mean_cells(run, *_COLUMNS))
+        rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), ours]
     return Grid(
         f"Table 2.1 beside ours: means over time in {TABLE}, with 95 % intervals over {len(run.seeds)} seeds. The "
         "thesis's path, speed and noise are not printed: compare the orders, not the sizes.",

@@ -4,7 +4,7 @@ The default is what the field would choose for tracking: J = RMS distance to the
 5° + variation of the demanded turn rate / 1 rad/s². The distance, and not the cross-track error alone, which a robot
 that lags or stands still can make as small as it likes. All of it is measured from 6 s on: what a start off the path
 costs no law can avoid, and it would drown the rest. A run in which a robot was stopped, or touched anything, costs
-FAILED.
+FAILED_COST.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,7 +25,7 @@ from robotics.quantity import check_quantities, described, quantity
 from robotics.scenario.description import Scenario
 from robotics.simulation.run import Run
 
-FAILED = 100.0
+FAILED_COST = 100.0
 CONTACTS = "contacts"
 
 
@@ -64,7 +64,7 @@ class Term:
         return next(iter(self.own), self.metric)
 
 
-TERMS = (
+COST_TERMS = (
     Term(metric="rms_distance_late_m", scale=0.01, objective="precision"),
     Term(metric="rms_heading_late_rad", scale=5 * pi / 180, objective="precision"),
     Term(metric="w_variation_late_radps2", scale=1.0, objective="effort"),
@@ -83,8 +83,8 @@ class Cost:
         TuningError: A cost without terms.
     """
 
-    terms: tuple[Term, ...] = TERMS
-    failed: float = FAILED
+    terms: tuple[Term, ...] = COST_TERMS
+    failed: float = FAILED_COST
 
     def __post_init__(self) -> None:
         if not self.terms:

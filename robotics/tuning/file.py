@@ -15,9 +15,9 @@ from robotics.measures.registry import ALL_METRICS
 from robotics.quantity import check_quantities, described, quantity
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
-from robotics.tables.keys import Key, Table, first_line, keys_of, table_of
+from robotics.tables.keys import Key, KeyTable, first_line, keys_of, table_of
 from robotics.tables.text import parse_table, placed
-from robotics.tuning.cost import FAILED, TERMS, Cost, Term
+from robotics.tuning.cost import COST_TERMS, FAILED_COST, Cost, Term
 from robotics.tuning.space import PARTS, PARTS_MOVED, Bound, LawSpace
 
 
@@ -38,10 +38,13 @@ class TuningFile:
     fixed: tuple[str, ...] = described("Parameters that do not move.", (), example=["v.Zero"])
     symmetric: bool = described("Whether a rule base that answers to both sides alike keeps doing so.", True)
     failed: float = quantity(
-        FAILED, "1", above=0, doc="What a run costs in which a robot was stopped or touched something, and at most."
+        FAILED_COST,
+        "1",
+        above=0,
+        doc="What a run costs in which a robot was stopped or touched something, and at most.",
     )
     bounds: Mapping[str, Bound] | None = described("From where to where a parameter moves, instead of the rule.", None)
-    cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", TERMS)
+    cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", COST_TERMS)
     folder: Path = field(default=Path(), metadata={"doc": ""})  # of the file
 
     def __post_init__(self) -> None:
@@ -121,14 +124,14 @@ def _located(metric: str, folder: Path) -> str:
 
 
 @cache
-def tuning_table() -> Table:
+def tuning_table() -> KeyTable:
     """The description of a tuning's file."""
     keys = keys_of(TuningFile, {Mapping[str, Bound] | None: _bound_key}, without=("folder", "cost"))
     term = table_of(Term, "term", without=("measure",))
     cost = Key(name="cost", doc="A term of the cost, whose sum is made smaller.", holds="tables", table=term)
-    return Table(name="tuning", doc=first_line(TuningFile), keys=(*keys, cost))
+    return KeyTable(name="tuning", doc=first_line(TuningFile), keys=(*keys, cost))
 
 
 def _bound_key(name: str) -> Key:
     bound = Key(name="PARAMETER", doc="From where to where it moves.", holds="table", table=table_of(Bound, "bound"))
-    return Key(name=name, doc="", holds="table", table=Table(name=name, doc="Bounds by parameter.", any_key=bound))
+    return Key(name=name, doc="", holds="table", table=KeyTable(name=name, doc="Bounds by parameter.", any_key=bound))

@@ -1,6 +1,5 @@
 """What tuning leaves in its folder: the tuned law's rule bases, its specification, and where they come from."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ import pandas as pd
 
 from fuzzy.figures.drawing import save_figure
 from fuzzy.figures.tuning import plot_front, plot_search
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_json
 from fuzzy.files.fisfile import write_fis
 from fuzzy.files.table import write_frame
 from fuzzy.system import Sugeno
@@ -19,8 +18,8 @@ from robotics.laws.specification import Specification
 from robotics.tuning.space import FORMATION, task_of
 from robotics.tuning.tune import Tuned
 
-RESULT, FRONT = "result.json", "front.csv"
-NETWORKS = "networks"  # the folder of systems that a law takes together
+RESULT, _FRONT = "result.json", "front.csv"
+_NETWORKS = "networks"  # the folder of systems that a law takes together
 PICTURE, FRONT_PICTURE = "evaluations.png", "front.png"
 
 
@@ -50,11 +49,10 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         "parameters": dict(zip([p.name for p in tuned.space.parameters], _shown(tuned, values), strict=True)),
         "provenance": provenance,
     }
-    with replacing(folder / RESULT) as temporary:
-        temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_json(folder / RESULT, about)
     save_figure(plot_search(tuned.evaluated), folder / PICTURE)
     if tuned.about["engine"] == "pareto":
-        write_frame(front_table(tuned), folder / FRONT)
+        write_frame(front_table(tuned), folder / _FRONT)
         save_figure(plot_front(tuned.evaluated), folder / FRONT_PICTURE)
     return _specification(tuned, specification, values, folder)
 
@@ -69,7 +67,7 @@ def _files(tuned: Tuned, values: np.ndarray) -> dict[str, tuple[str, Sugeno]]:
     space = tuned.space
     moved = space.systems_of(values)
     if any(task_of(space.law, name) == FORMATION for name in moved):
-        return {f"{NETWORKS}/{name}.fis": (name, fis) for name, fis in space.made(values).fuzzy_systems.items()}
+        return {f"{_NETWORKS}/{name}.fis": (name, fis) for name, fis in space.made(values).fuzzy_systems.items()}
     return {f"{name}.fis": (name, fis) for name, fis in moved.items()}
 
 
@@ -81,7 +79,7 @@ def _specification(tuned: Tuned, specification: str, values: np.ndarray, folder:
     for file, (name, _) in _files(tuned, values).items():
         task = task_of(law, name)
         gain = law.rule_base_gain(task)
-        path = str(folder / NETWORKS) if task == FORMATION else str(folder / file)
+        path = str(folder / _NETWORKS) if task == FORMATION else str(folder / file)
         if about.file.endswith(".fis") and gain == "rule_base":
             about = about._replace(file=path)
         else:

@@ -9,23 +9,26 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property
 from math import inf
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from fuzzy.tuning.parameter import Parameter, Scale, TuningError
+from fuzzy.tuning.parameter import Scale, SearchParameter, TuningError
 from fuzzy.tuning.systemspace import MOVABLE, MOVED, SystemSpace
 from robotics.laws.catalogue import gain_fields, gains_of, with_gains
 from robotics.laws.law import Law
 from robotics.quantity import SMALLEST, check_quantities, described, quantity
 
 TENFOLD = 10.0  # by which a gain may change, up and down
-Part = Literal["gains", "memberships", "consequents", "weights", "choices", "rules"]
 PARTS: tuple[str, ...] = ("gains", *MOVABLE)
 PARTS_MOVED: tuple[str, ...] = ("gains", *MOVED)  # by default
 FORMATION = "formation"  # the task of several systems together
+
+
+class NothingMovesError(TuningError):
+    """A law without anything that may move."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,18 +93,18 @@ class LawSpace:
             if name not in names:
                 raise TuningError(expected(name, names, "parameter that moves"))
         if not self.parameters:
-            raise TuningError(f"{type(self.law).__name__} has nothing that moves, of {', '.join(self.move)}")
+            raise NothingMovesError(f"{type(self.law).__name__} has nothing that moves, of {', '.join(self.move)}")
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[SearchParameter, ...]:
         """What may move, each with its name, start and bounds: the gains first."""
         return tuple(self._bounded(p) for p in self._unfixed if p.name not in self.fixed)
 
     @cached_property
-    def _unfixed(self) -> tuple[Parameter, ...]:
+    def _unfixed(self) -> tuple[SearchParameter, ...]:
         return (*self._gains, *(p for space in self._systems.values() for p in space.parameters))
 
-    def _bounded(self, parameter: Parameter) -> Parameter:
+    def _bounded(self, parameter: SearchParameter) -> SearchParameter:
         bound = self.bounds.get(parameter.name)
         if bound is None:
             return parameter
@@ -117,12 +120,12 @@ class LawSpace:
         return {name: known[name] for name in gains_of(self.law) if "unit" in known[name].metadata}
 
     @cached_property
-    def _gains(self) -> tuple[Parameter, ...]:
+    def _gains(self) -> tuple[SearchParameter, ...]:
         if "gains" not in self.move:
             return ()
         return tuple(self._gains_made())
 
-    def _gains_made(self) -> Iterator[Parameter]:
+    def _gains_made(self) -> Iterator[SearchParameter]:
         values = gains_of(self.law)
         for name, about in self._movable_gains.items():
             if self.gains is not None and name not in self.gains:
@@ -131,7 +134,7 @@ class LawSpace:
             if parameter is None and name in self.bounds:
                 bound = self.bounds[name]
                 start = min(max(values[name], bound.low), bound.high)
-                parameter = Parameter(
+                parameter = SearchParameter(
                     name=name, start=start, lower=bound.low, upper=bound.high, unit=about.metadata["unit"]
                 )
             if parameter is not None:
@@ -185,7 +188,7 @@ def task_of(law: Law[Any], system: str) -> str:
     return system if system in law.tasks else FORMATION if FORMATION in law.tasks else ""
 
 
-def _by_rule(name: str, value: Any, metadata: Mapping[str, Any]) -> Parameter | None:
+def _by_rule(name: str, value: Any, metadata: Mapping[str, Any]) -> SearchParameter | None:
     """A gain's bounds by the one rule; None where it makes none."""
     if not isinstance(value, float) or value <= 0:
         return None
@@ -195,4 +198,4 @@ def _by_rule(name: str, value: Any, metadata: Mapping[str, Any]) -> Parameter | 
         low = metadata["above"] + min(value - metadata["above"], 1.0) / TENFOLD
     if not low < high:
         return None
-    return Parameter(name=name, start=value, lower=low, upper=high, scale="log", unit=metadata["unit"])
+    return SearchParameter(name=name, start=value, lower=low, upper=high, scale="log", unit=metadata["unit"])

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
-from fuzzy.tuning.journal import SearchInterrupt, kept_search
+from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from robotics.experiments.executors import Workers
@@ -34,8 +34,12 @@ from robotics.sensing.posture import LABORATORY
 from robotics.tuning.cost import Cost, costs_of
 from robotics.tuning.space import LawSpace
 
-TUNING, CHOOSING, TESTING = 1_000_000, 2_000_000, 3_000_000  # the first seeds of the blocks
-RUNS, EVALUATIONS, SEED = 20, 1000, 1
+TUNING = 1_000_000  # the first seed of the runs that candidates are judged by
+CHOOSING = 2_000_000  # the first seed of the runs that the best of several is chosen by
+TESTING = 3_000_000  # the first seed of the runs that nothing was tuned on
+RUNS = 20  # that a candidate's cost is the mean of
+_EVALUATIONS = 1000  # of the cost, at most
+_SEED = 1  # of the search
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +102,8 @@ def tune(
     *,
     specification: str = "",
     runs: int = RUNS,
-    evaluations: int = EVALUATIONS,
-    seed: int = SEED,
+    evaluations: int = _EVALUATIONS,
+    seed: int = _SEED,
     engine: str = "cmaes",
     cost: Cost | None = None,
     pareto: bool = False,
@@ -159,7 +163,7 @@ def tune(
         "engine": "pareto" if pareto else engine,
     }
     try:
-        evaluated = kept_search(
+        evaluated = resumable_search(
             partial(_evaluate, space, found, seeds, cost, threads, workers),
             space.parameters,
             about=about,
@@ -220,9 +224,8 @@ def mean_costs(
     threads: int | None = None,
 ) -> np.ndarray:
     """What laws cost in the mean over scenarios and seeds (laws, objectives); see :func:`costs_of`."""
-    with warnings.catch_warnings():
-        # A candidate may ask its rule base outside of the universe of discourse: that is what its cost says.
-        warnings.simplefilter("ignore")
+    # A candidate may ask its rule base outside of the universe of discourse: that is what its cost says.
+    with warnings.catch_warnings(action="ignore"):
         return np.asarray(costs_of(cost, scenarios, laws, seeds, threads).mean(axis=(1, 2)))
 
 

@@ -8,11 +8,13 @@ import numpy as np
 
 from robotics.scenario.description import Scenario
 from robotics.statistics.aggregates import MEAN
-from robotics.statistics.bootstrap import Interval, contrasts
+from robotics.statistics.bootstrap import contrasts
+from robotics.statistics.intervals import Interval
 from robotics.tuning.cost import costs_of
 from robotics.tuning.tune import TESTING, Tuned
 
-DRAWS, BOOTSTRAP_SEED = 2000, 0
+_DRAWS = 2000  # of the bootstrap
+BOOTSTRAP_SEED = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +94,6 @@ def compared(
             continue
         costs = costs_of(tuned.cost, group, laws, block, threads).sum(axis=-1)
         generator = np.random.default_rng(BOOTSTRAP_SEED)
-        ratio = contrasts(costs, MEAN, "ratio", generator=generator, draws=DRAWS)[1, 0]
+        ratio = contrasts(costs, MEAN, "ratio", generator=generator, draws=_DRAWS)[1, 0]
         found.append(Unseen(tuple(s.name for s in group), tuned_on, costs, ratio))
     return found

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import compiled_only
 from robotics.vehicle.robot import Robot
 
 
@@ -34,16 +35,23 @@ class InverseDynamics(NamedTuple):
         return cls(*(np.array(row) for row in (mass, inertia, radii, axles)))
 
 
-@kernel(nogil=True, _nrt=False)
-def wheel_torques(acceleration, turning, dynamics, at, robot):  # type: ignore[no-untyped-def]
+class DynamicsColumns(Columns):
+    """The same of one robot, for compiled functions."""
+
+    mass = column("kg")
+    inertia = column("kg m²")
+    radius = column("m", "of the wheels")
+    half_axle = column("m")
+
+
+@compiled_only
+def wheel_torques(acceleration, turning, dynamics: DynamicsColumns):  # type: ignore[no-untyped-def]
     """The torques of the right and the left wheel [N m] for v' [m/s²] and ω' [rad/s²] of one robot.
 
     τ = Γ⁻¹ u',  Γ⁻¹ = r/(2L) [L m, I; L m, −I]   thesis (2.19)
 
-    Its dynamics are column ``robot`` of the rows from ``at`` on, in the order of :class:`InverseDynamics`.
+    Its ``dynamics`` are as DynamicsColumns.
     """
-    mass, inertia = dynamics[at, robot], dynamics[at + 1, robot]
-    radius, half_axle = dynamics[at + 2, robot], dynamics[at + 3, robot]
-    common = radius * mass / 2 * acceleration
-    apart = radius * inertia / (2 * half_axle) * turning
+    common = dynamics.radius * dynamics.mass / 2 * acceleration
+    apart = dynamics.radius * dynamics.inertia / (2 * dynamics.half_axle) * turning
     return common + apart, common - apart

@@ -18,93 +18,167 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, uncounted
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.columns import within as rows_of
+from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.vehicle.robot import Robot
 
 Level = Literal["velocity", "torque"]
 STEP = 0.01  # s: the wheel loops' period (thesis 2.1.3.1)
 
 # Channels of the state -----------------------------------------------------------------------------------------
-X, Y, HEADING = 0, 1, 2  # m, m, rad: the true pose of the axle midpoint
-V, W = 3, 4  # m/s, rad/s: the true velocity
-ANGLE_R, ANGLE_L = 5, 6  # rad: wheel angles
-INTEGRAL_R, INTEGRAL_L = 7, 8  # V: the wheel loops' integral parts
-SPEED_R, SPEED_L = 9, 10  # rad/s: wheel speeds as the loops see them (encoders, filter)
-RAW1_R, RAW2_R, RAW1_L, RAW2_L = 11, 12, 13, 14  # rad/s: the filters' past inputs
-PAST_R, PAST_L = 15, 16  # rad/s: the filters' outputs one step before SPEED_R, SPEED_L
-ODO_X, ODO_Y, ODO_HEADING = 17, 18, 19  # m, m, rad: the pose by odometry
-TORQUE_R, TORQUE_L = 20, 21  # N m: motor torques at the start of the last step
-WORK, LOSS = 22, 23  # J: done by the motors; lost to friction
-EFFORT, VARIATION = 24, 25  # N² m² s: ∫ τr² + τl² dt; N m: Σ |Δτr| + |Δτl| from step to step
-HELD_V, HELD_W = 26, 27  # m/s, rad/s: the commanded velocity within all its bounds, as the last step held it
-CHANNELS = 28
 
-# Rows of the parameters
-(
-    P_MASS, P_INERTIA, P_COUPLING, P_RADIUS, P_HALF_AXLE, P_VOLTAGE, P_KT, P_KE, P_TORQUE_LIMIT, P_FRICTION,
-    P_FRICTION_SPEED, P_COUNT, P_KP, P_KI, P_KD, P_B0, P_B1, P_B2, P_A1, P_A2, P_V_MAX, P_W_MAX, P_WHEEL_MAX,
-    P_ODO_RIGHT, P_ODO_LEFT, P_ODO_HALF_AXLE,  # the wheels' radii and the half axle that odometry assumes
-    P_V_RATE, P_W_RATE,
-    P_LOOP_RADIUS,  # the wheels' radius that the wheel loops assume
-) = range(29)  # fmt: skip
-PARAMETERS = 29
+
+class TruthColumns(Columns):
+    """The plant's state."""
+
+    x = column("m", "the true pose of the axle midpoint")
+    y = column("m")
+    heading = column("rad")
+    v = column("m/s", "the true velocity")
+    w = column("rad/s")
+    angle_r = column("rad", "wheel angles")
+    angle_l = column("rad")
+    integral_r = column("V", "the wheel loops' integral parts")
+    integral_l = column("V")
+    speed_r = column("rad/s", "wheel speeds as the loops see them (encoders, filter)")
+    speed_l = column("rad/s")
+    raw1_r = column("rad/s", "the filters' past inputs")
+    raw2_r = column("rad/s")
+    raw1_l = column("rad/s")
+    raw2_l = column("rad/s")
+    past_r = column("rad/s", "the filters' outputs one step before speed_r, speed_l")
+    past_l = column("rad/s")
+    odo_x = column("m", "the pose by odometry")
+    odo_y = column("m")
+    odo_heading = column("rad")
+    torque_r = column("N m", "motor torques at the start of the last step")
+    torque_l = column("N m")
+    work = column("J", "done by the motors")
+    loss = column("J", "lost to friction")
+    effort = column("N² m² s", "∫ τr² + τl² dt")
+    variation = column("N m", "Σ |Δτr| + |Δτl| from step to step")
+    held_v = column("m/s", "the commanded velocity within all its bounds, as the last step held it")
+    held_w = column("rad/s")
+
+
+class OdometryColumns(Columns):
+    """What odometry assumes of a robot."""
+
+    right = column("m", "the wheels' radii")
+    left = column("m")
+    half_axle = column("m")
+
+
+class ParameterColumns(Columns):
+    """The plant's parameters."""
+
+    mass = column("kg")
+    inertia = column("kg m²")
+    coupling = column("kg m", "m_c d")
+    radius = column("m", "of the wheels")
+    half_axle = column("m")
+    voltage = column("V", "of the supply")
+    kt = column("N m/A")
+    ke = column("V s/rad")
+    torque_limit = column("N m")
+    friction = column("N m")
+    friction_speed = column("rad/s")
+    count = column("1/rad", "of the encoders")
+    kp = column("V s/rad", "of the wheel loops")
+    ki = column("V/rad")
+    kd = column("V s²/rad")
+    b0 = column("1", "of the low-pass filter")
+    b1 = column("1")
+    b2 = column("1")
+    a1 = column("1")
+    a2 = column("1")
+    v_max = column("m/s")
+    w_max = column("rad/s")
+    wheel_max = column("rad/s")
+    odometry = rows_of(OdometryColumns)
+    v_rate = column("m/s²")
+    w_rate = column("rad/s²")
+    loop_radius = column("m", "the wheels' radius that the wheel loops assume")
+
+
+class BlockColumns(Columns):
+    """What a lane of a block works in."""
+
+    state = rows_of(TruthColumns)
+    parameter = rows_of(ParameterColumns)
+    volt_r = column("V", "or what is commanded, before it becomes voltages")
+    volt_l = column("V")
+    cos = column("1", "of the true heading")
+    sin = column("1")
+    odo_cos = column("1", "of the heading by odometry")
+    odo_sin = column("1")
+    old_r = column("1", "counts of the encoders")
+    old_l = column("1")
+    per_mass = column("1/kg")
+    per_inertia = column("1/(kg m²)")
+    per_r = column("1/m")
+    stage_v = column("m/s", "of a stage of Runge-Kutta")
+    stage_w = column("rad/s")
+    sum_a = column("m/s²", "over its four stages")
+    sum_b = column("rad/s²")
+    sum_v = column("m/s")
+    sum_w = column("rad/s")
+    sum_p = column("W")
+    sum_q = column("W")
+
 
 _ANY_RATE = 1e300
 _BLOCK = 32  # lanes of a block, whose rows of numbers stay in the first cache
 _VECTOR = 8  # lanes: a block is filled up to a multiple of it
-# Rows of a block's scratch beyond the state and the parameters
-_S = CHANNELS + PARAMETERS
-(
-    _VOLT_R, _VOLT_L, _COS, _SIN, _OCOS, _OSIN, _OLD_R, _OLD_L, _PER_MASS, _PER_INERTIA, _PER_R,
-    _V, _W, _SUM_A, _SUM_B, _SUM_V, _SUM_W, _SUM_P, _SUM_Q,  # of the four stages of Runge-Kutta
-) = range(_S, _S + 19)  # fmt: skip
-_ROWS = _S + 19
-SCRATCH = _ROWS * _BLOCK  # numbers that :func:`tick_into` works in
+# Where a block's parameters and commands begin
+_PARAMETERS = BlockColumns.parameter.row * _BLOCK
+_COMMANDS = BlockColumns.volt_r.row * _BLOCK
+_CHANNELS = TruthColumns.size
+SCRATCH = BlockColumns.size * _BLOCK  # numbers that :func:`tick_into` works in
 CODES = {"velocity": 0, "torque": 1}  # of what a command is,
 KINEMATIC = 2  # or of the plant that needs no wheel loops
 SUBSTEPS = 4  # Runge-Kutta steps a step: the pose is then within 1e-7 m of the limit after 5 s
 
 
 def parameters(robot: Robot, step: float = 0.01, believed: Robot | None = None) -> np.ndarray:
-    """Return one lane's parameters (PARAMETERS,) of ``robot``, with the filter's coefficients for ``step`` [s].
+    """Return one lane's parameters (ParameterColumns,) of ``robot``, with the filter's coefficients for ``step`` [s].
 
     Its wheel loops and its odometry take it for the robot ``believed``, where that is given: they assume the wheels'
     radius and the axle of that one.
     """
     believed = believed or robot
     b0, b1, b2, a1, a2 = _low_pass(robot.filter_frequency, step)
-    rows = {
-        P_MASS: robot.effective_mass,
-        P_INERTIA: robot.effective_inertia,
-        P_COUPLING: robot.body_mass * robot.mass_offset,  # m_c d, not m d: the wheels sit on the axle
-        P_RADIUS: robot.wheel_radius,
-        P_HALF_AXLE: robot.half_axle,
-        P_VOLTAGE: robot.supply_voltage,
-        P_KT: robot.torque_constant,
-        P_KE: robot.back_emf,
-        P_TORQUE_LIMIT: robot.torque_limit,
-        P_FRICTION: robot.friction_torque,
-        P_FRICTION_SPEED: robot.friction_speed,
-        P_COUNT: robot.counts_per_turn / (2 * pi),
-        P_KP: robot.kp,
-        P_KI: robot.ki,
-        P_KD: robot.kd,
-        P_B0: b0,
-        P_B1: b1,
-        P_B2: b2,
-        P_A1: a1,
-        P_A2: a2,
-        P_V_MAX: robot.v_max,
-        P_W_MAX: robot.w_max,
-        P_WHEEL_MAX: robot.wheel_speed_max,
-        P_ODO_RIGHT: believed.wheel_radius,
-        P_ODO_LEFT: believed.wheel_radius,
-        P_ODO_HALF_AXLE: believed.half_axle,
-        P_V_RATE: _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,
-        P_W_RATE: _ANY_RATE if robot.w_rate_max is None else robot.w_rate_max,
-        P_LOOP_RADIUS: believed.wheel_radius,
+    values = {
+        "mass": robot.effective_mass,
+        "inertia": robot.effective_inertia,
+        "coupling": robot.body_mass * robot.mass_offset,  # m_c d, not m d: the wheels sit on the axle
+        "radius": robot.wheel_radius,
+        "half_axle": robot.half_axle,
+        "voltage": robot.supply_voltage,
+        "kt": robot.torque_constant,
+        "ke": robot.back_emf,
+        "torque_limit": robot.torque_limit,
+        "friction": robot.friction_torque,
+        "friction_speed": robot.friction_speed,
+        "count": robot.counts_per_turn / (2 * pi),
+        "kp": robot.kp,
+        "ki": robot.ki,
+        "kd": robot.kd,
+        "b0": b0,
+        "b1": b1,
+        "b2": b2,
+        "a1": a1,
+        "a2": a2,
+        "v_max": robot.v_max,
+        "w_max": robot.w_max,
+        "wheel_max": robot.wheel_speed_max,
+        "odometry": (believed.wheel_radius, believed.wheel_radius, believed.half_axle),
+        "v_rate": _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,
+        "w_rate": _ANY_RATE if robot.w_rate_max is None else robot.w_rate_max,
+        "loop_radius": believed.wheel_radius,
     }
-    return np.array([rows[i] for i in range(PARAMETERS)])
+    return np.array(ParameterColumns.stacked(values))
 
 
 def _low_pass(frequency: float, step: float) -> tuple[float, float, float, float, float]:
@@ -117,21 +191,21 @@ def _low_pass(frequency: float, step: float) -> tuple[float, float, float, float
 
 
 def initial_state(pose: np.ndarray, believed: np.ndarray | None = None) -> np.ndarray:
-    """The state (CHANNELS, lanes) of robots at rest at ``pose`` (lanes, 3): x [m], y [m], heading [rad].
+    """The state (TruthColumns, lanes) of robots at rest at ``pose`` (lanes, 3): x [m], y [m], heading [rad].
 
     Odometry starts from ``believed`` (lanes, 3), the poses that the robots believe to have; by default the true ones.
     """
-    state = np.zeros((CHANNELS, len(pose)))
-    state[[X, Y, HEADING]] = pose.T
-    state[[ODO_X, ODO_Y, ODO_HEADING]] = (pose if believed is None else believed).T
-    return state
+    state = TruthColumns.zeros(len(pose))
+    state.x, state.y, state.heading = pose.T
+    state.odo_x, state.odo_y, state.odo_heading = (pose if believed is None else believed).T
+    return state.array
 
 
 @dataclass(frozen=True)
 class Plant:
     """The plant of a simulation, which turns commands into motion: the robots' parameters and the time grid."""
 
-    parameters: np.ndarray  # (PARAMETERS, lanes)
+    parameters: np.ndarray  # (ParameterColumns, lanes)
     steps: int = 5  # steps a tick
     step: float = 0.01  # s
     substeps: int = SUBSTEPS
@@ -140,10 +214,10 @@ class Plant:
     def advance(
         self, state: np.ndarray, earlier: np.ndarray, command: np.ndarray, late_steps: int, level: Level
     ) -> np.ndarray:
-        """Return the state one tick later (CHANNELS, lanes).
+        """Return the state one tick later (TruthColumns, lanes).
 
         Args:
-            state: The state now (CHANNELS, lanes).
+            state: The state now (TruthColumns, lanes).
             earlier: The command before ``command`` (2, lanes).
             command: v [m/s] and ω [rad/s] for the level "velocity", the right and the left wheel's torque [N m] for
                 "torque" (2, lanes).
@@ -179,17 +253,31 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     return v * scale, w * scale
 
 
-@inner
-def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
-    """The same as :func:`saturate` for one robot, the ``robot``-th of ``limits``, in compiled functions."""
-    v_max, w_max, half_axle, wheel = limits[0, robot], limits[1, robot], limits[2, robot], limits[3, robot]
-    v = v if not abs(v) > v_max else (v_max if v > 0 else -v_max)
-    w = w if not abs(w) > w_max else (w_max if w > 0 else -w_max)
-    scale = min(1.0, wheel / max(abs(v) + half_axle * abs(w), 1e-12))
+class LimitColumns(Columns):
+    """The bounds of a robot's velocity."""
+
+    v_max = column("m/s")
+    w_max = column("rad/s")
+    half_axle = column("m")
+    wheel_speed_limit = column("m/s", "of the rim")
+
+
+@compiled_only
+def within_limits(limit: LimitColumns, v, w):  # type: ignore[no-untyped-def]
+    """The same as :func:`saturate` for one robot, whose ``limit`` is as LimitColumns, in compiled functions."""
+    v = v if not abs(v) > limit.v_max else (limit.v_max if v > 0 else -limit.v_max)
+    w = w if not abs(w) > limit.w_max else (limit.w_max if w > 0 else -limit.w_max)
+    scale = min(1.0, limit.wheel_speed_limit / max(abs(v) + limit.half_axle * abs(w), 1e-12))
     return v * scale, w * scale
 
 
-@inner
+@compiled_only
+def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
+    """The same for the ``robot``-th column of ``limits``."""
+    return within_limits(LimitColumns(limits, robot), v, w)
+
+
+@compiled_only
 def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
@@ -200,7 +288,7 @@ def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[
     return min(max(torque, -limit), limit)
 
 
-@inner
+@compiled_only
 def _accelerations(  # type: ignore[no-untyped-def]
     v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
 ):
@@ -226,11 +314,11 @@ def _accelerations(  # type: ignore[no-untyped-def]
     return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
 
 
-@uncounted
+@without_refcounts
 def tick_into(  # type: ignore[no-untyped-def]
     out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
 ):
-    """Write the state one tick later into ``out`` (CHANNELS, lanes), which may be ``state``; nothing is allocated.
+    """Write the state one tick later into ``out`` (TruthColumns, lanes), which may be ``state``; nothing is allocated.
 
     The arguments are as of :meth:`Plant.advance`; ``code`` is 0 for velocities, 1 for torques, 2 for the kinematic
     plant, and ``z`` has SCRATCH numbers to work in, one such array for each thread.
@@ -240,7 +328,7 @@ def tick_into(  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@inner
+@compiled_only
 def tick_lanes(  # type: ignore[no-untyped-def]
     first, last, out, state, parameters, earlier, command, late_steps, steps, step, substeps, code, z
 ):
@@ -250,11 +338,11 @@ def tick_lanes(  # type: ignore[no-untyped-def]
         count = min(_BLOCK, last - start)
         width = -(-count // _VECTOR) * _VECTOR
         _load(z, width, state, start, count)
-        _load(z[CHANNELS * _BLOCK :], width, parameters, start, count)
+        _load(z[_PARAMETERS:], width, parameters, start, count)
         _begin(z, width)
         for k in range(steps):
             held = earlier if k < late_steps else command
-            _load(z[_VOLT_R * _BLOCK :], width, held, start, count)
+            _load(z[_COMMANDS:], width, held, start, count)
             _loops(z, width, step, code)
             if code == 2:
                 _glide(z, width, step)
@@ -262,12 +350,12 @@ def tick_lanes(  # type: ignore[no-untyped-def]
                 for _ in range(substeps):
                     _move(z, width, step / substeps, hold)
             _odometry(z, width, step)
-        for c in range(CHANNELS):
+        for c in range(_CHANNELS):
             for i in range(count):
                 out[c, start + i] = z[c * _BLOCK + i]
 
 
-@inner
+@compiled_only
 def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
     """Copy a block's columns of ``array`` to the rows of ``z``; the last lane fills up an incomplete vector."""
     for r in range(len(array)):
@@ -277,36 +365,42 @@ def _load(z, width, array, start, count):  # type: ignore[no-untyped-def]
             z[r * _BLOCK + i] = array[r, start + count - 1]
 
 
-@inner
+@compiled_only
 def _begin(z, width):  # type: ignore[no-untyped-def]
     """Make what all steps of a tick need of the parameters and of the state."""
     for i in range(width):
-        z[_PER_MASS * _BLOCK + i] = 1 / z[(CHANNELS + P_MASS) * _BLOCK + i]
-        z[_PER_INERTIA * _BLOCK + i] = 1 / z[(CHANNELS + P_INERTIA) * _BLOCK + i]
-        z[_PER_R * _BLOCK + i] = 1 / z[(CHANNELS + P_RADIUS) * _BLOCK + i]
-        z[_OLD_R * _BLOCK + i] = np.floor(z[ANGLE_R * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
-        z[_OLD_L * _BLOCK + i] = np.floor(z[ANGLE_L * _BLOCK + i] * z[(CHANNELS + P_COUNT) * _BLOCK + i])
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        lane.per_mass = 1 / robot.mass
+        lane.per_inertia = 1 / robot.inertia
+        lane.per_r = 1 / robot.radius
+        lane.old_r = np.floor(state.angle_r * robot.count)
+        lane.old_l = np.floor(state.angle_l * robot.count)
     for i in range(width):
-        z[_COS * _BLOCK + i] = np.cos(z[HEADING * _BLOCK + i])
-        z[_SIN * _BLOCK + i] = np.sin(z[HEADING * _BLOCK + i])
-        z[_OCOS * _BLOCK + i] = np.cos(z[ODO_HEADING * _BLOCK + i])
-        z[_OSIN * _BLOCK + i] = np.sin(z[ODO_HEADING * _BLOCK + i])
+        lane = BlockColumns(z, i, _BLOCK)
+        state = lane.state
+        lane.cos = np.cos(state.heading)
+        lane.sin = np.sin(state.heading)
+        lane.odo_cos = np.cos(state.odo_heading)
+        lane.odo_sin = np.sin(state.odo_heading)
 
 
-@inner
+@compiled_only
 def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
     """Turn the held command (in the voltage rows) into the voltages of this step, or the velocity if kinematic."""
     for i in range(width):
-        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
-        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
-        kt = z[(CHANNELS + P_KT) * _BLOCK + i]
-        ke = z[(CHANNELS + P_KE) * _BLOCK + i]
-        limit = z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i]
-        volts = z[(CHANNELS + P_VOLTAGE) * _BLOCK + i]
-        first = z[_VOLT_R * _BLOCK + i]
-        second = z[_VOLT_L * _BLOCK + i]
-        true_r = (z[V * _BLOCK + i] + half * z[W * _BLOCK + i]) / r
-        true_l = (z[V * _BLOCK + i] - half * z[W * _BLOCK + i]) / r
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        r = robot.radius
+        half = robot.half_axle
+        kt = robot.kt
+        ke = robot.ke
+        limit = robot.torque_limit
+        volts = robot.voltage
+        first = lane.volt_r
+        second = lane.volt_l
+        true_r = (state.v + half * state.w) / r
+        true_l = (state.v - half * state.w) / r
         hold = 1.0
         if code == 1:
             # The drive holds the commanded torque, as a current loop faster than 10 ms does.
@@ -314,134 +408,147 @@ def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
             ur = first / kt
             ul = second / kt
         else:
-            top_v = z[(CHANNELS + P_V_MAX) * _BLOCK + i]
-            top_w = z[(CHANNELS + P_W_MAX) * _BLOCK + i]
+            top_v = robot.v_max
+            top_w = robot.w_max
             v = min(max(first, -top_v), top_v)
             w = min(max(second, -top_w), top_w)
             # thesis (5.1): |v'| and |ω'| of the command are bounded. The wheels' limit comes last, and wins.
-            most_v = z[(CHANNELS + P_V_RATE) * _BLOCK + i] * step
-            most_w = z[(CHANNELS + P_W_RATE) * _BLOCK + i] * step
-            held_v = z[HELD_V * _BLOCK + i]
-            held_w = z[HELD_W * _BLOCK + i]
+            most_v = robot.v_rate * step
+            most_w = robot.w_rate * step
+            held_v = state.held_v
+            held_w = state.held_w
             v = min(max(v, held_v - most_v), held_v + most_v)
             w = min(max(w, held_w - most_w), held_w + most_w)
-            assumed = z[(CHANNELS + P_LOOP_RADIUS) * _BLOCK + i]
+            assumed = robot.loop_radius
             ref_r = (v + half * w) / assumed  # thesis (2.6), with the labels the right way round
             ref_l = (v - half * w) / assumed
             fastest = max(abs(ref_r), abs(ref_l))
-            top = z[(CHANNELS + P_WHEEL_MAX) * _BLOCK + i]
+            top = robot.wheel_max
             scale = min(1.0, top / max(fastest, 1e-12))
             ref_r = ref_r * scale
             ref_l = ref_l * scale
-            z[HELD_V * _BLOCK + i] = v * scale
-            z[HELD_W * _BLOCK + i] = w * scale
+            state.held_v = v * scale
+            state.held_w = w * scale
             if code == 2:
-                z[V * _BLOCK + i] = v * scale
-                z[W * _BLOCK + i] = w * scale
-            kp = z[(CHANNELS + P_KP) * _BLOCK + i]
-            ki = z[(CHANNELS + P_KI) * _BLOCK + i]
-            kd = z[(CHANNELS + P_KD) * _BLOCK + i]
-            speed_r = z[SPEED_R * _BLOCK + i]
-            speed_l = z[SPEED_L * _BLOCK + i]
-            rate_r = (speed_r - z[PAST_R * _BLOCK + i]) / step
-            rate_l = (speed_l - z[PAST_L * _BLOCK + i]) / step
-            wish_r = kp * (ref_r - speed_r) + z[INTEGRAL_R * _BLOCK + i] - kd * rate_r
-            wish_l = kp * (ref_l - speed_l) + z[INTEGRAL_L * _BLOCK + i] - kd * rate_l
+                state.v = v * scale
+                state.w = w * scale
+            kp = robot.kp
+            ki = robot.ki
+            kd = robot.kd
+            speed_r = state.speed_r
+            speed_l = state.speed_l
+            rate_r = (speed_r - state.past_r) / step
+            rate_l = (speed_l - state.past_l) / step
+            wish_r = kp * (ref_r - speed_r) + state.integral_r - kd * rate_r
+            wish_l = kp * (ref_l - speed_l) + state.integral_l - kd * rate_l
             ur = min(max(wish_r, -volts), volts)
             ul = min(max(wish_l, -volts), volts)
             # Back-calculation: the part that saturation cuts off leaves the integral with the loop's own time kp/ki.
             back = ki / max(kp, 1e-12)
-            z[INTEGRAL_R * _BLOCK + i] += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
-            z[INTEGRAL_L * _BLOCK + i] += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
-        z[_VOLT_R * _BLOCK + i] = ur
-        z[_VOLT_L * _BLOCK + i] = ul
+            state.integral_r += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
+            state.integral_l += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
+        lane.volt_r = ur
+        lane.volt_l = ul
         torque_r = _wheel_torque(ur, true_r, kt, ke, hold, volts, limit)
         torque_l = _wheel_torque(ul, true_l, kt, ke, hold, volts, limit)
         if code == 2:
             torque_r = 0.0
             torque_l = 0.0
-        change = abs(torque_r - z[TORQUE_R * _BLOCK + i]) + abs(torque_l - z[TORQUE_L * _BLOCK + i])
-        z[VARIATION * _BLOCK + i] += change
-        z[EFFORT * _BLOCK + i] += step * (torque_r * torque_r + torque_l * torque_l)
-        z[TORQUE_R * _BLOCK + i] = torque_r
-        z[TORQUE_L * _BLOCK + i] = torque_l
+        change = abs(torque_r - state.torque_r) + abs(torque_l - state.torque_l)
+        state.variation += change
+        state.effort += step * (torque_r * torque_r + torque_l * torque_l)
+        state.torque_r = torque_r
+        state.torque_l = torque_l
 
 
-@inner
+@compiled_only
 def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
     """Do one Runge-Kutta step of the velocities over ``h`` seconds, and move the pose along its arc meanwhile."""
     for i in range(width):
-        z[_V * _BLOCK + i] = z[V * _BLOCK + i]
-        z[_W * _BLOCK + i] = z[W * _BLOCK + i]
-        for row in range(_SUM_A, _SUM_Q + 1):
-            z[row * _BLOCK + i] = 0.0
+        lane = BlockColumns(z, i, _BLOCK)
+        state = lane.state
+        lane.stage_v = state.v
+        lane.stage_w = state.w
+        lane.sum_a = lane.sum_b = lane.sum_v = lane.sum_w = lane.sum_p = lane.sum_q = 0.0
     _stage(z, width, 1.0, 0.5 * h, hold)
     _stage(z, width, 2.0, 0.5 * h, hold)
     _stage(z, width, 2.0, h, hold)
     _stage(z, width, 1.0, 0.0, hold)
     for i in range(width):
-        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
-        per_r = z[_PER_R * _BLOCK + i]
-        v1 = z[V * _BLOCK + i]
-        w1 = z[W * _BLOCK + i]
-        v5 = v1 + h / 6 * z[_SUM_A * _BLOCK + i]
-        w5 = w1 + h / 6 * z[_SUM_B * _BLOCK + i]
-        z[V * _BLOCK + i] = v5
-        z[W * _BLOCK + i] = w5
-        z[WORK * _BLOCK + i] += h / 6 * z[_SUM_P * _BLOCK + i]
-        z[LOSS * _BLOCK + i] += h / 6 * z[_SUM_Q * _BLOCK + i]
-        forward = h / 6 * z[_SUM_V * _BLOCK + i]
-        turn = h / 6 * z[_SUM_W * _BLOCK + i]
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        half = robot.half_axle
+        per_r = lane.per_r
+        v1 = state.v
+        w1 = state.w
+        v5 = v1 + h / 6 * lane.sum_a
+        w5 = w1 + h / 6 * lane.sum_b
+        state.v = v5
+        state.w = w5
+        state.work += h / 6 * lane.sum_p
+        state.loss += h / 6 * lane.sum_q
+        forward = h / 6 * lane.sum_v
+        turn = h / 6 * lane.sum_w
         # v and ω changing together leave the arc a little sideways (Magnus expansion, second term).
         sideways = h * h / 12 * (v5 * w1 - v1 * w5)
-        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) * per_r
-        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) * per_r
-        _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, sideways, turn)
+        state.angle_r += (forward + half * turn) * per_r
+        state.angle_l += (forward - half * turn) * per_r
+        dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, forward, sideways, turn)
+        state.x += dx
+        state.y += dy
+        state.heading += turn
 
 
-@inner
+@compiled_only
 def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
     """Do one stage of Runge-Kutta: add what it finds, times ``weight``, to the sums; the next is ``reach`` [s] on.
 
     The loop is short: a lane is a chain of arithmetic that waits for a root and a division, and others fill the gap.
     """
     for i in range(width):
-        v = z[_V * _BLOCK + i]
-        w = z[_W * _BLOCK + i]
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        v = lane.stage_v
+        w = lane.stage_w
         a, b, p, q = _accelerations(
-            v, w, z[_VOLT_R * _BLOCK + i], z[_VOLT_L * _BLOCK + i], z[_PER_MASS * _BLOCK + i],
-            z[_PER_INERTIA * _BLOCK + i], z[(CHANNELS + P_COUPLING) * _BLOCK + i], z[_PER_R * _BLOCK + i],
-            z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i], z[(CHANNELS + P_KT) * _BLOCK + i],
-            z[(CHANNELS + P_KE) * _BLOCK + i], hold, z[(CHANNELS + P_VOLTAGE) * _BLOCK + i],
-            z[(CHANNELS + P_TORQUE_LIMIT) * _BLOCK + i], z[(CHANNELS + P_FRICTION) * _BLOCK + i],
-            z[(CHANNELS + P_FRICTION_SPEED) * _BLOCK + i],
+            v, w, lane.volt_r, lane.volt_l, lane.per_mass,
+            lane.per_inertia, robot.coupling, lane.per_r,
+            robot.half_axle, robot.kt,
+            robot.ke, hold, robot.voltage,
+            robot.torque_limit, robot.friction,
+            robot.friction_speed,
         )  # fmt: skip
-        z[_SUM_A * _BLOCK + i] += weight * a
-        z[_SUM_B * _BLOCK + i] += weight * b
-        z[_SUM_P * _BLOCK + i] += weight * p
-        z[_SUM_Q * _BLOCK + i] += weight * q
-        z[_SUM_V * _BLOCK + i] += weight * v
-        z[_SUM_W * _BLOCK + i] += weight * w
-        z[_V * _BLOCK + i] = z[V * _BLOCK + i] + reach * a
-        z[_W * _BLOCK + i] = z[W * _BLOCK + i] + reach * b
+        lane.sum_a += weight * a
+        lane.sum_b += weight * b
+        lane.sum_p += weight * p
+        lane.sum_q += weight * q
+        lane.sum_v += weight * v
+        lane.sum_w += weight * w
+        lane.stage_v = state.v + reach * a
+        lane.stage_w = state.w + reach * b
 
 
-@inner
+@compiled_only
 def _glide(z, width, step):  # type: ignore[no-untyped-def]
     """Move the kinematic plant: the velocity is the command, and the arc is exact."""
     for i in range(width):
-        r = z[(CHANNELS + P_RADIUS) * _BLOCK + i]
-        half = z[(CHANNELS + P_HALF_AXLE) * _BLOCK + i]
-        forward = z[V * _BLOCK + i] * step
-        turn = z[W * _BLOCK + i] * step
-        z[ANGLE_R * _BLOCK + i] += (forward + half * turn) / r
-        z[ANGLE_L * _BLOCK + i] += (forward - half * turn) / r
-        _arc(z, i, X, Y, HEADING, _COS, _SIN, forward, 0.0, turn)
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        r = robot.radius
+        half = robot.half_axle
+        forward = state.v * step
+        turn = state.w * step
+        state.angle_r += (forward + half * turn) / r
+        state.angle_l += (forward - half * turn) / r
+        dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, forward, 0.0, turn)
+        state.x += dx
+        state.y += dy
+        state.heading += turn
 
 
-@inner
-def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
-    """Move a pose along the arc of a constant twist: the exact solution of thesis (2.27)."""
+@compiled_only
+def _arc(cos, sin, forward, sideways, turn):  # type: ignore[no-untyped-def]
+    """The way of a pose along the arc of a constant twist, and its heading's cosine and sine then: thesis (2.27)."""
     q = turn * turn
     # sin(θ)/θ, (1 − cos θ)/θ and cos θ by their series, exact in float64 for the |θ| < 0.1 rad of one step
     s = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72)))
@@ -450,58 +557,46 @@ def _arc(z, i, x, y, heading, cos, sin, forward, sideways, turn):  # type: ignor
     sin_turn = turn * s
     along = forward * s - sideways * c
     across = forward * c + sideways * s
-    ch = z[cos * _BLOCK + i]
-    sh = z[sin * _BLOCK + i]
-    z[x * _BLOCK + i] += along * ch - across * sh
-    z[y * _BLOCK + i] += along * sh + across * ch
-    z[heading * _BLOCK + i] += turn
-    z[cos * _BLOCK + i] = ch * cos_turn - sh * sin_turn
-    z[sin * _BLOCK + i] = sh * cos_turn + ch * sin_turn
+    dx, dy = along * cos - across * sin, along * sin + across * cos
+    return dx, dy, cos * cos_turn - sin * sin_turn, sin * cos_turn + cos * sin_turn
 
 
-@inner
+@compiled_only
 def _odometry(z, width, step):  # type: ignore[no-untyped-def]
     """Read the encoders after the step: the wheel speeds for the loops, and the pose by odometry."""
     for i in range(width):
-        per_radian = z[(CHANNELS + P_COUNT) * _BLOCK + i]
-        radius_r = z[(CHANNELS + P_ODO_RIGHT) * _BLOCK + i]
-        radius_l = z[(CHANNELS + P_ODO_LEFT) * _BLOCK + i]
-        half = z[(CHANNELS + P_ODO_HALF_AXLE) * _BLOCK + i]
-        count_r = np.floor(z[ANGLE_R * _BLOCK + i] * per_radian)
-        count_l = np.floor(z[ANGLE_L * _BLOCK + i] * per_radian)
-        turn_r = (count_r - z[_OLD_R * _BLOCK + i]) / per_radian
-        turn_l = (count_l - z[_OLD_L * _BLOCK + i]) / per_radian
-        z[_OLD_R * _BLOCK + i] = count_r
-        z[_OLD_L * _BLOCK + i] = count_l
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        per_radian = robot.count
+        radius_r = robot.odometry.right
+        radius_l = robot.odometry.left
+        half = robot.odometry.half_axle
+        count_r = np.floor(state.angle_r * per_radian)
+        count_l = np.floor(state.angle_l * per_radian)
+        turn_r = (count_r - lane.old_r) / per_radian
+        turn_l = (count_l - lane.old_l) / per_radian
+        lane.old_r = count_r
+        lane.old_l = count_l
         raw_r = turn_r / step
         raw_l = turn_l / step
-        b0 = z[(CHANNELS + P_B0) * _BLOCK + i]
-        b1 = z[(CHANNELS + P_B1) * _BLOCK + i]
-        b2 = z[(CHANNELS + P_B2) * _BLOCK + i]
-        f1 = z[(CHANNELS + P_A1) * _BLOCK + i]
-        f2 = z[(CHANNELS + P_A2) * _BLOCK + i]
-        smooth_r = (
-            b0 * raw_r
-            + b1 * z[RAW1_R * _BLOCK + i]
-            + b2 * z[RAW2_R * _BLOCK + i]
-            - f1 * z[SPEED_R * _BLOCK + i]
-            - f2 * z[PAST_R * _BLOCK + i]
-        )
-        smooth_l = (
-            b0 * raw_l
-            + b1 * z[RAW1_L * _BLOCK + i]
-            + b2 * z[RAW2_L * _BLOCK + i]
-            - f1 * z[SPEED_L * _BLOCK + i]
-            - f2 * z[PAST_L * _BLOCK + i]
-        )
-        z[RAW2_R * _BLOCK + i] = z[RAW1_R * _BLOCK + i]
-        z[RAW2_L * _BLOCK + i] = z[RAW1_L * _BLOCK + i]
-        z[RAW1_R * _BLOCK + i] = raw_r
-        z[RAW1_L * _BLOCK + i] = raw_l
-        z[PAST_R * _BLOCK + i] = z[SPEED_R * _BLOCK + i]
-        z[PAST_L * _BLOCK + i] = z[SPEED_L * _BLOCK + i]
-        z[SPEED_R * _BLOCK + i] = smooth_r
-        z[SPEED_L * _BLOCK + i] = smooth_l
+        b0 = robot.b0
+        b1 = robot.b1
+        b2 = robot.b2
+        f1 = robot.a1
+        f2 = robot.a2
+        smooth_r = b0 * raw_r + b1 * state.raw1_r + b2 * state.raw2_r - f1 * state.speed_r - f2 * state.past_r
+        smooth_l = b0 * raw_l + b1 * state.raw1_l + b2 * state.raw2_l - f1 * state.speed_l - f2 * state.past_l
+        state.raw2_r = state.raw1_r
+        state.raw2_l = state.raw1_l
+        state.raw1_r = raw_r
+        state.raw1_l = raw_l
+        state.past_r = state.speed_r
+        state.past_l = state.speed_l
+        state.speed_r = smooth_r
+        state.speed_l = smooth_l
         forward = (radius_r * turn_r + radius_l * turn_l) / 2
         turn = (radius_r * turn_r - radius_l * turn_l) / (2 * half)  # thesis (2.25), with 2 L between the wheels
-        _arc(z, i, ODO_X, ODO_Y, ODO_HEADING, _OCOS, _OSIN, forward, 0.0, turn)
+        dx, dy, lane.odo_cos, lane.odo_sin = _arc(lane.odo_cos, lane.odo_sin, forward, 0.0, turn)
+        state.odo_x += dx
+        state.odo_y += dy
+        state.odo_heading += turn

@@ -26,7 +26,7 @@ class RobotError(InputError):
     """A robot that cannot be built. The message names the parameter, its value and what is accepted."""
 
 
-class Rule(NamedTuple):
+class DerivationRule(NamedTuple):
     """How a number follows from others, where it is not given."""
 
     says: str  # a formula in the names of fields, and its reason
@@ -41,7 +41,7 @@ def _needed(unit: str, doc: str, **bounds: float) -> Any:
 def _derived(unit: str, doc: str, says: str, value: Callable[["Robot"], float], **bounds: float) -> Any:
     """A field that follows by a rule from the fields above it, where it is not given."""
     metadata = quantity(None, unit, doc=doc, **bounds).metadata
-    return field(default=None, metadata={**metadata, "rule": Rule(says, value)})
+    return field(default=None, metadata={**metadata, "rule": DerivationRule(says, value)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,7 +270,7 @@ class Robot:
 
 # Two ways to say one thing: the data sheet's, and the constant that it is turned into.
 ALTERNATIVES = {"stall_torque": "torque_constant", "no_load_speed": "back_emf"}
-RULES: dict[str, Rule] = {f.name: f.metadata["rule"] for f in fields(Robot) if "rule" in f.metadata}
+RULES: dict[str, DerivationRule] = {f.name: f.metadata["rule"] for f in fields(Robot) if "rule" in f.metadata}
 NEEDED = ("body_mass", "length", "width", "half_axle", "wheel_radius", "supply_voltage", "counts_per_turn")
 
 

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from robotics.vehicle import plant
-from robotics.vehicle.plant import STEP, Plant
+from robotics.vehicle.plant import STEP, ParameterColumns, Plant, TruthColumns
 from robotics.vehicle.robot import RULES, Robot
 
 Motion = Literal["straight", "spot"]
@@ -17,13 +17,12 @@ TRIED = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the top speed: the steps by which gain
 BAND = 0.02  # of the step: a wheel has settled when it stays within it
 MOST_OVERSHOOT = 0.05  # of the step
 DAMPING = (0.0, 0.5, 1.0)  # kd that are tried, in kp times the loop's period
-ALL = range(plant.CHANNELS)
 _FACTORS = np.geomspace(0.125, 8.0, 17)  # of the derived gains, that are tried first
 _FINER = np.geomspace(0.75, 1.333, 9)  # of the best of those, that are tried then
 
 
 @dataclass(frozen=True, eq=False)
-class StepResponse:
+class WheelResponse:
     """A wheel's response to a step of the command from rest, every 10 ms; bounds of the acceleration are left out."""
 
     motion: Motion
@@ -57,16 +56,16 @@ def top_speed(robot: Robot, motion: Motion) -> float:
     return min(most / robot.wheel_radius, robot.wheel_speed_max)
 
 
-def step_response(robot: Robot, motion: Motion, level: float = SHOWN) -> StepResponse:
+def step_response(robot: Robot, motion: Motion, level: float = SHOWN) -> WheelResponse:
     """The response to a step from rest to ``level`` of the top speed, of the dynamic plant."""
     command = level * top_speed(robot, motion)
-    states = _driven(_lane(robot)[:, None], np.array([command]), (motion,), robot, ALL)[:, :, 0]
-    error = command - states[:, plant.SPEED_R]
-    rate = (states[:, plant.SPEED_R] - states[:, plant.PAST_R]) / STEP
-    voltage = robot.kp * error + states[:, plant.INTEGRAL_R] - robot.kd * rate
+    states = TruthColumns(_driven(_lane(robot)[:, None], np.array([command]), (motion,), robot)[:, :, 0].T)
+    error = command - states.speed_r
+    rate = (states.speed_r - states.past_r) / STEP
+    voltage = robot.kp * error + states.integral_r - robot.kd * rate
     bounded = np.clip(voltage, -robot.supply_voltage, robot.supply_voltage)
-    speed = _right_wheel(states[:, [plant.V, plant.W]], robot)
-    return StepResponse(motion, command, STEP * np.arange(len(states)), speed, bounded)
+    speed = _right_wheel(states, robot)
+    return WheelResponse(motion, command, STEP * np.arange(len(speed)), speed, bounded)
 
 
 def tuned(robot: Robot) -> Gains:
@@ -105,8 +104,9 @@ def _best(robot: Robot, tried: Sequence[Gains]) -> tuple[Gains, float]:
     commands = np.array([level * top_speed(robot, motion) for motion, level in cases] * len(tried))
     lanes = np.repeat(np.array(tried), len(cases), axis=0)
     table = np.repeat(_lane(robot)[:, None], len(lanes), axis=1)
-    table[[plant.P_KP, plant.P_KI, plant.P_KD]] = lanes.T
-    share = _right_wheel(_driven(table, commands, motions, robot, (plant.V, plant.W)), robot) / commands
+    gains = ParameterColumns(table)
+    gains.kp, gains.ki, gains.kd = lanes.T
+    share = _right_wheel(TruthColumns(_driven(table, commands, motions, robot).swapaxes(0, 1)), robot) / commands
     worst = np.stack([_settling_time(share), _overshoot(share), np.abs(1 - share).sum(axis=0) * STEP])
     settling, overshoot, error = worst.reshape(3, len(tried), len(cases)).max(axis=2)
     fair = (overshoot <= MOST_OVERSHOOT) & np.isfinite(settling)
@@ -121,26 +121,24 @@ def _lane(robot: Robot) -> np.ndarray:
     return plant.parameters(replace(robot, v_rate_max=None, w_rate_max=None))
 
 
-def _driven(
-    table: np.ndarray, commands: np.ndarray, motions: Sequence[Motion], robot: Robot, channels: Sequence[int]
-) -> np.ndarray:
-    """Some ``channels`` of the states (samples, channels, lanes) from rest to ``commands`` of the wheels [rad/s]."""
+def _driven(table: np.ndarray, commands: np.ndarray, motions: Sequence[Motion], robot: Robot) -> np.ndarray:
+    """The states (samples, TruthColumns, lanes) from rest to ``commands`` of the wheels [rad/s]."""
     ground = commands * robot.wheel_radius
     straight = np.array([motion == "straight" for motion in motions])
     command = np.stack([np.where(straight, ground, 0.0), np.where(straight, 0.0, ground / robot.half_axle)])
     machine = Plant(table, steps=1)
     state = plant.initial_state(np.zeros((len(commands), 3)))
-    kept = [state[[*channels]]]
+    kept = [state]
     seconds = max(1.0, 20 * robot.loop_time, 4 * robot.motor_time)
     for _ in range(round(seconds / STEP)):
         state = machine.advance(state, command, command, 0, "velocity")
-        kept.append(state[[*channels]])
+        kept.append(state)
     return np.stack(kept)
 
 
-def _right_wheel(velocity: np.ndarray, robot: Robot) -> np.ndarray:
-    """The speed [rad/s] of the right wheel, of v [m/s] and ω [rad/s], (samples, 2, ...)."""
-    return np.asarray((velocity[:, 0] + robot.half_axle * velocity[:, 1]) / robot.wheel_radius)
+def _right_wheel(states: TruthColumns, robot: Robot) -> np.ndarray:
+    """The speed [rad/s] of the right wheel (samples, ...)."""
+    return np.asarray((states.v + robot.half_axle * states.w) / robot.wheel_radius)
 
 
 def _overshoot(share: np.ndarray) -> np.ndarray:

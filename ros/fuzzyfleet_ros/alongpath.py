@@ -10,19 +10,19 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
 from robotics.scenario.robots import RobotModel
 
-NEAREST = 1e-3  # m: points closer than this to the one before are taken for the same
+_NEAREST = 1e-3  # m: points closer than this to the one before are taken for the same
 
 
 def thinned(points: Sequence[tuple[float, float]], spacing: float) -> tuple[tuple[float, float], ...]:
     """Those of ``points`` [m] that are at least ``spacing`` [m] from the one kept before, and the last one."""
     kept: list[tuple[float, float]] = []
     for point in points:
-        if not kept or hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= max(spacing, NEAREST):
+        if not kept or hypot(point[0] - kept[-1][0], point[1] - kept[-1][1]) >= max(spacing, _NEAREST):
             kept.append(point)
     if points and kept[-1] != points[-1]:
         if len(kept) > 1:
             kept[-1] = points[-1]
-        elif hypot(points[-1][0] - kept[0][0], points[-1][1] - kept[0][1]) >= NEAREST:
+        elif hypot(points[-1][0] - kept[0][0], points[-1][1] - kept[0][1]) >= _NEAREST:
             kept.append(points[-1])
     return tuple(kept)
 

@@ -24,12 +24,12 @@ from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
 from fuzzyfleet_ros.onboard import Known, Onboard, Order
 from fuzzyfleet_ros.parameters import declared
-from fuzzyfleet_ros.standing import Standing
+from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
 from robotics.logs.names import token
 from robotics.sensing.carried import sensor_names
 
-SHOWN = 400  # points of the plan that is shown
+_SHOWN = 400  # points of the plan that is shown
 
 
 class Controller(Node):
@@ -46,7 +46,7 @@ class Controller(Node):
         if self.path_task:
             self.path_task.rehearse()
         self.lockstep, self.done = values.flag("lockstep"), False
-        self.standing = Standing(values.number("odom_timeout"), values.number("range_timeout"), clocks.monotonic)
+        self.standing = CommandWatchdog(values.number("odom_timeout"), values.number("range_timeout"), clocks.monotonic)
         robots = len(self.task.setting.robots) if self.task else 1
         self.own = self.task.robot if self.task else 0
         inside = prefix(self.own, robots)
@@ -269,7 +269,7 @@ class Controller(Node):
             posture = known.posture.inside(frame)
             near = continued(posture.heading, self.task.start.heading)
             self.known[self.own] = known._replace(posture=posture._replace(heading=near))
-        plan = [self._in_odometry(posture) for posture in self.task.plan(SHOWN)]
+        plan = [self._in_odometry(posture) for posture in self.task.plan(_SHOWN)]
         self.plan.publish(messages.path(now, self.odom_frame, plan))
 
     def _in_odometry(self, posture: Posture) -> Posture:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.laws.equation import HEADING, V, W, X
+from robotics.laws.equation import RobotColumns
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.radio.channel import Heard
@@ -19,7 +19,7 @@ from robotics.simulation.loop import Simulation, checked_seeds, when_stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.steps import say
-from robotics.vehicle import plant
+from robotics.vehicle.plant import TruthColumns
 
 
 class Sensed(NamedTuple):
@@ -132,21 +132,21 @@ class Loopback:
         one.look(k)
         one.hear(k)
         lanes = one.lanes
-        truth, seen = lanes.body.truth, lanes.known.seen
+        truth, robot = TruthColumns(lanes.body.truth), RobotColumns(lanes.known.seen)
         ranges = np.full((len(self.age), len(self.names)), inf)
         if one.ranges is not None:
             ranges[...] = one.ranges.values[0]
         per_radian = np.array([robot.counts_per_turn / (2 * np.pi) for robot in self.setting.robots])
-        angles = np.floor(truth[[plant.ANGLE_L, plant.ANGLE_R]] * per_radian) / per_radian
-        v, turn = seen[V], self.axles * seen[W]
+        angles = np.floor(np.stack([truth.angle_l, truth.angle_r]) * per_radian) / per_radian
+        v, turn = robot.v, self.axles * robot.w
         wheels = np.concatenate([angles, [(v - turn) / self.radii, (v + turn) / self.radii]])
         heard = one.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy()))
-        speed = truth[[plant.V, plant.W]]
+        speed = np.stack([truth.v, truth.w])
         return Sensed(
             k,
-            seen[X : HEADING + 1].copy(),
-            seen[V : W + 1].copy(),
-            truth[:3].copy(),
+            np.stack([robot.x, robot.y, robot.heading]),
+            np.stack([robot.v, robot.w]),
+            truth.array[:3].copy(),
             speed,
             wheels,
             ranges,
@@ -170,7 +170,7 @@ class Loopback:
         self.outside.order[:, self.age > self.patience + 1e-9] = 0.0
         one.decide(k)
         one.obey()
-        one.record(k)
+        one.watch(k)
         if self.over:
             return
         lanes = one.lanes

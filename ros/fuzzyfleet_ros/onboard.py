@@ -14,7 +14,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzyfleet_ros.frames import Posture
-from robotics.laws.foreign import begun, commanded
+from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
@@ -25,7 +25,7 @@ from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import Ranges
 from robotics.vehicle.plant import saturate, velocity_limits
 
-MOVED = (
+_MOVED = (
     0.0,
     0.01,
     0.3,
@@ -178,7 +178,7 @@ class Onboard:
 
     def begin(self) -> Any:
         """The law's memory at the start. Raises ControllerError where it cannot drive the setting."""
-        return begun(self.law, self.setting, 1)
+        return checked_init(self.law, self.setting, 1)
 
     @cached_property
     def sees_others(self) -> bool:
@@ -188,9 +188,9 @@ class Onboard:
         """
         if len(self.setting.robots) == 1:
             return False
-        begun = [Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
+        starts = [Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
         later = [(time, self._due(time)) for time in (self.duration / 3, 2 * self.duration / 3)]
-        return any(self._differs(time, places) for time, places in ((0.0, begun), *later))
+        return any(self._differs(time, places) for time, places in ((0.0, starts), *later))
 
     def _due(self, time: float) -> list[Known]:
         """All robots where their references are at ``time`` [s]."""
@@ -200,7 +200,7 @@ class Onboard:
     def _differs(self, time: float, places: Sequence[Known]) -> bool:
         """Whether this robot's command at ``time`` [s] is another when the others stand elsewhere than ``places``."""
         found = []
-        for way in MOVED:
+        for way in _MOVED:
             moved = {j: _onward(known, way) for j, known in enumerate(places) if j != self.robot}
             command, _ = self._commanded(time, places[self.robot], moved, self.silence(), None, self.begin())
             found.append([self._own(value) for value in command[:4]])
@@ -269,7 +269,7 @@ class Onboard:
         references = self.setting.references
         heard, looked = self._heard(time, received), self._ranges(ranges)
         observation = Observation(time, x, y, heading, v, w, references.at(time), references, heard, looked)
-        return commanded(self.law, observation, memory, self.setting.period)
+        return checked_control(self.law, observation, memory, self.setting.period)
 
     def _own(self, values: Any) -> float:
         """This robot's part of ``values``, which fit (1, robots)."""

@@ -26,11 +26,11 @@ from fuzzyfleet_ros.transforms import Transforms
 from robotics.laws.catalogue import make_controller
 from robotics.logs.names import MAP, token
 
-FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
+_FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
 MOST_SENSORS = 16  # of a robot, if its law does not name those that it needs
 AGAIN = 0.1  # s of real time after which a period is told once more, while an answer to it is missing
 
-PARAMETERS = (
+_PARAMETERS = (
     Parameter("scenario", "reference", "A scenario's name or .toml file."),
     Parameter("robot", "", "A robot's name or .toml file; empty: the scenario's."),
     Parameter("law", "", "The law that the controllers drive by: it says what messages and which sensors there are."),
@@ -53,7 +53,7 @@ class Simulator(Node):
     def __init__(self, **options: Any) -> None:
         """Open it; ``options`` are those of a node, such as its namespace."""
         super().__init__("simulator", **options)
-        values = self.values = declared(self, PARAMETERS)
+        values = self.values = declared(self, _PARAMETERS)
         self.lockstep, self.done = values.flag("lockstep"), False
         self.own_clock = self.lockstep or values.flag("clock")
         if self.lockstep and not values.flag("stamped"):
@@ -128,7 +128,7 @@ class Simulator(Node):
     @property
     def time(self) -> int:
         """The time of this period by the simulator's own clock [ns]."""
-        return FIRST + round((self.loop.time + self.idle) * messages.NANOSECONDS)
+        return _FIRST + round((self.loop.time + self.idle) * messages.NANOSECONDS)
 
     def _tick(self) -> None:
         """A period of real time."""

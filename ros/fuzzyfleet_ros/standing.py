@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 
-class Standing:
+class CommandWatchdog:
     """The watchdog of a controller: what came when, and whether the robot stands."""
 
     def __init__(self, odom_timeout: float, range_timeout: float, clock: Callable[[], float]) -> None:

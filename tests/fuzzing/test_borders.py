@@ -1,5 +1,7 @@
 """A bounded assault on every border, with seeds fixed; ``python -m benchmarks.fuzzing`` goes on for longer."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.fuzzing.borders import BORDERS, assault, kinds
@@ -25,5 +27,17 @@ def test_only_sentences_come_out(name: str) -> None:
     assert not tally.escaped, kinds(tally)
     assert tally.accepted + tally.refused == count
     assert tally.refused > count // 10  # the damage is damage
-    assert tally.accepted > count // 100  # and the border lets good files through
+    if name == "checkpoint":  # its checksum is that of the whole file: no damage passes
+        assert tally.accepted == 0
+    else:
+        assert tally.accepted > count // 100  # and the border lets good files through
     assert tally.slowest < 20.0  # s of processor time: nothing there is quadratic
+
+
+@pytest.mark.parametrize("name", ["run", "checkpoint"])
+def test_what_is_not_damaged_is_accepted(name: str, tmp_path: Path) -> None:
+    border = BORDERS[name]
+    for number, content in enumerate(border.corpus()):
+        path = tmp_path / f"{number}{border.suffix}"
+        path.write_bytes(content)
+        border.use(border.read(path))

@@ -12,7 +12,7 @@ from fuzzyfleet_ros.alongpath import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
 from fuzzyfleet_ros.onboard import Known, Onboard, OnboardError, Received
-from fuzzyfleet_ros.standing import Standing
+from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
 from robotics.laws.law import ControllerError
@@ -198,7 +198,7 @@ def test_a_robot_that_says_nothing_is_not_heard():
 
 def test_the_watchdog_tells_what_is_missing_and_for_how_long():
     now = [0.0]
-    standing = Standing(0.5, 1.0, lambda: now[0])
+    standing = CommandWatchdog(0.5, 1.0, lambda: now[0])
     assert standing.reason() == "no odometry has come yet"
     standing.odometry_came()
     assert standing.reason(["left"]) == "no reading of left has come yet"

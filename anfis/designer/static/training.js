@@ -3,32 +3,28 @@
 
 import {
   axes,
+  boxed,
   choices,
   color,
   element,
   keepDrawn,
+  keyed,
   labelled,
   line,
   offer,
+  pixels,
+  plot,
   put,
   quantity,
   say,
-  sayUnder,
   scale,
   shape,
   styled,
-  takes,
   ticks,
 } from "../../../fuzzy/designer/static/chart.js";
 import { dataPictures } from "../../../fuzzy/designer/static/datapictures.js";
-import {
-  columnField,
-  described,
-  field,
-  fillColumns,
-  omission,
-  uploadField,
-} from "../../../fuzzy/designer/static/datasource.js";
+import { columnField, described, fillColumns, tableFields } from "../../../fuzzy/designer/static/datasource.js";
+import { field, group, panelForm, row } from "../../../fuzzy/designer/static/form.js";
 import { degree, places } from "../../../fuzzy/designer/static/membership.js";
 
 const SHARED = "../../../fuzzy/designer/static";
@@ -54,8 +50,10 @@ const NAMES = [
   "unit",
   "lack",
 ];
-const FILE = "File of the folder, or generated",
-  UPLOAD = "or upload a CSV file";
+const RADIUS = "Cluster radius (share of range)",
+  GOAL = "Error goal (RMSE)",
+  SHARE = "Checking share [%]";
+const NUMBERS = ["radius", "mfs", "epochs", "goal", "share", "seed"];
 const STARTS = { present: "the present system", subtractive: "clusters of the data", grid: "a grid of terms" };
 const ROLES = [
   ["unused", "not used"],
@@ -84,31 +82,26 @@ function decades(low, high) {
 
 export async function render({ model, el }) {
   await styled(...SHEETS);
-  const get = (name) => model.get(name) ?? null;
-  let refused = null; // what this side refuses: { message, field }
-  const choose = (name, value) => model.send({ do: "choose", name, value });
-  const number = (label, name, attributes, factor = 1) => {
-    const input = element("input", { type: "number", "aria-label": label, ...attributes });
-    input.addEventListener("change", () => {
-      const right = input.value !== "" && input.checkValidity();
-      refused = right ? null : { message: takes(input, input.ariaLabel), field: name };
-      if (right) choose(name, Number(input.value) / factor);
-      drawProblem();
-    });
-    return Object.assign(input, {
-      show: (value) => {
-        if (document.activeElement !== input && (input.value === "" || Number(input.value) !== value * factor))
-          input.value = Number((value * factor).toPrecision(6));
-      },
-    });
-  };
+  const mapping = element("div", { class: "pn-columns" });
+  const form = panelForm(model, (note) => data.before(note), { leads: true, columns: mapping }),
+    { get, send, number } = form;
 
   // Data
-  const file = choices(FILE, [], "", (value) => {
-    const [kind, name] = [value.slice(0, 1), value.slice(2)];
-    drawAsks();
-    if (name && asked().length === 0) model.send({ do: kind === "g" ? "generate" : "file", name });
-  });
+  const {
+    row: sources,
+    file,
+    about,
+    skip,
+  } = tableFields(
+    form,
+    "File of the folder, or generated",
+    (value) => {
+      const [kind, name] = [value.slice(0, 1), value.slice(2)];
+      drawAsks();
+      if (name && asked().length === 0) send({ do: kind === "g" ? "generate" : "file", name });
+    },
+    () => ({ ...get("accepted"), larger: "use anfis train for large tables" }),
+  );
   const asks = element("div", { class: "pn-row", hidden: true });
   /** What the chosen generator asks for. */
   const asked = () => get("sources").generators.find(([name]) => file.value === `g:${name}`)?.[2] ?? [];
@@ -126,7 +119,7 @@ export async function render({ model, el }) {
     const name = file.value.slice(2);
     const make = () => {
       const chosen = Object.fromEntries(wanted.map((ask, i) => [ask.name, controls[i].value]));
-      model.send({ do: "generate", name, chosen });
+      send({ do: "generate", name, chosen });
       say(about, "making the data …");
     };
     asks.replaceChildren(
@@ -134,110 +127,49 @@ export async function render({ model, el }) {
       element("button", { type: "button", onclick: make }, "Make the data"),
     );
   }
-  const upload = uploadField(
-    UPLOAD,
-    () => ({ ...get("accepted"), larger: "use anfis train for large tables" }),
-    (piece) => model.send(piece),
-    (text) => fail(text),
-  );
-  const about = element("p", { class: "pn-note" });
-  const skip = omission((on) => choose("skip_bad", on));
-  const mapping = element("div", { class: "pn-columns" });
-  const data = element(
-    "fieldset",
-    {},
-    element("legend", {}, "Data"),
-    element("div", { class: "pn-row" }, field(FILE, file), field(UPLOAD, upload)),
-    asks,
-    about,
-  );
+  const data = group("Data", sources, asks, about);
 
   // Start and method
-  const start = choices("Start from", [], "", (value) => choose("start", value));
-  const radius = number("Cluster radius (share of range)", "radius", { min: 0.01, max: 2, step: "any" });
-  const mfs = number("Terms per input", "mfs", { min: 2, max: 20, step: 1 });
-  const radiusField = field("Cluster radius (share of range)", radius),
-    mfsField = field("Terms per input", mfs);
-  const from = element(
-    "fieldset",
-    {},
-    element("legend", {}, "Start"),
-    element("div", { class: "pn-row" }, field("Start from", start), radiusField, mfsField),
-    mapping,
-    skip.node,
-  );
-  const method = choices("Method", [], "", (value) => choose("method", value));
-  const epochs = number("Epochs", "epochs", { min: 0, max: 100000, step: 1 });
-  const goal = number("Error goal (RMSE)", "goal", { min: 0, step: "any" });
-  const goalField = field("Error goal (RMSE)", goal);
-  const share = number("Checking share [%]", "share", { min: 0, max: 80, step: "any" }, 100);
-  const seed = number("Seed of the split", "seed", { min: 0, step: 1 });
-  const act = (text, wish, kind) =>
-    element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
-  const go = act("Train", "train", "pn-main"),
-    stop = act("Stop", "stop", ""),
-    take = act("Take the best into the design", "take", "");
-  const how = element(
-    "fieldset",
-    {},
-    element("legend", {}, "Learning"),
-    element(
-      "div",
-      { class: "pn-row" },
+  const start = form.list("Start from", "start");
+  const radiusField = field(RADIUS, number(RADIUS, "radius", { min: 0.01, max: 2 })),
+    mfsField = field("Terms per input", number("Terms per input", "mfs", { min: 2, max: 20, step: 1 }));
+  const from = group("Start", row(field("Start from", start), radiusField, mfsField), mapping, skip.node);
+  const method = form.list("Method", "method");
+  const goal = number(GOAL, "goal", { min: 0 }),
+    goalField = field(GOAL, goal);
+  const go = form.act("Train", "train", "pn-main"),
+    stop = form.act("Stop", "stop"),
+    take = form.act("Take the best into the design", "take");
+  const how = group(
+    "Learning",
+    row(
       field("Method", method),
-      field("Epochs", epochs),
+      field("Epochs", number("Epochs", "epochs", { min: 0, max: 100000, step: 1 })),
       goalField,
-      field("Checking share [%]", share),
-      field("Seed of the split", seed),
+      field(SHARE, number(SHARE, "share", { min: 0, max: 80 }, { factor: 100 })),
+      field("Seed of the split", number("Seed of the split", "seed", { min: 0, step: 1 })),
       go,
       stop,
       take,
     ),
   );
-  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
-  const fail = (text) => {
-    refused = text ? { message: text, field: "piece" } : null;
-    drawProblem();
-  };
-  const fields = {
-    file,
-    generate: file,
-    piece: upload,
-    start,
-    radius,
-    mfs,
-    method,
-    epochs,
-    goal,
-    share,
-    seed,
-    skip_bad: skip.input,
-  };
-  /** What was refused, under the field that asked for it where one did; of the button Train, above it all. */
-  function drawProblem() {
-    const { message = "", field = null, column = null } = refused ?? get("problem") ?? {};
-    const of = column === null ? fields[field] : [...mapping.querySelectorAll("select")].find((s) => s.name === column);
-    const fresh = message !== "" && message !== problem.textContent;
-    sayUnder(problem, message, of, (note) => data.before(note));
-    if (fresh) problem.scrollIntoView({ block: "nearest" }); // the button may be a page below
-  }
 
   // What comes of it
   const bar = element("progress", { "aria-label": "Epochs done", max: 1, value: 0 });
   const state = element("p", { class: "pn-said", role: "status" });
   const notes = element("div");
   const keys = element("div", { class: "pn-keys" });
-  const curve = shape("svg", { class: "pn-plot", role: "img" });
+  const curve = plot();
   const terms = element("div");
   const views = element("div", { class: "pn-views" }, element("div", {}, keys, curve), terms);
   const drawn = dataPictures({
-    look: (row) => model.send({ do: "look", row }),
-    output: (value) => model.send({ do: "output", value }),
+    look: (row) => send({ do: "look", row }),
+    output: (value) => send({ do: "output", value }),
   });
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-training" },
-    problem,
+    form.note,
     data,
     from,
     how,
@@ -268,15 +200,7 @@ export async function render({ model, el }) {
       choice.start,
     );
     offer(method, accepted.method, choice.method);
-    for (const [input, name] of [
-      [radius, "radius"],
-      [mfs, "mfs"],
-      [epochs, "epochs"],
-      [goal, "goal"],
-      [share, "share"],
-      [seed, "seed"],
-    ])
-      input.show(choice[name]);
+    for (const name of NUMBERS) form.fields[name].show(choice[name]);
     radiusField.hidden = choice.start !== "subtractive";
     mfsField.hidden = choice.start !== "grid";
     say(
@@ -285,7 +209,7 @@ export async function render({ model, el }) {
         ? `${table.name}: ${table.rows} samples, ${table.columns.length} columns`
         : 'The table needs one row per sample, inputs and outputs in columns, below a header such as "speed [m/s]".',
     );
-    const aim = `Error goal (RMSE${get("unit") ? ` in ${get("unit")}` : ""})`;
+    const aim = get("unit") ? `Error goal (RMSE in ${get("unit")})` : GOAL;
     say(goalField.firstElementChild, aim);
     put(goal, { "aria-label": aim });
     skip.show(get("lack"), choice.skip_bad);
@@ -293,7 +217,7 @@ export async function render({ model, el }) {
     go.disabled = running || !table;
     stop.disabled = !running || progress.state === "stopping";
     take.disabled = running || progress.stopped === null;
-    drawProblem();
+    form.drawProblem();
     drawMapping(table, choice, get("columns"), get("system"));
   }
 
@@ -301,7 +225,7 @@ export async function render({ model, el }) {
     mapping.hidden = !table;
     if (!table) return;
     const pick = (name, text, what, options, chosen) =>
-      columnField(name, text, what, options, chosen, (of, value) => model.send({ do: "column", name: of, value }));
+      columnField(name, text, what, options, chosen, (of, value) => send({ do: "column", name: of, value }));
     const names = table.columns.map((c) => [c.name, described(c)]);
     const key = JSON.stringify([choice.start === "present", table, columns, system]);
     fillColumns(mapping, key, () => {
@@ -344,15 +268,8 @@ export async function render({ model, el }) {
     const known = [...p.train, ...(p.check ?? [])].filter((v) => v !== null && v > 0);
     curve.parentElement.hidden = known.length === 0;
     if (known.length === 0) return;
-    const sample = (kind) =>
-      shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
-    keys.replaceChildren(
-      element("span", {}, sample("tn-train"), "training"),
-      ...(p.check ? [element("span", {}, sample("tn-check"), "checking")] : []),
-    );
-    const width = Math.max(240, curve.parentElement.clientWidth),
-      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
-    put(curve, { viewBox: `0 0 ${width} 280`, height: 280 });
+    keys.replaceChildren(keyed("tn-train", "training"), ...(p.check ? [keyed("tn-check", "checking")] : []));
+    const box = boxed(curve, 280);
     let low = Math.min(...known),
       high = Math.max(...known);
     [low, high] = [low / 1.15, high * 1.15];
@@ -365,14 +282,7 @@ export async function render({ model, el }) {
     const y = (v) => (v > 0 ? log(Math.log10(v)) : NaN);
     y.ends = [low, high];
     const drawn = axes(box, x, y, ["epoch", p.unit ? `RMSE [${p.unit}]` : "RMSE"], decades(low, high));
-    const over = (values, kind) =>
-      shape("path", {
-        d: line(
-          p.epoch.map(x),
-          values.map((v) => (v === null ? NaN : y(v))),
-        ),
-        class: kind,
-      });
+    const over = (values, kind) => shape("path", { d: line(p.epoch.map(x), pixels(values, y)), class: kind });
     const all = [drawn, over(p.train, "tn-train")];
     if (p.check) all.push(over(p.check, "tn-check"));
     if (p.best && p.best.error > 0)
@@ -386,21 +296,19 @@ export async function render({ model, el }) {
       after = get("after");
     terms.hidden = before === null;
     if (before === null) return;
-    const width = Math.max(240, terms.clientWidth || root.clientWidth);
-    const sample = (kind, stroke) =>
-      shape(
-        "svg",
-        { width: 34, height: 10, "aria-hidden": "true" },
-        shape("path", { d: "M1 5H33", class: kind, stroke }),
-      );
+    const held = terms.clientWidth || root.clientWidth;
     const key = element(
       "div",
       { class: "pn-keys" },
-      element("span", {}, sample("tn-before", null), "before"),
-      ...(after ? [element("span", {}, sample("", color(0)), "after: the best")] : []),
+      keyed("tn-before", "before"),
+      ...(after ? [keyed("", "after: the best", color(0))] : []),
     );
     const pictures = before.map((variable, i) => {
-      const box = { left: 40, right: width - 14, top: 26, bottom: 126 };
+      const picture = plot(
+          `Membership functions of ${variable.name}, ${after ? "before and after" : "before"} learning`,
+        ),
+        box = boxed(picture, 170, { left: 40, held });
+      picture.classList.toggle("tn-many", variable.terms.length > 7);
       const x = scale(variable.low, variable.high, box.left, box.right),
         y = scale(0, 1, box.bottom, box.top);
       const path = (term, kind, stroke) => {
@@ -414,15 +322,7 @@ export async function render({ model, el }) {
           stroke,
         });
       };
-      const picture = shape(
-        "svg",
-        {
-          class: variable.terms.length > 7 ? "pn-plot tn-many" : "pn-plot",
-          role: "img",
-          viewBox: `0 0 ${width} 170`,
-          height: 170,
-          "aria-label": `Membership functions of ${variable.name}, ${after ? "before and after" : "before"} learning`,
-        },
+      picture.append(
         axes(box, x, y, [labelled(variable), "degree"], [0, 0.5, 1]),
         ...variable.terms.map((term) => path(term, "tn-before", null)),
       );

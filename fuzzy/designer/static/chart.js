@@ -153,7 +153,8 @@ export function sayUnder(note, text, field, home) {
 export function takes(input, name) {
   const { min, max, step } = input,
     kind = step === "1" ? "whole number" : "number";
-  return `${name} takes a ${kind} ${max === "" ? `of at least ${min}` : `from ${min} to ${max}`}.`;
+  const least = min === "" ? "" : ` of at least ${min}`;
+  return `${name} takes a ${kind}${max === "" ? least : ` from ${min} to ${max}`}.`;
 }
 
 // Numbers ------------------------------------------------------------------------------------------------------
@@ -237,6 +238,39 @@ export function line(xs, ys) {
     down = known;
   }
   return out;
+}
+
+/** A picture that is drawn on: what it shows is said by its label. */
+export const plot = (label = null) => shape("svg", { class: "pn-plot", role: "img", "aria-label": label });
+
+/** Give a picture its height, and the width of what holds it; the box of its axes between these margins [px]. */
+export function boxed(svg, height, { left = 62, right = 14, below = 44, held = svg.parentElement.clientWidth } = {}) {
+  const width = Math.max(240, held);
+  put(svg, { viewBox: `0 0 ${width} ${height}`, height });
+  return { left, right: width - right, top: 26, bottom: height - below };
+}
+
+/** A line's look, and what it is. */
+export const keyed = (kind, text, stroke = null) =>
+  element(
+    "span",
+    {},
+    shape(
+      "svg",
+      { width: 34, height: 10, "aria-hidden": "true" },
+      shape("path", { d: "M1 5H33", class: kind, stroke }),
+    ),
+    text,
+  );
+
+/** Where values stand on a scale [px]; what is not known is no number. */
+export const pixels = (values, scale) => values.map((value) => (value === null ? NaN : scale(value)));
+
+/** A path through points of which each holds until the next. */
+export function heldLine(xs, ys) {
+  const across = xs.flatMap((x, k) => (k > 0 ? [x, x] : [x])),
+    up = ys.flatMap((y, k) => (k > 0 ? [ys[k - 1], y] : [y]));
+  return line(across, up);
 }
 
 const END = 13; // px right of a box that its numbers may take

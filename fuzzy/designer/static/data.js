@@ -1,7 +1,8 @@
 // Data: a table of measured rows beside the design. From what fuzzy/designer/datapanel.py hands over.
-import { choices, element, keepDrawn, offer, say, sayUnder, styled } from "./chart.js";
+import { element, keepDrawn, offer, say, styled } from "./chart.js";
 import { dataPictures } from "./datapictures.js";
-import { columnField, described, field, fillColumns, omission, uploadField } from "./datasource.js";
+import { columnField, described, fillColumns, tableFields } from "./datasource.js";
+import { field, group, panelForm } from "./form.js";
 
 const SHEETS = ["panel", "form", "datapictures"].map((name) => new URL(`./${name}.css`, import.meta.url).href);
 const NAMES = [
@@ -17,53 +18,26 @@ const NAMES = [
   "residual",
   "terms",
 ];
-const FILE = "File of the folder",
-  UPLOAD = "or upload a CSV file";
-
 export async function render({ model, el }) {
   await styled(...SHEETS);
-  const get = (name) => model.get(name) ?? null;
-  const choose = (name, value) => model.send({ do: "choose", name, value });
-  let refused = null; // what this side refuses: { message, field }
-
-  const file = choices(FILE, [], "", (name) => name && model.send({ do: "file", name }));
-  const upload = uploadField(
-    UPLOAD,
+  const mapping = element("div", { class: "pn-columns" });
+  const form = panelForm(model, (note) => data.after(note), { columns: mapping }),
+    { get, send, choose } = form;
+  const { row, file, about, skip } = tableFields(
+    form,
+    "File of the folder",
+    (name) => name && send({ do: "file", name }),
     () => ({ largest: get("largest"), larger: "use fuzzy evaluate for large tables" }),
-    (piece) => model.send(piece),
-    (text) => {
-      refused = text ? { message: text, field: "piece" } : null;
-      drawProblem();
-    },
   );
-  const about = element("p", { class: "pn-note" }),
-    mapping = element("div", { class: "pn-columns" });
-  const along = choices("Time", [], "", (value) => choose("along", value)),
+  const along = form.list("Time", "along"),
     alongField = field("Time", along);
-  const skip = omission((on) => choose("skip_bad", on));
-  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
-  const fields = { file, piece: upload, along, skip_bad: skip.input };
-  const data = element(
-    "fieldset",
-    {},
-    element("legend", {}, "Data"),
-    element("div", { class: "pn-row" }, field(FILE, file), field(UPLOAD, upload)),
-    about,
-    mapping,
-    skip.node,
-  );
+  const data = group("Data", row, about, mapping, skip.node);
   const drawn = dataPictures({
-    look: (row) => model.send({ do: "look", row }),
+    look: (row) => send({ do: "look", row }),
     output: (number) => choose("output", number),
   });
-  const root = element("div", { class: "fd fd-panel fd-form fd-data" }, problem, data, drawn.node);
+  const root = element("div", { class: "fd fd-panel fd-form fd-data" }, form.note, data, drawn.node);
   el.append(root);
-
-  function drawProblem() {
-    const { message = "", field: at = null, column = null } = refused ?? get("problem") ?? {};
-    const of = column === null ? fields[at] : [...mapping.querySelectorAll("select")].find((s) => s.name === column);
-    sayUnder(problem, message, of, (note) => data.after(note));
-  }
 
   function drawForm() {
     const table = get("table"),
@@ -80,10 +54,10 @@ export async function render({ model, el }) {
     );
     mapping.hidden = !table;
     skip.show(get("lack"), choice.skip_bad);
-    drawProblem();
+    form.drawProblem();
     if (!table) return;
     const names = table.columns.map((c) => [c.name, described(c)]);
-    const react = (name, value) => model.send({ do: "column", name, value });
+    const react = (name, value) => send({ do: "column", name, value });
     fillColumns(mapping, JSON.stringify([table, columns, variables]), () => [
       ...variables.map(({ key, kind, name }) =>
         columnField(key, `${name} (${kind})`, "its column", [["", "none"], ...names], columns[key] ?? "", react),

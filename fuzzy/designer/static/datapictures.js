@@ -7,6 +7,7 @@ import {
   element,
   labelled,
   line,
+  pixels,
   offer,
   put,
   quantity,
@@ -164,8 +165,8 @@ function cloud(look) {
       const [a, b] = view.guide;
       const guide = shape("path", { d: line([x(a[0]), x(b[0])], [y(a[1]), y(b[1])]), class: "dp-guide" });
       back.replaceChildren(axes(box, x, y, view.names, ticks(...view.ends[1], 6)), guide);
-      px = view.xs.map((v) => (v === null ? NaN : x(v)));
-      py = view.ys.map((v) => (v === null ? NaN : y(v)));
+      px = pixels(view.xs, x);
+      py = pixels(view.ys, y);
       const marks = ["", ""];
       px.forEach((u, k) => {
         const v = py[k];

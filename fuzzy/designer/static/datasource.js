@@ -1,6 +1,8 @@
 // What panels that begin with a table share: an upload, which column is which, and rows that are left out.
 import { choices, element, labelled, put, said, say } from "./chart.js";
+import { field, row } from "./form.js";
 
+const UPLOAD = "or upload a CSV file";
 const PIECE = 200_000; // characters of an upload that travel together
 
 /** The text of a file: UTF-8, or UTF-16 with a byte order mark. Throws where it is neither. */
@@ -15,7 +17,7 @@ async function textOf(file) {
  * A field for a file that is sent in pieces: send({do: "piece", ...}). `limits()` gives {largest, larger}: bytes, and
  * what to do with more; `fail(sentence)` hears of a file that is refused here, `fail("")` that another one was chosen.
  */
-export function uploadField(label, limits, send, fail) {
+function uploadField(label, limits, send, fail) {
   const upload = element("input", { type: "file", accept: ".csv,text/csv,text/plain", "aria-label": label });
   upload.addEventListener("change", async () => {
     const chosen = upload.files[0];
@@ -51,9 +53,6 @@ export function uploadField(label, limits, send, fail) {
 export const described = (column) =>
   `${labelled(column)}, ${column.low === null ? "no numbers" : `${said(column.low, 3)} to ${said(column.high, 3)}`}`;
 
-/** A field with its name above it. */
-export const field = (text, control) => element("label", {}, element("span", {}, text), control);
-
 /** A list to choose for `name`. What is heard begins with what is read, so that it can be said too. */
 export function columnField(name, text, what, options, chosen, react) {
   const select = choices(`${text}: ${what}`, options, chosen, (value) => react(name, value));
@@ -70,7 +69,7 @@ export function fillColumns(box, key, make) {
 }
 
 /** A box to tick that leaves out rows: {node, input, show(sentence, on)}; react(on). */
-export function omission(react) {
+function omission(react) {
   const input = element("input", { type: "checkbox", onchange: () => react(input.checked) }),
     words = element("span"),
     node = element("label", { class: "pn-lack", hidden: true }, input, words);
@@ -84,4 +83,16 @@ export function omission(react) {
       put(input, { "aria-label": words.textContent });
     },
   };
+}
+
+/**
+ * Where the table of a form comes from, called `label`, and rows that are left out: {row, file, about, skip}. take(value)
+ * does what was chosen of the list `file`; `limits()` are those of an upload.
+ */
+export function tableFields(form, label, take, limits) {
+  const file = choices(label, [], "", take),
+    upload = uploadField(UPLOAD, limits, form.send, (text) => form.refuse(text, upload)),
+    skip = omission((on) => form.choose("skip_bad", on));
+  Object.assign(form.fields, { file, generate: file, piece: upload, skip_bad: skip.input });
+  return { row: row(field(label, file), field(UPLOAD, upload)), file, about: element("p", { class: "pn-note" }), skip };
 }

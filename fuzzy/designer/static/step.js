@@ -3,21 +3,26 @@
 
 import {
   axes,
+  boxed,
   choices,
   element,
   framed,
+  heldLine,
   keepDrawn,
+  keyed,
   labelled,
   line,
   offer,
+  pixels,
+  plot,
   put,
   said,
   say,
-  sayUnder,
   scale,
   shape,
   styled,
 } from "./chart.js";
+import { field, group, panelForm, row } from "./form.js";
 
 const SHEETS = ["./panel.css", "./form.css", "./step.css"].map((sheet) => new URL(sheet, import.meta.url).href);
 const NAMES = ["choice", "files", "system", "response", "problem"];
@@ -45,52 +50,30 @@ const LOOP = [
 const FACTORS = ["Ke", "Kde", "Kie", "Ku", "Kdu"].map((name) => [name, name]);
 const GAINS = ["Kp", "Ki", "Kd"].map((name) => [name, name, "", "by rule"]);
 const BAND = 0.02;
+const MARGINS = { left: 56, right: 16, below: 54 }; // of a picture [px]
 const AFTER = ["peak_deviation", "recovery_time"]; // of a disturbance alone
 
 export async function render({ model, el }) {
   await styled(...SHEETS);
-  const get = (name) => model.get(name) ?? null;
-  let refused = null; // what this side refuses: { message, input }
+  const form = panelForm(model, (note) => root.prepend(note)),
+    { get, send, choose, fields } = form;
   let sample = null; // the slider's
-  const choose = (name, value) => model.send({ do: "choose", name, value });
-  const field = (text, control) => element("label", {}, element("span", {}, text), control);
-  const fields = {};
 
-  function number([label, name, min = "", empty = null]) {
-    const input = element("input", { type: "number", step: "any", min, placeholder: empty, "aria-label": label });
-    input.addEventListener("change", () => {
-      const lacks = input.value === "" && !input.validity.badInput && empty !== null;
-      const right = lacks || (input.value !== "" && input.checkValidity());
-      refused = right ? null : { message: `${label} takes a number${min === "" ? "" : ` of at least ${min}`}.`, input };
-      if (right) choose(name, lacks ? null : Number(input.value));
-      drawProblem();
-    });
-    fields[name] = input;
-    return field(label, input);
-  }
+  const number = ([label, name, min = "", empty = null]) => field(label, form.number(label, name, { min }, { empty }));
   function text(label, name) {
     const input = element("input", { type: "text", "aria-label": label, spellcheck: "false", autocomplete: "off" });
     input.addEventListener("change", () => choose(name, input.value));
+    input.show = (value) => {
+      if (document.activeElement !== input && input.value !== value) input.value = value;
+    };
     fields[name] = input;
     return field(label, input);
   }
-  function check(label, name) {
-    const box = element("input", { type: "checkbox" });
-    box.addEventListener("change", () => choose(name, box.checked));
-    fields[name] = box;
-    return element("label", { class: "st-check" }, box, element("span", {}, label));
-  }
-  const row = (...children) => element("div", { class: "pn-row" }, ...children);
   const folded = (title, ...children) => element("details", {}, element("summary", {}, title), ...children);
 
-  const example = choices("Example", [], "", (value) => value && model.send({ do: "example", value }));
-  const source = choices("Plant", [], "", (value) => choose("source", value));
-  fields.source = source;
-  const template = element(
-    "button",
-    { type: "button", onclick: () => model.send({ do: "template" }) },
-    `Write ${get("template")}`,
-  );
+  const example = choices("Example", [], "", (value) => value && send({ do: "example", value }));
+  const source = form.list("Plant", "source");
+  const template = form.act(`Write ${get("template")}`, "template");
   const coefficients = row(
     text("Numerator, highest power first", "numerator"),
     text("Denominator", "denominator"),
@@ -101,26 +84,22 @@ export async function render({ model, el }) {
     { class: "pn-note" },
     "The file has plant(x, u, t), which gives dx/dt, a number of states, and may have output(x). It is run on this machine.",
   );
-  const plant = element(
-    "fieldset",
-    {},
-    element("legend", {}, "Plant"),
+  const plant = group(
+    "Plant",
     row(field("Plant", source), field("Example", example), template),
     coefficients,
     fileNote,
   );
-  const roles = element("div", { class: "pn-row" });
+  const roles = row();
   const roleBox = folded("What the variables are", roles);
   const loop = folded("Reference, disturbance, limits", row(...LOOP.map(number)));
-  const factors = element("fieldset", {}, element("legend", {}, "Scale factors"), row(...FACTORS.map(number)));
+  const factors = group("Scale factors", row(...FACTORS.map(number)));
   const rival = folded(
     "Beside it",
-    row(check("the file's design", "before"), check("a PID", "rival"), ...GAINS.map(number)),
+    row(form.check("the file's design", "before").node, form.check("a PID", "rival").node, ...GAINS.map(number)),
   );
-  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
   const state = element("p", { class: "pn-said", role: "status" });
   const keys = element("div", { class: "pn-keys" });
-  const plot = (label) => shape("svg", { class: "pn-plot", role: "img", "aria-label": label });
   const outputs = plot("Output over time"),
     controls = plot("Control over time"),
     plane = plot("Error and error rate");
@@ -138,7 +117,7 @@ export async function render({ model, el }) {
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-step" },
-    problem,
+    form.note,
     plant,
     factors,
     roleBox,
@@ -149,34 +128,24 @@ export async function render({ model, el }) {
   );
   el.append(root);
 
-  const looked = framed(() => model.send({ do: "look", sample }));
+  const looked = framed(() => send({ do: "look", sample }));
   slider.addEventListener("input", () => {
     sample = Number(slider.value);
     looked.soon();
     drawResponse();
   });
 
-  function drawProblem() {
-    const { message = "", field: name = null, input = null } = refused ?? get("problem") ?? {};
-    sayUnder(problem, message, input ?? fields[name], (note) => root.prepend(note));
-  }
-
   function drawForm() {
     const choice = get("choice");
-    for (const [name, input] of Object.entries(fields)) {
-      if (input.type === "checkbox") input.checked = choice[name];
-      else if (input.tagName === "INPUT" && document.activeElement !== input) {
-        const value = choice[name] === null ? "" : String(choice[name]);
-        if (input.value !== value) input.value = value;
-      }
-    }
+    for (const [name, input] of Object.entries(fields)) input.show?.(choice[name]);
+    for (const name of ["before", "rival"]) fields[name].checked = choice[name];
     offer(source, [["", "transfer function"], ...get("files").map((name) => [name, name])], choice.source);
     offer(example, [["", "choose …"], ...get("examples")], "");
     coefficients.hidden = choice.source !== "";
     fileNote.hidden = choice.source === "";
     template.hidden = get("files").includes(get("template"));
     drawRoles();
-    drawProblem();
+    form.drawProblem();
   }
 
   function drawRoles() {
@@ -189,7 +158,7 @@ export async function render({ model, el }) {
         ...["inputs", "outputs"].flatMap((kind) =>
           system[kind].map((variable) => {
             const select = choices(`What ${variable.name} is`, [], "", (value) =>
-              model.send({ do: "role", variable: variable.name, value }),
+              send({ do: "role", variable: variable.name, value }),
             );
             return field(variable.name, select);
           }),
@@ -207,14 +176,10 @@ export async function render({ model, el }) {
   }
 
   const finite = (lists) => lists.flat().filter((v) => v !== null && Number.isFinite(v));
-  const numbers = (list) => list.map((v) => (v === null ? NaN : v));
 
   /** A chart of the rows' lists over time; gives the scales. */
   function drawOver(svg, response, name, label, more, marks) {
-    const width = Math.max(240, svg.parentElement.clientWidth),
-      tall = name === "output" ? 300 : 240,
-      box = { left: 56, right: width - 16, top: 26, bottom: tall - 54 };
-    put(svg, { viewBox: `0 0 ${width} ${tall}`, height: tall });
+    const box = boxed(svg, name === "output" ? 300 : 240, MARGINS);
     const values = [...finite(response.rows.map((r) => r[name])), ...more];
     const low = Math.min(...values),
       high = Math.max(...values),
@@ -230,25 +195,11 @@ export async function render({ model, el }) {
         ? []
         : [shape("line", { class: "st-disturbed", x1: x(disturbed), x2: x(disturbed), y1: box.top, y2: box.bottom })]),
       ...[...response.rows].reverse().map((r) => {
-        const points = numbers(r[name]).map(y);
-        return shape("path", { class: `st-${r.name}`, d: name === "control" ? held(xs, points) : line(xs, points) });
+        const drawn = name === "control" ? heldLine : line; // a control is held between samples
+        return shape("path", { class: `st-${r.name}`, d: drawn(xs, pixels(r[name], y)) });
       }),
       shape("line", { class: "st-now", x1: x(now(response)), x2: x(now(response)), y1: box.top, y2: box.bottom }),
     );
-  }
-
-  /** A control is held between samples. */
-  function held(xs, ys) {
-    const [stepX, stepY] = [[], []];
-    ys.forEach((value, k) => {
-      if (k > 0) {
-        stepX.push(xs[k]);
-        stepY.push(ys[k - 1]);
-      }
-      stepX.push(xs[k]);
-      stepY.push(value);
-    });
-    return line(stepX, stepY);
   }
 
   const now = (response) => response.time[Math.min(sample ?? 0, response.time.length - 1)];
@@ -307,20 +258,9 @@ export async function render({ model, el }) {
     const shown = response.rows.map((r) => r.name).join();
     if (keys.dataset.shown !== shown) {
       keys.dataset.shown = shown;
-      const key = (kind, text) =>
-        element(
-          "span",
-          {},
-          shape(
-            "svg",
-            { width: 34, height: 10, "aria-hidden": "true" },
-            shape("path", { d: "M1 5H33", class: `st-${kind}` }),
-          ),
-          text,
-        );
       keys.replaceChildren(
-        ...response.rows.map((r) => key(r.name, KINDS[r.name])),
-        key("reference", "reference, ±2 %"),
+        ...response.rows.map((r) => keyed(`st-${r.name}`, KINDS[r.name])),
+        keyed("st-reference", "reference, ±2 %"),
       );
     }
   }
@@ -331,9 +271,7 @@ export async function render({ model, el }) {
       [xs, ys] = response.known;
     plane.parentElement.hidden = !b || !ys;
     if (!b || !ys) return;
-    const width = Math.max(240, plane.parentElement.clientWidth),
-      box = { left: 56, right: width - 16, top: 26, bottom: 186 };
-    put(plane, { viewBox: `0 0 ${width} 240`, height: 240 });
+    const box = boxed(plane, 240, MARGINS);
     const around = (variable, values, from, to) => {
       const all = [variable.low, variable.high, ...finite([values])];
       const low = Math.min(...all),
@@ -353,7 +291,7 @@ export async function render({ model, el }) {
         y: y(b.high),
         height: y(b.low) - y(b.high),
       }),
-      shape("path", { class: "st-design", d: line(numbers(xs).map(x), numbers(ys).map(y)) }),
+      shape("path", { class: "st-design", d: line(pixels(xs, x), pixels(ys, y)) }),
       ...(xs[k] === null ? [] : [shape("circle", { class: "st-now", cx: x(xs[k]), cy: y(ys[k]), r: 5 })]),
     );
     put(plane, { "aria-label": `The way of ${a.name} and ${b.name}; the frame is their universe` });

@@ -8,19 +8,21 @@ import {
   color,
   element,
   framed,
+  keyed,
   line,
   offer,
+  pixels,
+  plot,
   put,
   said,
   say,
-  sayUnder,
   scale,
   shape,
   styled,
-  takes,
   watch,
   whenSized,
 } from "../../../fuzzy/designer/static/chart.js";
+import { field, panelForm } from "../../../fuzzy/designer/static/form.js";
 import { asker, clockwork } from "./moments.js";
 import { draggedTime, overTime } from "./overtime.js";
 import player from "../../playback/static/player.js";
@@ -86,42 +88,33 @@ const points = (data) => (data?.x ? data.x.map((x, i) => [x, data.y[i]]) : []);
 
 export async function render({ model, el }) {
   await styled(...SHEETS);
-  const get = (name) => model.get(name) ?? null;
-  const choose = (name, value) => model.send({ do: "choose", name, value });
+  const form = panelForm(model, (note) => editor.node.after(note)),
+    { get, send, choose, fields } = form;
   const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map(), widths: new Map() };
 
   // Controls
-  const field = (text, control, kind = "") => element("label", { class: kind }, element("span", {}, text), control);
   const scenario = choices("Scenario", [], "", (value) => {
     if (value === ANOTHER) {
       scenario.value = get("trial").scenario;
       file.click();
     } else choose("scenario", value);
   });
-  // Files come and go while the page is open.
-  scenario.addEventListener("pointerdown", () => model.send({ do: "list" }));
-  scenario.addEventListener("focus", () => model.send({ do: "list" }));
+  fields.scenario = scenario;
   const file = element("input", { type: "file", accept: ".toml", hidden: true, "aria-label": "Scenario file" });
   file.addEventListener("change", async () => {
     const [taken] = file.files;
     // Of one that is too large enough is sent to be refused.
-    if (taken) model.send({ do: "file", name: taken.name, text: await taken.slice(0, LARGEST + 1).text() });
+    if (taken) send({ do: "file", name: taken.name, text: await taken.slice(0, LARGEST + 1).text() });
     file.value = ""; // the same file may be chosen again after it has been changed
   });
-  const robot = choices("Robot", [], "", (value) => choose("robot", value));
-  robot.addEventListener("pointerdown", () => model.send({ do: "list" }));
-  robot.addEventListener("focus", () => model.send({ do: "list" }));
-  const robotOf = choices("Which one is another robot", [], "", (value) => choose("robot_of", Number(value)));
-  const law = choices("Law that holds the rule base", [], "", (value) => choose("law", value));
-  const rival = choices("Compare with", [], "", (value) => choose("rival", value));
-  rival.addEventListener("pointerdown", () => model.send({ do: "list" }));
-  rival.addEventListener("focus", () => model.send({ do: "list" }));
-  const count = choices(
-    "Seeds at once",
-    COUNTS.map((n) => [n, String(n)]),
-    1,
-    (value) => choose("count", Number(value)),
-  );
+  const robot = form.list("Robot", "robot");
+  const robotOf = form.list("Which one is another robot", "robot_of", Number);
+  const law = form.list("Law that holds the rule base", "law");
+  const rival = form.list("Compare with", "rival");
+  // Files come and go while the page is open.
+  for (const list of [scenario, robot, rival])
+    for (const name of ["pointerdown", "focus"]) list.addEventListener(name, () => send({ do: "list" }));
+  const count = form.list("Seeds at once", "count", Number);
   const noise = element("input", { type: "checkbox", onchange: () => choose("noise", noise.checked) });
   const beside = element("input", { type: "checkbox", onchange: () => choose("beside", beside.checked) });
   const besideField = element(
@@ -130,19 +123,8 @@ export async function render({ model, el }) {
     element("label", {}, beside, " Play both side by side"),
   );
   const noiseWords = element("span", { class: "tr-aside" });
-  const number = (label, name, attributes) => {
-    const input = element("input", { type: "number", "aria-label": label, ...attributes });
-    // A number that is none is no message to Python.
-    input.addEventListener("change", () => {
-      const right = input.value !== "" && input.checkValidity();
-      state.refused = right ? null : { message: takes(input, label), field: name };
-      if (right) choose(name, Number(input.value));
-      drawProblem();
-    });
-    return input;
-  };
-  const ahead = number("Look-ahead [s]", "look_ahead", { min: 0, max: 10, step: "any" });
-  const seed = number("First seed of the noise", "seed", { min: 0, step: 1 });
+  const ahead = form.number("Look-ahead [s]", "look_ahead", { min: 0, max: 10 });
+  const seed = form.number("First seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
     rivalField = field("Compare with", rival, "tr-rivals"),
     robotOfField = field("Which one", robotOf),
@@ -153,7 +135,7 @@ export async function render({ model, el }) {
       type: "button",
       class: "tr-pin",
       title: "Later designs are compared with this one",
-      onclick: () => model.send({ do: "pin" }),
+      onclick: () => send({ do: "pin" }),
     },
     "Compare from here",
   );
@@ -185,18 +167,17 @@ export async function render({ model, el }) {
     pin,
     busy,
   );
-  const editor = textEditor((message) => model.send(message));
+  const editor = textEditor((message) => send(message));
   const kept = element("div", { class: "tr-kept", hidden: true });
   const strip = seedStrip((value) => choose("shown", value));
-  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
   const notes = element("div", { class: "tr-notes" }),
     ends = element("div", { class: "tr-ends" }),
     verdict = element("p", { class: "tr-verdict", hidden: true });
 
   // Pictures
   const keys = element("div", { class: "pn-keys" });
-  const above = shape("svg", { class: "pn-plot", role: "img", "data-glance": true }),
-    error = shape("svg", { class: "pn-plot", role: "img" });
+  const above = put(plot(), { "data-glance": "" }),
+    error = plot();
   const clock = element("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Time" });
   const reading = element("output");
   const start = element("button", { type: "button", class: "tr-button", onclick: () => pass() }, "Play");
@@ -207,21 +188,14 @@ export async function render({ model, el }) {
     () => {},
   );
   const time = element("div", { class: "tr-time" }, start, pace, clock, reading);
-  const speed = shape("svg", { class: "pn-plot", role: "img" }),
-    turning = shape("svg", { class: "pn-plot", role: "img" }),
-    torques = shape("svg", { class: "pn-plot", role: "img" });
-  const sample = (kind) =>
-    shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
+  const speed = plot(),
+    turning = plot(),
+    torques = plot();
   const wheelsFigure = element(
     "div",
     { hidden: true },
     torques,
-    element(
-      "div",
-      { class: "pn-keys" },
-      element("span", {}, sample("tr-tried"), "right wheel, this design"),
-      element("span", {}, sample("tr-left"), "left wheel"),
-    ),
+    element("div", { class: "pn-keys" }, keyed("tr-tried", "right wheel, this design"), keyed("tr-left", "left wheel")),
   );
   const rules = ruleStrip({
     seek: (at) => seek(at),
@@ -242,10 +216,23 @@ export async function render({ model, el }) {
     rivalTitle = element("figcaption", {});
   const rivalFigure = element("figure", { hidden: true }, rivalTitle, rivalStage);
   const stages = element("div", { class: "tr-stages" }, element("figure", {}, stageTitle, stage), rivalFigure);
-  const all = shape("svg", { class: "pn-plot", role: "img" });
+  const all = plot();
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
-  const parts = [controls, kept, editor.node, problem, notes, ends, verdict, strip.node, every, single, stages, table];
+  const parts = [
+    controls,
+    kept,
+    editor.node,
+    form.note,
+    notes,
+    ends,
+    verdict,
+    strip.node,
+    every,
+    single,
+    stages,
+    table,
+  ];
   const root = element("div", { class: "fd fd-panel fd-tryout" }, ...parts);
   el.append(root);
 
@@ -369,7 +356,7 @@ export async function render({ model, el }) {
   }
 
   function openEditor(what) {
-    if (editor.node.hidden || get("editor")?.what !== what) model.send({ do: "edit", what });
+    if (editor.node.hidden || get("editor")?.what !== what) send({ do: "edit", what });
     editor.open();
   }
 
@@ -388,7 +375,7 @@ export async function render({ model, el }) {
         act("Take them up", () => {
           done();
           choose(what, name);
-          model.send({ do: "edit", what });
+          send({ do: "edit", what });
         }),
         " ",
         act("Discard", () => {
@@ -426,23 +413,13 @@ export async function render({ model, el }) {
     rivalField.hidden = pin.hidden = course === null;
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;
-    const keep = (input, value) => {
-      if (document.activeElement !== input) input.value = value;
-    };
-    keep(ahead, trial.look_ahead);
-    keep(seed, trial.seed);
-    drawProblem();
+    ahead.show(trial.look_ahead);
+    seed.show(trial.seed);
+    form.drawProblem();
     const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
     verdict.hidden = found === "";
     say(verdict, found === "" ? "" : `This design: ${found}.`);
     drawEnds();
-  }
-
-  /** What was refused, under the field that asked for it where one did. */
-  function drawProblem() {
-    const { message = "", field = null } = state.refused ?? get("problem") ?? {};
-    const fields = { scenario, robot, robot_of: robotOf, law, look_ahead: ahead, seed, count, rival };
-    sayUnder(problem, message, fields[field], (note) => editor.node.after(note));
   }
 
   /** What was to be feared before the runs, how they ended early, and what else is to be said of them. */
@@ -476,11 +453,11 @@ export async function render({ model, el }) {
 
   function drawKeys() {
     keys.replaceChildren(
-      element("span", {}, sample("tr-reference"), "reference"),
+      keyed("tr-reference", "reference"),
       ...shown()
         .reverse()
-        .map(([name, kind, data]) => element("span", {}, sample(kind), label(name, data))),
-      ...(get("seeds") ? [element("span", {}, sample("tr-seed"), "its other seeds; the band holds all of them")] : []),
+        .map(([name, kind, data]) => keyed(kind, label(name, data))),
+      ...(get("seeds") ? [keyed("tr-seed", "its other seeds; the band holds all of them")] : []),
     );
   }
 
@@ -577,10 +554,7 @@ export async function render({ model, el }) {
         for (const [xs, ys] of points(data))
           into.append(
             shape("path", {
-              d: line(
-                xs.map((v) => (v === null ? NaN : across(v))),
-                ys.map((v) => (v === null ? NaN : up(v))),
-              ),
+              d: line(pixels(xs, across), pixels(ys, up)),
               class: kind,
               "data-run": name,
             }),
@@ -734,7 +708,7 @@ export async function render({ model, el }) {
     drawMoment();
     ask({ time: state.share * duration, robot: 0, rule });
   }
-  const moments = asker((moment) => model.send({ do: "time", ...moment }));
+  const moments = asker((moment) => send({ do: "time", ...moment }));
   const ask = moments.ask;
   const passing = clockwork(
     (seconds) => {
@@ -996,7 +970,7 @@ export async function render({ model, el }) {
     }),
   ];
   // Nothing is run for a panel that is hidden; one further down is seen in the small picture under what is edited.
-  const watching = new IntersectionObserver((entries) => model.send({ do: "see", on: entries.at(-1).isIntersecting }), {
+  const watching = new IntersectionObserver((entries) => send({ do: "see", on: entries.at(-1).isIntersecting }), {
     rootMargin: "10000px 0px",
   });
   watching.observe(root);

@@ -3,20 +3,24 @@
 
 import {
   axes,
+  boxed,
   choices,
   element,
+  heldLine,
   keepDrawn,
+  keyed,
   line,
   offer,
+  pixels,
+  plot,
   put,
   said,
   say,
-  sayUnder,
   scale,
   shape,
   styled,
-  takes,
 } from "../../../fuzzy/designer/static/chart.js";
+import { checkBox, field, group, panelForm, row } from "../../../fuzzy/designer/static/form.js";
 
 const SHARED = "../../../fuzzy/designer/static";
 const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./tuning.css"].map(
@@ -44,60 +48,28 @@ const PARTS = {
   rules: "rules may be left out",
 };
 const ENGINES = { cmaes: "CMA-ES", random: "random search" };
+const NUMBERS = ["runs", "evaluations", "seed"];
 const RUNNING = ["starting", "searching", "stopping", "testing"];
 
 export async function render({ model, el }) {
   await styled(...SHEETS);
-  const get = (name) => model.get(name) ?? null;
+  const homes = {}; // by name: what stands above a refusal that no field asked for
   const chosen = {}; // by name: what was chosen here, until Python has it too
   const current = () => ({ ...get("choice"), ...chosen });
-  let refused = null; // what this side refuses: { message, field }
-  const choose = (name, value) => {
-    chosen[name] = value;
-    model.send({ do: "choose", name, value });
-  };
-  const field = (text, control) => element("label", {}, element("span", {}, text), control);
-  const check = (text, react) => {
-    const box = element("input", { type: "checkbox" });
-    box.addEventListener("change", () => react(box.checked));
-    return [element("label", { class: "tu-check" }, box, element("span", {}, text)), box];
-  };
-  const fields = {};
-  /** A field for a number; what it does not take is said under it. */
-  const number = (label, attributes, react, name) => {
-    const input = element("input", { type: "number", "aria-label": label, ...attributes });
-    input.addEventListener("change", () => {
-      const right = input.value !== "" && input.checkValidity();
-      refused = right ? null : { message: takes(input, label), input };
-      if (right) react(Number(input.value));
-      drawProblem();
-    });
-    if (name) fields[name] = input;
-    return input;
-  };
-  const show = (input, value) => {
-    if (document.activeElement !== input && (input.value === "" || Number(input.value) !== value)) input.value = value;
-  };
-  const whole = (label, name, min, max) => number(label, { min, max, step: 1 }, (value) => choose(name, value), name);
-  const group = (legend, ...children) => element("fieldset", {}, element("legend", {}, legend), ...children);
+  const form = panelForm(model, (note, name) => (homes[name] ? homes[name].after(note) : root.prepend(note)), {
+      leads: true,
+      chosen: (name, value) => (chosen[name] = value),
+    }),
+    { get, send, choose, fields, number, act } = form;
+  const whole = (label, name, min, max) => field(label, number(label, name, { min, max, step: 1 }));
 
   // What may move
-  const law = choices("Law", [], "", (value) => choose("law", value));
-  fields.law = law;
+  const law = form.list("Law", "law");
   const parts = element("div", { class: "tu-checks" }),
     variables = element("div", { class: "tu-checks" });
-  const [symmetricLabel, symmetric] = check("keep it symmetric: to the left as to the right", (on) =>
-    choose("symmetric", on),
-  );
+  const symmetric = checkBox("keep it symmetric: to the left as to the right", (on) => choose("symmetric", on));
   const why = element("p", { class: "pn-note" });
-  const moving = group(
-    "What may move",
-    element("div", { class: "pn-row" }, field("Law", law)),
-    why,
-    parts,
-    variables,
-    symmetricLabel,
-  );
+  const moving = group("What may move", row(field("Law", law)), why, parts, variables, symmetric.node);
   /** Checkboxes for the options [value, text], of which those in `on` are set; built anew where they differ. */
   function drawChecks(home, options, on, react) {
     const key = JSON.stringify(options);
@@ -105,11 +77,11 @@ export async function render({ model, el }) {
       home.dataset.key = key;
       home.replaceChildren(
         ...options.map(([value, text]) => {
-          const [label, box] = check(text, () =>
+          const { node, input } = checkBox(text, () =>
             react([...home.querySelectorAll("input")].filter((b) => b.checked).map((b) => b.value)),
           );
-          box.value = value;
-          return label;
+          input.value = value;
+          return node;
         }),
       );
     }
@@ -123,10 +95,10 @@ export async function render({ model, el }) {
     "aria-label": "Scenarios",
     tabindex: 0,
   });
-  const [noiseLabel, noise] = check("measure postures with 3 mm and 3 mrad of noise where nothing is random", (on) =>
+  const noise = checkBox("measure postures with 3 mm and 3 mrad of noise where nothing is random", (on) =>
     choose("noise", on),
   );
-  const driven = group("Scenarios", scenarios, noiseLabel);
+  const driven = group("Scenarios", scenarios, noise.node);
   const terms = element("div", { class: "tu-terms" });
   const more = choices("Another term of the cost", [], "", (value) => {
     if (value) choose("terms", [...current().terms, [value, 1, 1]]);
@@ -138,10 +110,18 @@ export async function render({ model, el }) {
     const built = `${key}|${Object.keys(units).length}`;
     if (terms.dataset.key !== built) {
       terms.dataset.key = built;
-      const change = (row, at) => (value) =>
-        choose(
-          "terms",
-          current().terms.map((term, i) => (i === row ? term.with(at, value) : term)),
+      const part = (label, min, row, at) =>
+        number(
+          label,
+          null,
+          { min },
+          {
+            react: (value) =>
+              choose(
+                "terms",
+                current().terms.map((term, i) => (i === row ? term.with(at, value) : term)),
+              ),
+          },
         );
       terms.replaceChildren(
         ...rows.map(([name], row) => {
@@ -151,54 +131,39 @@ export async function render({ model, el }) {
             "div",
             { class: "tu-term", role: "group", "aria-label": title },
             element("span", { title: name }, title),
-            field(scaled, number(`${scaled} of ${title}`, { min: 1e-9, step: "any" }, change(row, 1))),
-            field("Weight", number(`Weight of ${title}`, { min: 0, step: "any" }, change(row, 2))),
+            field(scaled, part(`${scaled} of ${title}`, 1e-9, row, 1)),
+            field("Weight", part(`Weight of ${title}`, 0, row, 2)),
           );
         }),
       );
     }
     const inputs = terms.querySelectorAll("input");
     rows.forEach(([, one, weight], row) => {
-      show(inputs[2 * row], Number(one.toPrecision(6)));
-      show(inputs[2 * row + 1], weight);
+      inputs[2 * row].show(Number(one.toPrecision(6)));
+      inputs[2 * row + 1].show(weight);
     });
   }
 
   // The search
   const accepted = get("accepted");
-  const runs = whole("Runs (seeds) of each", "runs", 1, accepted.runs);
-  const evaluations = whole("Evaluations", "evaluations", 1, accepted.evaluations);
-  const seed = whole("Seed of the search", "seed", 0, 2147483648);
-  const engine = choices(
-    "Engine",
-    accepted.engine.map((name) => [name, ENGINES[name] ?? name]),
-    "cmaes",
-    (value) => choose("engine", value),
-  );
-  fields.engine = engine;
-  const act = (text, wish, kind = "") =>
-    element("button", { type: "button", class: kind, onclick: () => model.send({ do: wish }) }, text);
+  const engine = form.list("Engine", "engine");
   const start = act("Start", "start", "pn-main"),
     stop = act("Stop", "stop"),
     keep = act("Keep", "keep"),
     discard = act("Discard", "discard");
-  const [compareLabel, compare] = check("show before beside it in the editors", (on) =>
-    model.send({ do: "compare", value: on }),
-  );
+  const compare = checkBox("show before beside it in the editors", (on) => send({ do: "compare", value: on }));
   const searching = group(
     "Search",
-    element(
-      "div",
-      { class: "pn-row" },
-      field("Runs (seeds) of each", runs),
-      field("Evaluations", evaluations),
+    row(
+      whole("Runs (seeds) of each", "runs", 1, accepted.runs),
+      whole("Evaluations", "evaluations", 1, accepted.evaluations),
       field("Engine", engine),
-      field("Seed of the search", seed),
+      whole("Seed of the search", "seed", 0, 2147483648),
       start,
       stop,
       keep,
       discard,
-      compareLabel,
+      compare.node,
     ),
   );
   const leftText = element("span");
@@ -206,22 +171,26 @@ export async function render({ model, el }) {
     take = act("Take the best so far", "take"),
     drop = act("Forget it", "forget");
   const left = element("div", { class: "tu-left", hidden: true, role: "status" }, leftText, goOn, take, drop);
-  const problem = element("p", { class: "pn-problem", role: "alert", hidden: true });
+  Object.assign(homes, {
+    move: parts,
+    still: variables,
+    scenarios,
+    terms,
+    noise: noise.input,
+    symmetric: symmetric.input,
+  });
 
   // What comes of it
   const bar = element("progress", { "aria-label": "Evaluations done", max: 1, value: 0 });
   const state = element("p", { class: "pn-said", role: "status" });
   const verdict = element("p", { class: "pn-said tu-verdict" });
-  const curve = shape("svg", { class: "pn-plot", role: "img" });
-  const track = shape("svg", { class: "pn-plot", role: "img" });
+  const curve = plot(),
+    track = plot();
   const course = choices("Path drawn in", [], "", () => drawPath());
-  const sample = (kind) =>
-    shape("svg", { width: 34, height: 10, "aria-hidden": "true" }, shape("path", { d: "M1 5H33", class: kind }));
-  const key = (kind, text) => element("span", {}, sample(kind), text);
   const left1 = element(
     "div",
     { hidden: true },
-    element("div", { class: "pn-keys" }, key("tu-best", "best so far"), key("tu-before", "before")),
+    element("div", { class: "pn-keys" }, keyed("tu-best", "best so far"), keyed("tu-before", "before")),
     curve,
   );
   const right1 = element(
@@ -230,9 +199,9 @@ export async function render({ model, el }) {
     element(
       "div",
       { class: "pn-keys" },
-      key("tu-reference", "reference"),
-      key("tu-before", "before"),
-      key("tu-best", "best so far"),
+      keyed("tu-reference", "reference"),
+      keyed("tu-before", "before"),
+      keyed("tu-best", "best so far"),
     ),
     track,
     field("Path drawn in", course),
@@ -241,7 +210,7 @@ export async function render({ model, el }) {
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-tuning" },
-    problem,
+    form.note,
     left,
     moving,
     driven,
@@ -253,18 +222,6 @@ export async function render({ model, el }) {
     views,
   );
   el.append(root);
-
-  function drawProblem() {
-    const { message = "", field: name = null, input = null } = refused ?? get("problem") ?? {};
-    const homes = { move: parts, still: variables, scenarios, terms, noise, symmetric };
-    const fresh = message !== "" && message !== problem.textContent;
-    sayUnder(problem, message, input ?? fields[name], (note) => {
-      const home = homes[name];
-      if (home) home.after(note);
-      else root.prepend(note);
-    });
-    if (fresh) problem.scrollIntoView({ block: "nearest" });
-  }
 
   function drawForm() {
     for (const [name, value] of Object.entries(chosen))
@@ -296,20 +253,18 @@ export async function render({ model, el }) {
           from.variables.filter((name) => !on.includes(name)),
         ),
     );
-    symmetricLabel.hidden = !from.symmetric;
-    symmetric.checked = choice.symmetric;
+    symmetric.node.hidden = !from.symmetric;
+    symmetric.input.checked = choice.symmetric;
     drawChecks(
       scenarios,
       get("scenarios").map(([name, title]) => [name, title === name ? name : `${name}: ${title}`]),
       choice.scenarios,
       (on) => choose("scenarios", on),
     );
-    noise.checked = choice.noise;
+    noise.input.checked = choice.noise;
     drawTerms(choice.terms);
     offer(more, [["", "choose …"], ...(get("metrics") ?? []).map(([name, title]) => [name, title])], "");
-    show(runs, choice.runs);
-    show(evaluations, choice.evaluations);
-    show(seed, choice.seed);
+    for (const name of NUMBERS) fields[name].show(choice[name]);
     offer(
       engine,
       accepted.engine.map((name) => [name, ENGINES[name] ?? name]),
@@ -318,12 +273,12 @@ export async function render({ model, el }) {
     for (const set of [moving, driven, priced]) {
       for (const control of set.querySelectorAll("input, select")) control.disabled = running;
     }
-    for (const input of [runs, evaluations, seed, engine]) input.disabled = running;
+    for (const name of [...NUMBERS, "engine"]) fields[name].disabled = running;
     start.disabled = running || from.laws.length === 0;
     stop.disabled = !running || progress.state === "stopping";
     keep.disabled = discard.disabled = running || !progress.undecided;
-    compareLabel.hidden = !progress.undecided;
-    compare.checked = progress.compares;
+    compare.node.hidden = !progress.undecided;
+    compare.input.checked = progress.compares;
     const rest = get("left");
     left.hidden = rest === null;
     if (rest) {
@@ -332,7 +287,7 @@ export async function render({ model, el }) {
         `A search on ${rest.scenarios.join(", ")} was not finished or not decided: ${rest.evaluations} of ${rest.of} evaluations, cost ${said(rest.before)} before, ${said(rest.cost)} at best.`,
       );
     }
-    drawProblem();
+    form.drawProblem();
   }
 
   function drawProgress() {
@@ -364,29 +319,23 @@ export async function render({ model, el }) {
     const p = get("progress");
     left1.hidden = !p.curve;
     if (!p.curve) return;
-    const width = Math.max(240, left1.clientWidth),
-      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
-    put(curve, { viewBox: `0 0 ${width} 280`, height: 280 });
+    const box = boxed(curve, 280);
     const first = p.curve[0][1],
       last = p.curve.at(-1)[1],
       room = Math.max(first - last, first * 0.02) * 0.12;
     const end = RUNNING.includes(p.state) ? p.of : p.evaluations;
     const x = scale(0, Math.max(2, end), box.left, box.right),
       y = scale(Math.max(0, last - room), first + room, box.bottom, box.top);
-    const xs = [],
-      ys = [];
-    for (const [at, cost] of p.curve) {
-      if (ys.length) {
-        xs.push(x(at)); // a step: the best holds until the next
-        ys.push(ys.at(-1));
-      }
-      xs.push(x(at));
-      ys.push(y(cost));
-    }
     curve.replaceChildren(
       axes(box, x, y, ["evaluations", "cost, best so far"]),
       shape("path", { d: line([box.left, box.right], [y(first), y(first)]), class: "tu-before" }),
-      shape("path", { d: line(xs, ys), class: "tu-best" }),
+      shape("path", {
+        d: heldLine(
+          p.curve.map(([at]) => x(at)),
+          p.curve.map(([, cost]) => y(cost)),
+        ),
+        class: "tu-best",
+      }),
     );
     put(curve, { "aria-label": `Cost over the evaluations. ${state.textContent}` });
   }
@@ -407,9 +356,7 @@ export async function render({ model, el }) {
       paths = [...courses[at].paths, ...(before[at] ?? []), ...(after[at] ?? [])];
     const all = (k) => paths.flatMap((path) => path[k]).filter((v) => v !== null);
     const [xs, ys] = [all(0), all(1)];
-    const width = Math.max(240, right1.clientWidth),
-      box = { left: 62, right: width - 14, top: 26, bottom: 236 };
-    put(track, { viewBox: `0 0 ${width} 280`, height: 280 });
+    const box = boxed(track, 280);
     // A metre is as long along as across.
     const spans = [Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys)];
     const meter = 1.1 * Math.max(spans[0] / (box.right - box.left), spans[1] / (box.bottom - box.top), 1e-6);
@@ -424,10 +371,7 @@ export async function render({ model, el }) {
       (list ?? []).map((path) =>
         shape("path", {
           class: kind,
-          d: line(
-            path[0].map((v) => (v === null ? NaN : x(v))),
-            path[1].map((v) => (v === null ? NaN : y(v))),
-          ),
+          d: line(pixels(path[0], x), pixels(path[1], y)),
         }),
       );
     track.replaceChildren(

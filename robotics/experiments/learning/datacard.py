@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.files.atomic import replacing
-from robotics.experiments.learning.formationdata import FormationRecipe, Table
+from fuzzy.files.atomic import write_whole
+from robotics.experiments.learning.formationdata import FormationRecipe, FormationTable
 from robotics.experiments.learning.scatter import NEIGHBOURS, SHARE, scatter
-from robotics.experiments.learning.scenariodata import OUTPUTS, RobotTable, ScenarioRecipe, column
+from robotics.experiments.learning.scenariodata import FORMATION_OUTPUTS, RobotTable, ScenarioRecipe, column
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import Law
 from robotics.scenario.description import Scenario
 from robotics.sensing.posture import Sensing
 
-COLUMNS = ("column", "unit", "role", "meaning", "min", "max", "mean", "scatter at equal inputs")
+_COLUMNS = ("column", "unit", "role", "meaning", "min", "max", "mean", "scatter at equal inputs")
 _MEANINGS = {
     "x_l": ("m", "the leader's x"),
     "y_l": ("m", "the leader's y"),
@@ -37,7 +37,7 @@ _MEANINGS = {
 }
 
 
-class Column(NamedTuple):
+class CardColumn(NamedTuple):
     """One column of a set."""
 
     name: str
@@ -59,7 +59,7 @@ def card_path(data: str | Path) -> Path:
     return Path(data).with_suffix(".card.md")
 
 
-def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Column], values: np.ndarray) -> Path:
+def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[CardColumn], values: np.ndarray) -> Path:
     """Write the card of the set in the file ``data`` and return its file, which appears whole or not at all.
 
     Args:
@@ -71,13 +71,12 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Col
     path = card_path(data)
     facts = {**facts, "rows": str(len(values))}
     lines = [f"# {Path(data).name}", "", *_table(("fact", "value"), facts.items()), "", "## Columns", ""]
-    lines += _table(COLUMNS, _column_rows(columns, values))
+    lines += _table(_COLUMNS, _column_rows(columns, values))
     lines += [
         "",
         "The scatter is √Γ of the Gamma test: about what a smooth function of the inputs errs by on fresh samples.",
     ]
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    write_whole(path, "\n".join(lines) + "\n")
     return path
 
 
@@ -88,8 +87,8 @@ def read_card(path: str | Path) -> Card:
         for line in Path(path).read_text(encoding="utf-8").splitlines()
         if line.startswith("|")
     ]
-    split = next(k for k, row in enumerate(rows) if row[0] == COLUMNS[0])
-    columns = {row[0]: dict(zip(COLUMNS[1:], row[1:], strict=True)) for row in rows[split + 2 :]}
+    split = next(k for k, row in enumerate(rows) if row[0] == _COLUMNS[0])
+    columns = {row[0]: dict(zip(_COLUMNS[1:], row[1:], strict=True)) for row in rows[split + 2 :]}
     return Card({row[0]: row[1] for row in rows[2:split]}, columns)
 
 
@@ -97,7 +96,7 @@ def _cells(line: str) -> list[str]:
     return [part.replace("\0", "\\|") for part in line.replace("\\|", "\0").strip().strip("|").split("|")]
 
 
-def _column_rows(columns: Sequence[Column], values: np.ndarray) -> list[tuple[str, ...]]:
+def _column_rows(columns: Sequence[CardColumn], values: np.ndarray) -> list[tuple[str, ...]]:
     scattered = _scattered(columns, values)
     rows = []
     for k, c in enumerate(columns):
@@ -108,7 +107,7 @@ def _column_rows(columns: Sequence[Column], values: np.ndarray) -> list[tuple[st
     return rows
 
 
-def _scattered(columns: Sequence[Column], values: np.ndarray) -> dict[str, float]:
+def _scattered(columns: Sequence[CardColumn], values: np.ndarray) -> dict[str, float]:
     """√Γ of each output by the inputs of its group; nothing of a set too small to tell."""
     if len(values) * SHARE <= NEIGHBOURS:
         return {}
@@ -127,9 +126,9 @@ def _table(head: Sequence[str], rows: Any) -> list[str]:
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in lines]
 
 
-def thesis_columns(table: Table) -> list[Column]:
+def thesis_columns(table: FormationTable) -> list[CardColumn]:
     """The columns of a set of the thesis's kinds."""
-    return [Column(name, *_MEANINGS[name], k >= table.inputs) for k, name in enumerate(table.names)]
+    return [CardColumn(name, *_MEANINGS[name], k >= table.inputs) for k, name in enumerate(table.names)]
 
 
 def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
@@ -155,12 +154,12 @@ def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
     return facts
 
 
-def robot_columns(table: RobotTable) -> list[Column]:
+def robot_columns(table: RobotTable) -> list[CardColumn]:
     """The columns of a set that was made of a scenario."""
     each = len(table.names) // table.robots
-    ends = [column(name, 1)[:-2] for name in OUTPUTS]
+    ends = [column(name, 1)[:-2] for name in FORMATION_OUTPUTS]
     return [
-        Column(name, unit, meaning, name.rpartition("_")[0] in ends, k // each + 1)
+        CardColumn(name, unit, meaning, name.rpartition("_")[0] in ends, k // each + 1)
         for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
     ]
 

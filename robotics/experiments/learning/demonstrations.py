@@ -17,13 +17,13 @@ import numpy as np
 
 from robotics.environment.swept import Watch
 from robotics.experiments.learning.courses import Course
-from robotics.experiments.learning.tandem import Tandem, TandemMemory
+from robotics.experiments.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.laws.law import Command
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
 from robotics.simulation.loop import drive
 from robotics.simulation.state import State
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns
 
 DISTURBANCE_STREAM = 8  # of a seed's random streams: see robotics.random_streams
 OFF_START = np.array([0.2, 0.2, 0.3])  # m, m, rad: standard deviations of where a disturbed run starts
@@ -31,7 +31,7 @@ PUSHED = np.array([0.05, 0.3])  # m/s, rad/s: standard deviations of what is add
 PUSH_TIME = 1.0  # s: the time constant with which pushes change
 EVERY = 4  # periods from sample to sample
 HELD_BACK = 0.5  # of the timing's speed: a teacher that drives no faster holds the robot back
-AFTER = 1.0  # s: samples are taken so long after a robot's arrival
+_AFTER = 1.0  # s: samples are taken so long after a robot's arrival
 LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's command says of each output
     "v": lambda c: c.v,
     "w": lambda c: c.w,
@@ -39,10 +39,10 @@ LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's com
 }
 
 
-MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Samples that have one row a moment
+MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Demonstrations that have one row a moment
 
 
-class Samples(NamedTuple):
+class Demonstrations(NamedTuple):
     """Samples of a rule base's inputs, and what the teacher did. Of pairs a robot's moment has several samples."""
 
     known: np.ndarray  # (samples, inputs), each in its quantity's unit
@@ -52,26 +52,26 @@ class Samples(NamedTuple):
     round: np.ndarray  # (moments,) int: 0: the teacher drove
     held_back: np.ndarray  # (moments,) bool: the teacher is slower than the robot's timing asks
 
-    def where(self, chosen: np.ndarray) -> "Samples":
+    def where(self, chosen: np.ndarray) -> "Demonstrations":
         """The samples of the moments ``chosen`` (moments,) bool."""
         place = np.cumsum(chosen) - 1
         rows = chosen[self.moment]
         moments = (getattr(self, name)[chosen] for name in MOMENTS)
-        return Samples(self.known[rows], place[self.moment[rows]], *moments)
+        return Demonstrations(self.known[rows], place[self.moment[rows]], *moments)
 
 
-def joined(parts: Sequence[Samples]) -> Samples:
+def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
     """The samples of several flights as one."""
     firsts = np.cumsum([0, *(len(part.said) for part in parts[:-1])])
     moments = [part.moment + first for part, first in zip(parts, firsts, strict=True)]
-    return Samples(
+    return Demonstrations(
         np.concatenate([part.known for part in parts]),
         np.concatenate(moments),
         *(np.concatenate([getattr(part, name) for part in parts]) for name in MOMENTS),
     )
 
 
-class Flight(NamedTuple):
+class RunOutcome(NamedTuple):
     """What became of the runs of one course, (runs,) each."""
 
     touched: np.ndarray  # bool: a robot touched another, or an obstacle
@@ -81,13 +81,13 @@ class Flight(NamedTuple):
 
 def demonstrate(
     course: Course,
-    tandem: Tandem,
+    tandem: TeacherAndPupil,
     outputs: Sequence[str],
     seeds: Sequence[int],
     number: int,
     disturbance: float = 0.0,
     advance: Callable[[], None] | None = None,
-) -> tuple[Samples, Flight]:
+) -> tuple[Demonstrations, RunOutcome]:
     """Drive a course once for every seed, and take samples of what the teacher would do.
 
     Args:
@@ -160,26 +160,27 @@ class _Taken:
 
     @property
     def _going(self) -> np.ndarray:
-        going = (self._time <= self._arrivals + AFTER) & ~self._stopped & ~self._refused[:, None]
+        going = (self._time <= self._arrivals + _AFTER) & ~self._stopped & ~self._refused[:, None]
         # A run goes on after a contact as if robots could overlap: nothing can be learnt from that
         return going if self._watch is None else going & np.isinf(self._watch.first).all(axis=(0, 2))[:, None]
 
     @property
-    def flight(self) -> Flight:
+    def flight(self) -> RunOutcome:
         """What became of the runs."""
         assert self._watch is not None
         touched = np.isfinite(self._watch.first).any(axis=(0, 2))
         # Of a scenario that is over before its reference has arrived nobody arrives
         due = self.setting.references.ends <= self.setting.ticks * self.setting.period
         missing = (~np.isfinite(self._arrivals) & due) | self._stopped
-        return Flight(touched, missing.sum(axis=1), self._refused)
+        return RunOutcome(touched, missing.sum(axis=1), self._refused)
 
     def look(self, state: State, outputs: Sequence[str]) -> None:
         """Take a sample of every robot, if it is time for one, and see what happened."""
         memory: TandemMemory = state.memory
         assert memory.said is not None
         self._time = state.time
-        poses = state.truth[: p.W + 1]
+        truth = TruthColumns(state.truth)
+        poses = state.truth[: TruthColumns.w.row + 1]
         if state.k == 0 and memory.said.refused is not None:
             self._refused = memory.said.refused
         geometry = None if self.setting.world is None else self.setting.world.at(state.time)
@@ -189,7 +190,7 @@ class _Taken:
             self._watch, _ = self._watch.to(state.time, poses, geometry)
         self._stopped |= state.lost | (state.stopped >= 0)
         # The end of a closed path is its start.
-        there = at_goal(poses[p.X], poses[p.Y], self._goals, self._lengths)
+        there = at_goal(truth.x, truth.y, self._goals, self._lengths)
         there = there & (state.time > self.setting.references.ends / 2)
         self._arrivals = np.where(there & np.isinf(self._arrivals), state.time, self._arrivals)
         if state.k % EVERY == 0:
@@ -211,10 +212,10 @@ class _Taken:
         runs, robots = np.divmod(moments, said.shape[1])
         self._rows.append((known[asked], of, said[runs, robots], runs, held_back[runs, robots]))
 
-    def samples(self, seeds: np.ndarray, number: int) -> Samples:
+    def samples(self, seeds: np.ndarray, number: int) -> Demonstrations:
         """All samples."""
         parts = [
-            Samples(known, of, said, seeds[runs], np.full(len(runs), number), held_back)
+            Demonstrations(known, of, said, seeds[runs], np.full(len(runs), number), held_back)
             for known, of, said, runs, held_back in self._rows
         ]
         return joined(parts)

@@ -23,23 +23,24 @@ from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.logs.drive import Drive, Track
-from robotics.logs.resampling import Piece, pieces
+from robotics.logs.resampling import DrivePiece, pieces
 from robotics.paths.joined import PathTable, join_paths
 from robotics.paths.path import Line, PathError, Waypoints, compile_path
 from robotics.paths.road import Road
 from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.channel import Heard
 from robotics.radio.description import Radio
 from robotics.scenario.robots import load_robot
 from robotics.sensing.posture import Sensing
 
-OUTPUTS = ("v", "w")
+DRIVE_OUTPUTS = ("v", "w")
 TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
 APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path that is made of a reference, of a way that was driven
 NEAR_PLAN = 0.1  # m: a target that stays so near to the path of the log moves along that path
-BLOCK = 5.0  # s: rows of the same block go to the same table
+_BLOCK = 5.0  # s: rows of the same block go to the same table
 CHECKED = 4  # of so many blocks one is for checking
 _BY_TIME = frozenset({*GROUPS["The target"], "lag", "late", "stuck"})
 _BY_PATH = frozenset({*GROUPS["The path and the timetable"], "onward_bearing", "path_away"}) - {"late", "gives_way"}
@@ -51,25 +52,27 @@ class DriveDataError(InputError):
 
 @dataclass(frozen=True, kw_only=True)
 class DriveRecipe:
-    """How a table is made of drives.
+    """How a table is made of drives. Raises DriveDataError for numbers out of their ranges."""
 
-    Attributes:
-        inputs: The quantities that the rule base shall know; none: those that suit the log.
-        period: The time from row to row [s].
-        gap: The longest time [s] without odometry, a command or a reference.
-        delay: The time [s] from a posture to the command that answers it.
-        look_ahead: How far ahead the target is [s], as of the law fuzzy.
-        driven: Whether the way that was driven is the path, whatever the log says of another.
-        whole: Whether beginning and end stay, where nothing is commanded.
-    """
+    inputs: tuple[str, ...] = described(
+        "Quantities that the rule base shall know (docs/quantities.md). Default: "
+        "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; of the "
+        "way driven x_err,y_err.",
+        (),
+    )
+    period: float = quantity(0.05, "s", above=0, doc="From row to row.")
+    gap: float = quantity(
+        0.5, "s", least=0, doc="A drive is cut where odometry, command or reference is missing for longer."
+    )
+    delay: float = quantity(0.0, "s", least=0, doc="From a posture to the command that answers it.")
+    look_ahead: float = quantity(
+        FuzzyTracking.look_ahead, "s", least=0, doc="How far ahead the target is, as of the law fuzzy."
+    )
+    driven: bool = described("Take the way that was driven for what the robot was to follow.", False)
+    whole: bool = described("Keep beginning and end of a drive, where nothing is commanded.", False)
 
-    inputs: tuple[str, ...] = ()
-    period: float = 0.05
-    gap: float = 0.5
-    delay: float = 0.0
-    look_ahead: float = FuzzyTracking.look_ahead
-    driven: bool = False
-    whole: bool = False
+    def __post_init__(self) -> None:
+        check_quantities(self, DriveDataError)
 
 
 class DriveTable(NamedTuple):
@@ -85,7 +88,7 @@ class DriveTable(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of its columns."""
-        return (*self.inputs, *OUTPUTS)
+        return (*self.inputs, *DRIVE_OUTPUTS)
 
     @property
     def for_checking(self) -> np.ndarray:
@@ -120,7 +123,7 @@ def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[
                 )
         for piece in pieces(drive, recipe.period, recipe.gap, recipe.delay, whole=recipe.whole):
             rows, kept = _rows(drive, piece, way, names, known, recipe)
-            number = ((piece.time - piece.time[0]) / BLOCK).astype(int)[kept] + first
+            number = ((piece.time - piece.time[0]) / _BLOCK).astype(int)[kept] + first
             first = int(number.max(initial=first - 1)) + 1
             parts.append(rows[kept])
             blocks.append(number)
@@ -147,16 +150,16 @@ def _quantities(names: Sequence[str]) -> tuple[Quantity, ...]:
     if len(set(names)) < len(names):
         raise DriveDataError(f"inputs: each quantity once; got {', '.join(names)}")
     found = tuple(quantity_of(name, "inputs") for name in names)
-    for name, quantity in zip(names, found, strict=True):
-        if quantity.pair or quantity.radio or quantity.robot:
+    for name, each in zip(names, found, strict=True):
+        if each.pair or each.radio or each.robot:
             raise DriveDataError(f"inputs: {name} is of other robots, and the table of a drive is of one alone")
-        if quantity.ranges:
+        if each.ranges:
             raise DriveDataError(f"inputs: {name} needs range sensors, which are not read from logs")
     return found
 
 
 def _rows(
-    drive: Drive, piece: Piece, way: str, names: Sequence[str], known: Sequence[Quantity], recipe: DriveRecipe
+    drive: Drive, piece: DrivePiece, way: str, names: Sequence[str], known: Sequence[Quantity], recipe: DriveRecipe
 ) -> tuple[np.ndarray, np.ndarray]:
     """The rows (samples, columns) of a piece, and which of them (samples,) are known."""
     references = _references(drive, piece, way, {*names} & _BY_PATH != set())
@@ -169,7 +172,7 @@ def _rows(
         place = np.reshape(references.at(float(piece.time[0])).s, (1, 1))
     recall = recall._replace(place=place, best=place)
     one, end = np.ones((1, 1)), references.end
-    rows = np.empty((len(piece.time), len(known) + len(OUTPUTS)))
+    rows = np.empty((len(piece.time), len(known) + len(DRIVE_OUTPUTS)))
     due = references.each_at(piece.time[:, None])
     ahead = references.each_at(np.minimum(piece.time + recipe.look_ahead, end)[:, None])
     columns = (piece.x, piece.y, piece.heading, piece.v, piece.w)
@@ -234,7 +237,7 @@ class TrackReferences:
         return Reference(*(np.interp(times, self.track.time, column) for column in self._columns))
 
 
-def _references(drive: Drive, piece: Piece, way: str, by_path: bool) -> TrackReferences:
+def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> TrackReferences:
     """What the robot followed in a piece; ``by_path``: whether its path matters, and not only its moving target."""
     plan = None if piece.plan is None or way == "driven" else piece.plan.points
     if way == "path" and plan is not None:
@@ -275,7 +278,7 @@ def _path(drive: Drive, points: np.ndarray, apart: float, needed: bool) -> PathT
         return join_paths([compile_path(Line(start=(0.0, 0.0), end=(1.0, 0.0)))])
 
 
-def _setting(drive: Drive, piece: Piece, references: TrackReferences, period: float) -> Setting:
+def _setting(drive: Drive, piece: DrivePiece, references: TrackReferences, period: float) -> Setting:
     """The setting of a robot that follows ``references``; what it is built like does not matter here."""
     return Setting(
         name=drive.log,

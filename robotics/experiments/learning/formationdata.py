@@ -19,24 +19,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from robotics.laws.formation.leader_follower import FormationTeacher, bearings, law, lead
 from robotics.paths.path import compile_path
-from robotics.quantity import check_quantities, is_number, quantity
+from robotics.quantity import check_quantities, described, is_number, quantity, whole
 from robotics.scenario.formations import PERIOD, formation_scenario, leader_path
 from robotics.simulation.loop import simulate
 
-STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
+_STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
 CHECKING = (-1.0,)  # m: the leader's x at the start of the checking set, thesis Fig. 5.9
 LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed networks leave the curve beyond 6.5
 MOST_SAMPLES = 1_000_000  # rows of a formation, or of a table of a scenario
 MOST_SEED = 2**63 - 1
-OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
+_OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
 
 
 class FormationDataError(InputError):
@@ -47,43 +47,34 @@ class FormationDataError(InputError):
 class FormationRecipe:
     """The recipe of a set: the same recipe gives the same numbers.
 
-    Attributes:
-        kind: "literal", the thesis's inputs; "well-posed", the lead, a bearing and a curvature in their place.
-        starts: The leader's x at the start [m], a formation each.
-        samples: The rows of each formation.
-        speed: The speed v_d [m/s]; the leader drives up to three times as fast.
-        coverage: The share of rows that is spread evenly over (x_l, dx); the rest lies along the runs.
-        jitter: The share of rows that is displaced from the path.
-        lateral: The largest displacement, to either side [m].
-        heading: The largest rotation, either way [rad].
-        lead: The largest change of dx, of rows along the runs [m].
-        reach: The farthest dx, either way [m].
-        seed: The seed of displacements and cover.
-        stream: Which of the seed's random sequences is used.
-
     Raises FormationDataError for values out of their ranges.
     """
 
-    kind: Literal["literal", "well-posed"] = "literal"
-    starts: tuple[float, ...] = STARTS  # m, the leader's x at the start; one formation each
-    samples: int = 400  # per formation
-    speed: float = quantity(0.1, "m/s", above=0, most=0.25)  # v_d; the leader drives up to three times as fast
+    kind: Literal["literal", "well-posed"] = described(
+        "The thesis's formations: literal, or well-posed (with the lead dx, a bearing and a curvature as inputs).",
+        "literal",
+    )
+    starts: tuple[float, ...] = described("The leader's x at the start, m; a formation each.", _STARTS)
+    samples: int = whole(400, least=2, most=MOST_SAMPLES, doc="Rows of each formation.")
+    speed: float = quantity(
+        0.1, "m/s", above=0, most=0.25, doc="Desired speed v_d. The leader drives up to three times as fast."
+    )
     # The rest is for the well-posed kind only
-    coverage: float = quantity(1.0, "1", least=0, most=1)  # share even over (x_l, dx); the rest is along the runs
-    jitter: float = quantity(0.6, "1", least=0, most=1)  # share of samples displaced from the path
-    lateral: float = quantity(0.1, "m", least=0, most=1)  # largest displacement, to either side
-    heading: float = quantity(0.15, "rad", least=0, most=1)  # largest rotation, either way
-    lead: float = quantity(0.5, "m", least=0, most=4)  # largest change of dx, of samples along the runs
-    reach: float = quantity(4.0, "m", above=0, most=10)  # dx is spread over ±reach, x_l begins at −reach
-    seed: int = 0
-    stream: int = 0  # which of the seed's random sequences is used; the checking set has 1
+    coverage: float = quantity(1.0, "1", least=0, most=1, doc="Share spread over (x_l, dx), the rest along runs.")
+    jitter: float = quantity(0.6, "1", least=0, most=1, doc="Share displaced from the path.")
+    lateral: float = quantity(0.1, "m", least=0, most=1, doc="Largest displacement, to either side.")
+    heading: float = quantity(0.15, "rad", least=0, most=1, doc="Largest rotation, either way.")
+    lead: float = quantity(0.5, "m", least=0, most=4, doc="Largest change of dx, of samples along the runs.")
+    reach: float = quantity(4.0, "m", above=0, most=10, doc="The farthest dx, either way; x_l begins at −reach.")
+    seed: int = whole(0, least=0, most=MOST_SEED, doc="Seed of the displacements and of the cover.")
+    stream: int = whole(
+        0, least=0, most=MOST_SEED, doc="Which of the seed's random sequences is used; the checking set has 1."
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, FormationDataError)
         if self.kind not in ("literal", "well-posed"):
             raise FormationDataError(f"kind must be 'literal' or 'well-posed', got {self.kind!r}")
-        for name, least, most in (("samples", 2, MOST_SAMPLES), ("seed", 0, MOST_SEED), ("stream", 0, MOST_SEED)):
-            check_whole(name, getattr(self, name), least, most)
         if not self.starts or not all(is_number(x) and -10 <= x < self.end - 0.1 for x in self.starts):
             raise FormationDataError(
                 f"formations are the leader's x at the start in m, each >= -10 and < {self.end - 0.1:.4g}; "
@@ -101,13 +92,7 @@ class FormationRecipe:
         return ("x_l", "y_l", "theta_l") if self.kind == "literal" else ("dx", "alpha_l", "kappa_f")
 
 
-def check_whole(name: str, value: Any, least: int, most: int) -> None:
-    """Raise FormationDataError if ``value`` is no whole number from ``least`` to ``most``."""
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise FormationDataError(f"{name} must be a whole number >= {least} and <= {most}, got {value!r}")
-
-
-class Table(NamedTuple):
+class FormationTable(NamedTuple):
     """A set of samples: the inputs, then the four outputs."""
 
     names: tuple[str, ...]  # m, m, rad or m, rad, 1/m; then m/s, rad/s, m/s, rad/s
@@ -135,7 +120,7 @@ FILES: dict[str, FormationRecipe] = {
 }
 
 
-def formation_data(recipe: FormationRecipe) -> Table:
+def formation_data(recipe: FormationRecipe) -> FormationTable:
     """Make a set of formation data: rows in the order of the formations, then the cover.
 
     Args:
@@ -145,7 +130,7 @@ def formation_data(recipe: FormationRecipe) -> Table:
         The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
     """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
-    return Table(recipe.inputs + OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
+    return FormationTable(recipe.inputs + _OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
 
 
 class FormationRun(NamedTuple):
@@ -254,5 +239,4 @@ def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> No
     """
     lines = [",".join(names)]
     lines += [",".join(repr(value).removesuffix(".0") for value in row) for row in values.tolist()]
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    write_whole(path, "\n".join(lines) + "\n")

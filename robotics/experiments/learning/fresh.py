@@ -17,7 +17,7 @@ from robotics.experiments.learning.formationlearning import Learnt, input_column
 FRESH = 20  # sets
 
 
-class Columns(Protocol):
+class NamedColumns(Protocol):
     """A table with the names of its columns."""
 
     @property
@@ -61,7 +61,7 @@ def fresh_errors(networks: Sequence[Learnt], recipe: FormationRecipe, sets: int 
     return {output: FreshErrors(*np.transpose(rows)) for output, rows in errors.items()}
 
 
-def columns_of(fis: Sugeno, table: Columns) -> tuple[np.ndarray, np.ndarray]:
+def columns_of(fis: Sugeno, table: NamedColumns) -> tuple[np.ndarray, np.ndarray]:
     """The inputs (samples, inputs) and the output (samples,) of ``fis``, of one output, in ``table``, by name."""
     inputs = [table.names.index(name) for name in input_columns(fis)]
     return table.values[:, inputs], table.values[:, table.names.index(fis.outputs[0].name)]

@@ -25,14 +25,14 @@ from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
 from robotics.experiments.learning.courses import Course
-from robotics.experiments.learning.demonstrations import Flight, Samples, demonstrate, joined
-from robotics.experiments.learning.lesson import UNITS, ImitationError, Lesson
-from robotics.experiments.learning.rulefitting import RADII, Fitted, fitted, rmse
-from robotics.experiments.learning.tandem import Tandem
+from robotics.experiments.learning.demonstrations import Demonstrations, RunOutcome, demonstrate, joined
+from robotics.experiments.learning.lesson import COMMAND_UNITS, ImitationError, ImitationPlan
+from robotics.experiments.learning.rulefitting import RULE_RADII, Fitted, fitted, rmse
+from robotics.experiments.learning.tandem import TeacherAndPupil
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules.quantities import quantity_of
-from robotics.laws.rules.situation import NONE
+from robotics.laws.rules.situation import NOTHING_NEAR
 
 
 class Round(NamedTuple):
@@ -79,9 +79,9 @@ class Round(NamedTuple):
 class Imitation:
     """What came of a lesson."""
 
-    lesson: Lesson
+    lesson: ImitationPlan
     rounds: tuple[Round, ...]
-    samples: Samples  # of all rounds, those of the checking seeds included
+    samples: Demonstrations  # of all rounds, those of the checking seeds included
 
     @property
     def best(self) -> int:
@@ -99,19 +99,19 @@ class Imitation:
         units = [quantity_of(name, "inputs").unit for name in lesson.inputs]
         names = ["round", "seed", "moment"]
         names += [f"{name} [{unit}]" for name, unit in zip(lesson.inputs, units, strict=True)]
-        names += [f"{name} [{UNITS[name]}]" for name in lesson.outputs]
+        names += [f"{name} [{COMMAND_UNITS[name]}]" for name in lesson.outputs]
         of = samples.moment
         about = np.stack([samples.round[of], samples.seed[of], of], axis=1)
         return names, np.concatenate([about, samples.known, samples.said[of]], axis=1)
 
 
-def steps(lesson: Lesson) -> int:
+def steps(lesson: ImitationPlan) -> int:
     """How many times :func:`imitate` calls ``advance`` if no training stops early."""
-    flown = len(lesson.courses) * (len(lesson.seeds) + len(RADII) * len(lesson.checking))
-    return (lesson.rounds + 1) * (flown + len(RADII) * (lesson.options.epochs + 1))
+    flown = len(lesson.courses) * (len(lesson.seeds) + len(RULE_RADII) * len(lesson.checking))
+    return (lesson.rounds + 1) * (flown + len(RULE_RADII) * (lesson.options.epochs + 1))
 
 
-def imitate(lesson: Lesson, advance: Callable[[], None] | None = None) -> Imitation:
+def imitate(lesson: ImitationPlan, advance: Callable[[], None] | None = None) -> Imitation:
     """Learn a rule base from a teacher.
 
     Args:
@@ -122,7 +122,7 @@ def imitate(lesson: Lesson, advance: Callable[[], None] | None = None) -> Imitat
     """
     step = advance or (lambda: None)
     teacher = make_controller(lesson.teacher)
-    parts: list[Samples] = []
+    parts: list[Demonstrations] = []
     rounds: list[Round] = []
     # The matrices are small, and with one thread the same numbers come out everywhere
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1, "blas"):
@@ -137,7 +137,9 @@ def imitate(lesson: Lesson, advance: Callable[[], None] | None = None) -> Imitat
                 _expect_drives(lesson, course, flight, new)
                 parts.append(new)
             samples = joined(parts)
-            found = [_tried(lesson, teacher, file, fitted(lesson, samples, radius, step), step) for radius in RADII]
+            found = [
+                _tried(lesson, teacher, file, fitted(lesson, samples, radius, step), step) for radius in RULE_RADII
+            ]
             rounds.append(min(found, key=Round.merit))
             write_fis(rounds[-1].system, file)
             tandem = replace(_tandem(lesson, teacher, file), driver="pupil")
@@ -159,7 +161,7 @@ def write_rule_base(found: Imitation, path: str | Path) -> None:
 
 
 def flights(
-    lesson: Lesson, file: str | Path, seeds: Sequence[int], advance: Callable[[], None] | None = None
+    lesson: ImitationPlan, file: str | Path, seeds: Sequence[int], advance: Callable[[], None] | None = None
 ) -> dict[str, dict[str, dict[str, float]]]:
     """The outcome of the teacher and of the rule base in ``file`` on each course: by course, law and what it is.
 
@@ -180,7 +182,7 @@ def flights(
     return found
 
 
-def _tandem(lesson: Lesson, teacher: Law[Any], file: Path) -> Tandem:
+def _tandem(lesson: ImitationPlan, teacher: Law[Any], file: Path) -> TeacherAndPupil:
     try:
         pupil: Any = make_controller(lesson.controller(file))
     except ControllerError as error:
@@ -191,20 +193,22 @@ def _tandem(lesson: Lesson, teacher: Law[Any], file: Path) -> Tandem:
             f"into {lesson.into}: it flies no rule base whose inputs are named quantities; fuzzy:rule_base does, and "
             "fuzzy-team:crash_rule_base"
         )
-    return Tandem(teacher=teacher, pupil=pupil, learns=own[0])
+    return TeacherAndPupil(teacher=teacher, pupil=pupil, learns=own[0])
 
 
-def blank(lesson: Lesson) -> Sugeno:
+def blank(lesson: ImitationPlan) -> Sugeno:
     """A rule base that says nothing, by which the inputs are asked for while the teacher drives."""
-    some = {"any": Gaussian(NONE, 0.0)}
-    inputs = [Variable(name, (-NONE, NONE), some, quantity_of(name, "inputs").unit) for name in lesson.inputs]
+    some = {"any": Gaussian(NOTHING_NEAR, 0.0)}
+    inputs = [
+        Variable(name, (-NOTHING_NEAR, NOTHING_NEAR), some, quantity_of(name, "inputs").unit) for name in lesson.inputs
+    ]
     zero = {"none": Linear((0.0,) * len(inputs), 0.0)}
-    outputs = [Variable(name, (-1.0, 1.0), zero, UNITS[name]) for name in lesson.outputs]
+    outputs = [Variable(name, (-1.0, 1.0), zero, COMMAND_UNITS[name]) for name in lesson.outputs]
     rule = Rule(tuple(Clause(v.name, "any") for v in inputs), tuple((v.name, "none") for v in outputs))
     return Sugeno(inputs, outputs, [rule], lesson.name, out_of_range="clip")
 
 
-def _expect_drives(lesson: Lesson, course: Course, flight: Flight, samples: Samples) -> None:
+def _expect_drives(lesson: ImitationPlan, course: Course, flight: RunOutcome, samples: Demonstrations) -> None:
     if flight.refused.all():
         raise ImitationError(f"{course.name}: {lesson.teacher} knows no safe way in any run, and shows nothing")
     learnt_from = ~np.isin(samples.seed, lesson.checking)
@@ -213,7 +217,7 @@ def _expect_drives(lesson: Lesson, course: Course, flight: Flight, samples: Samp
             raise ImitationError(f"{course.name}: no sample to {what}; let more seeds drive")
 
 
-def _tried(lesson: Lesson, teacher: Law[Any], file: Path, learnt: "Fitted", step: Callable[[], None]) -> Round:
+def _tried(lesson: ImitationPlan, teacher: Law[Any], file: Path, learnt: "Fitted", step: Callable[[], None]) -> Round:
     """Fly what was learnt on the checking seeds, undisturbed; it is left in ``file``."""
     write_fis(learnt.system, file)
     tandem = replace(_tandem(lesson, teacher, file), driver="pupil")

@@ -13,9 +13,10 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import INPUTS
+from robotics.quantity import check_quantities, described, quantity, whole
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
-UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s"}
+COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s"}
 
 
 class ImitationError(InputError):
@@ -23,21 +24,28 @@ class ImitationError(InputError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lesson:
+class ImitationPlan:
     """What is to be learnt, from whom, and how."""
 
     teacher: str  # a controller's specification
     courses: tuple[Course, ...]
-    inputs: tuple[str, ...]  # names of robotics.laws.rules.quantities
-    outputs: tuple[str, ...] = ("v", "w")  # names of LABELS
-    into: str = "fuzzy:rule_base"  # a controller's specification that ends in the gain which names the rule base
+    inputs: tuple[str, ...] = described("Inputs: quantities of docs/quantities.md.")
+    outputs: tuple[str, ...] = described("Outputs: v, w, or speed for at most.", ("v", "w"))
+    into: str = described("The law that flies the rule base, and its gain that names it.", "fuzzy:rule_base")
     seeds: tuple[int, ...] = tuple(range(12))
-    rules: int = 12
-    rounds: int = 3  # in which the pupil drives
-    disturbance: float = 1.0  # of every second run
+    rules: int = whole(12, least=1, most=30, doc="Number of rules.")
+    rounds: int = whole(3, least=0, most=20, doc="Rounds in which the learner drives and the teacher corrects it.")
+    disturbance: float = quantity(
+        1.0,
+        "1",
+        least=0,
+        most=10,
+        doc="Disturbance of every second run; 1: starts 0.2 m and 0.3 rad off, pushes of 0.05 m/s and 0.3 rad/s.",
+    )
     options: anfis.Options = field(default_factory=lambda: anfis.Options(epochs=30, ridge=RIDGE))
 
     def __post_init__(self) -> None:
+        check_quantities(self, ImitationError)
         for what, names in (("input", self.inputs), ("output", self.outputs)):
             if not names:
                 raise ImitationError(f"a rule base needs an {what}")

@@ -16,19 +16,19 @@ import numpy as np
 
 import anfis
 from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.fitting.clustering import Options as Clustering
+from fuzzy.fitting.clustering import ClusteringOptions as Clustering
 from fuzzy.fitting.clustering import densities, select_centers
 from fuzzy.fitting.consequents import least_squares
 from fuzzy.fitting.identification import Data, cluster_partition, system_of
 from fuzzy.fitting.termnames import with_telling_names
 from fuzzy.system import Linear, Sugeno
-from robotics.experiments.learning.demonstrations import Samples
-from robotics.experiments.learning.lesson import UNITS, Lesson
+from robotics.experiments.learning.demonstrations import Demonstrations
+from robotics.experiments.learning.lesson import COMMAND_UNITS, ImitationPlan
 from robotics.laws.rules.quantities import quantity_of
-from robotics.laws.rules.situation import NONE
+from robotics.laws.rules.situation import NOTHING_NEAR
 
-RADII = (0.2, 0.35, 0.6, 0.9)  # of the clusters, as shares of each column's range: all are tried
-LARGEST = 6000  # samples that are learnt from; more would be slow, and say little more
+RULE_RADII = (0.2, 0.35, 0.6, 0.9)  # of the clusters, as shares of each column's range: all are tried
+_LARGEST = 6000  # samples that are learnt from; more would be slow, and say little more
 RARE = 0.002  # the share of samples below a universe, and of those above it
 FREE = 0.6  # m/s: what is said of another robot that does not matter; thrice what timings ask for
 GUESSES = 4  # times that the robot for which the teacher's number was is guessed anew
@@ -44,7 +44,7 @@ class Fitted(NamedTuple):
     check: np.ndarray  # (outputs,) RMSE on the checking seeds' samples
 
 
-def fitted(lesson: Lesson, samples: Samples, radius: float, step: Callable[[], None]) -> Fitted:
+def fitted(lesson: ImitationPlan, samples: Demonstrations, radius: float, step: Callable[[], None]) -> Fitted:
     """Fit a rule base to samples.
 
     Args:
@@ -55,8 +55,8 @@ def fitted(lesson: Lesson, samples: Samples, radius: float, step: Callable[[], N
     """
     checking = np.isin(samples.seed, lesson.checking)
     of_pairs = lesson.of_pairs
-    train = _some(samples.where(~checking), LARGEST, of_pairs)
-    check = _some(samples.where(checking), LARGEST // 2, of_pairs)
+    train = _some(samples.where(~checking), _LARGEST, of_pairs)
+    check = _some(samples.where(checking), _LARGEST // 2, of_pairs)
     if of_pairs:
         system = _guessed(lesson, train, radius)
         said, shown = _wanted(system, train), _wanted(system, check)
@@ -68,7 +68,7 @@ def fitted(lesson: Lesson, samples: Samples, radius: float, step: Callable[[], N
     return Fitted(system, len(train.known), radius, rmse(system, train, of_pairs), rmse(system, check, of_pairs))
 
 
-def _some(samples: Samples, most: int, of_pairs: bool) -> Samples:
+def _some(samples: Demonstrations, most: int, of_pairs: bool) -> Demonstrations:
     """About ``most`` of the samples, whole moments drawn at random, the same ones for the same samples.
 
     Of pairs, moments in which a teacher holds a robot back are few, and they are what there is to learn: up to half of
@@ -88,10 +88,10 @@ def _some(samples: Samples, most: int, of_pairs: bool) -> Samples:
     return samples.where(chosen)
 
 
-def _data(lesson: Lesson, known: np.ndarray, said: np.ndarray) -> Data:
+def _data(lesson: ImitationPlan, known: np.ndarray, said: np.ndarray) -> Data:
     """The samples, with universes that hold all but the rarest of them; what lies beyond is clipped, as in flight."""
     names = [(name, quantity_of(name, "inputs").unit) for name in lesson.inputs]
-    outputs = [(name, UNITS[name]) for name in lesson.outputs]
+    outputs = [(name, COMMAND_UNITS[name]) for name in lesson.outputs]
     low, high = np.transpose([_universe(column) for column in np.concatenate([known, said], axis=1).T])
     count = known.shape[1]
     clipped = np.clip(known, low[:count], high[:count]), np.clip(said, low[count:], high[count:])
@@ -106,9 +106,9 @@ def _limits(data: Data) -> tuple[np.ndarray, np.ndarray]:
 def _universe(values: np.ndarray) -> tuple[float, float]:
     """The lowest and the highest of ``values`` (samples,) but for the rarest, in round numbers.
 
-    NONE is what is told where there is nothing to tell: it has no place of its own beyond the others.
+    NOTHING_NEAR is what is told where there is nothing to tell: it has no place of its own beyond the others.
     """
-    told = values[np.abs(values) < NONE]
+    told = values[np.abs(values) < NOTHING_NEAR]
     low, high = np.quantile(told if len(told) else values, [RARE, 1 - RARE]).tolist()
     if high - low < 1e-9:
         low, high = low - 0.5, high + 0.5
@@ -116,7 +116,7 @@ def _universe(values: np.ndarray) -> tuple[float, float]:
     return round(float(np.floor(low / unit) * unit), 9), round(float(np.ceil(high / unit) * unit), 9)
 
 
-def _clustered(lesson: Lesson, data: Data, radius: float) -> Sugeno:
+def _clustered(lesson: ImitationPlan, data: Data, radius: float) -> Sugeno:
     """A system of the wanted number of rules from clusters of that radius, its consequents by least squares.
 
     Of wide clusters there may be fewer.
@@ -131,7 +131,7 @@ def _clustered(lesson: Lesson, data: Data, radius: float) -> Sugeno:
 
 
 def _trained(
-    lesson: Lesson,
+    lesson: ImitationPlan,
     system: Sugeno,
     data: Data,
     held: tuple[np.ndarray, np.ndarray],
@@ -169,7 +169,7 @@ def _said(system: Sugeno, x: np.ndarray) -> np.ndarray:
     return np.asarray(compile_sugeno(replace(system, out_of_range="clip"))(np.ascontiguousarray(x)))
 
 
-def rmse(system: Sugeno, samples: Samples, of_pairs: bool) -> np.ndarray:
+def rmse(system: Sugeno, samples: Demonstrations, of_pairs: bool) -> np.ndarray:
     """The RMSE (outputs,) of ``system`` over the moments of ``samples``, in each output's unit.
 
     Of pairs it is that of the least that is said; where the teacher does not hold a robot back, no more is no error.
@@ -183,7 +183,7 @@ def rmse(system: Sugeno, samples: Samples, of_pairs: bool) -> np.ndarray:
     return np.sqrt(np.mean(off**2, keepdims=True))
 
 
-def _guessed(lesson: Lesson, train: Samples, radius: float) -> Sugeno:
+def _guessed(lesson: ImitationPlan, train: Demonstrations, radius: float) -> Sugeno:
     """A system from clusters, after guessing some times for whom of the others the teacher's speed was."""
     wanted = np.where(train.held_back[train.moment, None], train.said[train.moment], FREE)
     system = _clustered(lesson, _data(lesson, train.known, wanted), radius)
@@ -192,7 +192,7 @@ def _guessed(lesson: Lesson, train: Samples, radius: float) -> Sugeno:
     return system
 
 
-def _wanted(system: Sugeno, samples: Samples) -> np.ndarray:
+def _wanted(system: Sugeno, samples: Demonstrations) -> np.ndarray:
     """What should be said of each other robot (samples, 1) [m/s].
 
     Where the teacher holds the robot back: the teacher's speed for the one of whom the least is said, and of the others
@@ -205,7 +205,7 @@ def _wanted(system: Sugeno, samples: Samples) -> np.ndarray:
     return np.where(held_back, wanted, FREE)[:, None]
 
 
-def _least(said: np.ndarray, samples: Samples) -> np.ndarray:
+def _least(said: np.ndarray, samples: Demonstrations) -> np.ndarray:
     """The least of what is ``said`` (samples,) of the other robots in each moment (moments,)."""
     least = np.full(len(samples.said), np.inf)
     np.minimum.at(least, samples.moment, said)

@@ -17,25 +17,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robotics.experiments.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError, check_whole
-from robotics.experiments.learning.tandem import Tandem, TandemMemory
+from robotics.experiments.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError
+from robotics.experiments.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.laws.catalogue import make_controller, preset_of
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.rules.follow_leader import FollowLeader, FormationMemory
 from robotics.laws.rules.formation_networks import asks_radio
 from robotics.laws.rules.quantities import Quantity, quantity_of
-from robotics.laws.rules.situation import MESSAGE, NONE, Situation
+from robotics.laws.rules.situation import MESSAGE, NOTHING_NEAR, Situation
 from robotics.laws.setting import Setting
 from robotics.paths.references import Later
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
 
-OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
+FORMATION_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
 FOLLOWING = ("leader_ahead", "stretch", "onward_bearing")  # what the law leader-follower is a function of
-FORMATION = (*FOLLOWING, "curvature")
-TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
+_FORMATION = (*FOLLOWING, "curvature")
+_TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 DISPLACED_STREAM = 9  # of a seed's random streams: see robotics.random_streams
 NEXT_SEEDS = 1000  # by which the seeds of a checking set are larger
 
@@ -44,31 +44,31 @@ NEXT_SEEDS = 1000  # by which the seeds of a checking set are larger
 class ScenarioRecipe:
     """How a set is made of a scenario: the same recipe and scenario give the same numbers."""
 
-    teacher: str = "leader-follower"  # a controller's name, with gains if wanted
-    inputs: tuple[str, ...] = ()  # the quantities that each robot's networks shall know; none: those of the teacher
-    samples: int = 2000  # rows
-    runs: int = 2  # from the scenario's own starts, with a seed each
-    places: int = 24  # times of the timing, evenly spread, from which displaced robots start
-    starts: int = 8  # displaced starts from each
+    teacher: str = described("The law that drives, name or name:gain=value,...", "leader-follower")
+    inputs: tuple[str, ...] = described(
+        "Quantities that each robot's networks know (docs/quantities.md). Default: leader_ahead,stretch,onward_bearing "
+        "for leader-follower (with curvature for other formation laws), x_err,y_err,heading_err,target_v,target_w for "
+        "laws that follow a timing.",
+        (),
+    )
+    samples: int = whole(2000, least=2, most=MOST_SAMPLES, doc="Rows.")
+    runs: int = whole(2, least=0, most=10_000, doc="Runs from its own starts, one a seed.")
+    places: int = whole(
+        24, least=1, most=10_000, doc="Times of the timing, evenly spread, from which displaced robots start."
+    )
+    starts: int = whole(8, least=1, most=10_000, doc="Displaced starts from each of the places.")
     displaced: float = quantity(0.5, "1", least=0, most=1, doc="Share of the rows that are of displaced robots.")
     lead: float = quantity(0.4, "m", least=0, most=4, doc="Largest displacement along the path, either way.")
     lateral: float = quantity(0.15, "m", least=0, most=1, doc="Largest displacement to a side.")
     heading: float = quantity(0.3, "rad", least=0, most=1.5, doc="Largest rotation, either way.")
     span: float = quantity(4.0, "s", above=0, most=60, doc="How long displaced robots are driven.")
-    seed: int = 0
-    stream: int = 0  # which of the seed's random sequences is used; the checking set has 1
+    seed: int = whole(0, least=0, most=MOST_SEED, doc="Seed of the runs and of the displacements.")
+    stream: int = whole(
+        0, least=0, most=MOST_SEED, doc="Which of the seed's random sequences is used; the checking set has 1."
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, FormationDataError)
-        for name, least, most in (
-            ("samples", 2, MOST_SAMPLES),
-            ("runs", 0, 10_000),
-            ("places", 1, 10_000),
-            ("starts", 1, 10_000),
-            ("seed", 0, MOST_SEED),
-            ("stream", 0, MOST_SEED),
-        ):
-            check_whole(name, getattr(self, name), least, most)
         if self.runs == 0 and self.displaced < 1:
             raise FormationDataError("without runs from the scenario's own starts displaced must be 1")
 
@@ -101,7 +101,7 @@ def checking_set(recipe: ScenarioRecipe) -> ScenarioRecipe:
 def default_inputs(specification: str) -> tuple[str, ...]:
     """The quantities that the networks of a teacher know by default: those of which its commands are a function."""
     law, kind = make_controller(specification), preset_of(specification).kind
-    return FOLLOWING if isinstance(law, FollowLeader) else FORMATION if kind == "formation" else TIMED
+    return FOLLOWING if isinstance(law, FollowLeader) else _FORMATION if kind == "formation" else _TIMED
 
 
 def column(name: str, robot: int) -> str:
@@ -125,7 +125,7 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
         raise FormationDataError(f"{recipe.teacher} commands torques; a formation's networks learn v and w")
     names = recipe.inputs or default_inputs(recipe.teacher)
     known = _quantities(names, len(scenario.robots))
-    law = Tandem(teacher=teacher, pupil=Onlooker(quantities=known), learns="inputs")
+    law = TeacherAndPupil(teacher=teacher, pupil=Onlooker(quantities=known), learns="inputs")
     step = advance or (lambda: None)
     rng = np.random.default_rng([recipe.seed, DISPLACED_STREAM, recipe.stream])
     displaced = round(recipe.displaced * recipe.samples)
@@ -141,7 +141,7 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
     if not len(values):
         raise FormationDataError(f"{scenario.name}: no row is left: nothing is known of what the networks shall know")
     described = [(name, q.unit, q.meaning) for name, q in zip(names, known, strict=True)]
-    described += [(name, *words) for name, words in OUTPUTS.items()]
+    described += [(name, *words) for name, words in FORMATION_OUTPUTS.items()]
     every = [(column(n, i), unit, words) for i in range(1, len(scenario.robots) + 1) for n, unit, words in described]
     columns, units, meanings = zip(*every, strict=True)
     return RobotTable(columns, units, meanings, values, tuple(names), len(scenario.robots))
@@ -162,7 +162,7 @@ def _quantities(names: tuple[str, ...], robots: int) -> tuple[Quantity, ...]:
     return found
 
 
-def _rows(setting: Setting, law: Tandem, seeds: range) -> np.ndarray:
+def _rows(setting: Setting, law: TeacherAndPupil, seeds: range) -> np.ndarray:
     """The rows (rows, columns) of all moments of the runs of ``seeds`` in which robots drive and all is known."""
     # The values of two laws are sent, which no channel was laid out for
     setting = replace(setting, radio=replace(setting.radio, baud=None))
@@ -171,7 +171,9 @@ def _rows(setting: Setting, law: Tandem, seeds: range) -> np.ndarray:
         memory: TandemMemory = state.memory
         assert memory.said is not None
         said = np.stack(p.saturate(p.velocity_limits(setting.robots), memory.said.v, memory.said.w), axis=-1)
-        rows = np.concatenate([np.minimum(memory.known, NONE), said], axis=-1)  # (runs, robots, columns of one robot)
+        rows = np.concatenate(
+            [np.minimum(memory.known, NOTHING_NEAR), said], axis=-1
+        )  # (runs, robots, columns of one robot)
         drives = ~memory.pupil.over & (state.stopped < 0).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
         kept.append(rows.reshape(len(rows), -1)[drives])
         if memory.pupil.over.all():
@@ -180,7 +182,7 @@ def _rows(setting: Setting, law: Tandem, seeds: range) -> np.ndarray:
 
 
 def _displaced_rows(
-    setting: Setting, law: Tandem, recipe: ScenarioRecipe, rng: np.random.Generator, step: Callable[[], None]
+    setting: Setting, law: TeacherAndPupil, recipe: ScenarioRecipe, rng: np.random.Generator, step: Callable[[], None]
 ) -> np.ndarray:
     """The rows of robots that begin beside their places, from ``recipe.places`` times of the timing on."""
     first = recipe.seeds.stop
@@ -217,10 +219,10 @@ class Onlooker(Law[FormationMemory]):
     """A law that finds out what robots know, and does nothing."""
 
     quantities: tuple[Quantity, ...]
-    rule_bases: Mapping[str, "Asked"] = field(init=False, repr=False)
+    rule_bases: Mapping[str, "AskedQuantities"] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rule_bases", {"inputs": Asked(self.quantities)})
+        object.__setattr__(self, "rule_bases", {"inputs": AskedQuantities(self.quantities)})
 
     @property
     def message(self) -> tuple[str, ...]:
@@ -252,7 +254,7 @@ class Onlooker(Law[FormationMemory]):
         return Command(none, none, none, none, now.message(after.recall) if self.message else None), after
 
 
-class Asked(NamedTuple):
+class AskedQuantities(NamedTuple):
     """What :class:`Onlooker` asks, in the form of a rule base without rules."""
 
     quantities: tuple[Quantity, ...]

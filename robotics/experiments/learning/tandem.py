@@ -4,33 +4,18 @@ A law is a pure function of what the robots see and of its memory, so a second l
 drives; its own memory goes on in step. Each law's robots talk to each other on one radio, under names of their own.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from robotics.laws.law import Command, Law, Observation
-from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import Situation
 from robotics.laws.setting import Setting
 from robotics.radio.channel import Heard
 from robotics.vehicle.plant import Level
 
 Driver = Literal["teacher", "pupil"]
-
-
-class Pupil(Protocol):
-    """A law that flies rule bases of named inputs, such as ``fuzzy`` and ``fuzzy-team``."""
-
-    @property
-    def rule_bases(self) -> Mapping[str, RuleBase]:
-        """The rule bases by their tasks."""
-        ...
-
-    def situation(self, seen: Observation, memory: Any, dt: float) -> Situation:
-        """All that the rule bases can be told in a period."""
-        ...
 
 
 class TandemMemory(NamedTuple):
@@ -45,11 +30,11 @@ class TandemMemory(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tandem(Law[TandemMemory]):
+class TeacherAndPupil(Law[TandemMemory]):
     """Two laws on each robot, one of which drives; ``pushes`` are added to the velocities that it commands."""
 
     teacher: Law[Any]
-    pupil: Law[Any]  # a Pupil
+    pupil: Law[Any]  # drives by rule bases of named inputs, as fuzzy and fuzzy-team do
     learns: str  # the task of the rule base that learns
     driver: Driver = "teacher"
     every: int = 1  # periods from one look at the rule base's inputs to the next

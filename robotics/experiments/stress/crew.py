@@ -10,7 +10,8 @@ from fuzzy.shell.progress import Advance, Begin
 from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.stress.outcome import StressOutcome, joined
 
-CHUNK, MOST = 600, 20_000  # robots, and pairs of robots, that one pass simulates at most
+CHUNK = 600  # robots that one pass simulates at most
+MOST = 20_000  # pairs of robots that one pass simulates at most
 FEWEST = 60  # robots for which a process of its own pays
 _PRELOAD = (
     "robotics.experiments.stress.crossing_runs",

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.outcome import LIMIT, StressOutcome
@@ -63,6 +65,11 @@ def disturbed_crossing(
     return ensemble, disturbance.faults(ensemble, seeds)
 
 
+def longest(ensemble: Setting, extra: float = 0.0) -> np.ndarray:
+    """The longest that each run may take (runs,) [s]."""
+    return LIMIT * ensemble.references.ends[:, 0] + extra
+
+
 def run_ensemble(
     ensemble: Setting,
     controller: Law[Any],
@@ -81,6 +88,5 @@ def run_ensemble(
         advance: Called after every period.
         extra: The time [s] by which runs may take longer than 4 nominal durations.
     """
-    limits = LIMIT * ensemble.references.ends[:, 0] + extra
-    tallies = tallied(ensemble, controller, seeds, limits, faults, advance)
+    tallies = tallied(ensemble, controller, seeds, longest(ensemble, extra), faults, advance)
     return judged(StressOutcome, tallies, seeds)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics.laws.setting import Setting
-from robotics.radio.description import Radio
+from robotics.quantity import check_quantities, quantity
+from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
 
@@ -15,11 +16,16 @@ HELD = 2.0  # times the duration for which one robot is held up: so much longer 
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """The disturbances that are the same in every run."""
+    """The disturbances that are the same in every run. Raises RadioError for numbers out of their ranges."""
 
-    loss: float = 0.0  # share of the messages that are lost
-    latency: float = 0.0  # s, of the messages
-    freeze: float = 0.0  # s for which one robot, drawn at random, is held up at a random moment
+    loss: float = quantity(0.0, "1", least=0, most=1, doc="Share of the messages that are lost.")
+    latency: float = quantity(0.0, "s", least=0, most=10, doc="Latency of the messages.")
+    freeze: float = quantity(
+        0.0, "s", least=0, most=600, doc="How long one robot, drawn at random, is stopped at a random moment."
+    )
+
+    def __post_init__(self) -> None:
+        check_quantities(self, RadioError)
 
     @property
     def radio(self) -> Radio:

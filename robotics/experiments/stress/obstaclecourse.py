@@ -211,6 +211,11 @@ def disturbed_course(
     return ensemble, disturbance.faults(ensemble, seeds)
 
 
+def longest(ensemble: Setting, extra: float = 0.0) -> np.ndarray:
+    """The longest that each run may take (runs,) [s]."""
+    return LONGEST * ensemble.references.ends[:, 0] + extra
+
+
 def run_course(
     ensemble: Setting,
     controller: Law[Any],
@@ -229,6 +234,5 @@ def run_course(
         advance: Called after every period.
         extra: The time [s] by which runs may take longer than 8 nominal durations.
     """
-    limits = LONGEST * ensemble.references.ends[:, 0] + extra
-    tallies = tallied(ensemble, controller, seeds, limits, faults, advance)
+    tallies = tallied(ensemble, controller, seeds, longest(ensemble, extra), faults, advance)
     return judged(ObstacleOutcome, tallies, seeds)

@@ -1,18 +1,17 @@
 """One run of a stress test by its seed, to be drawn, saved and played: the same run to the last bit."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from fuzzy.naming import expected
-from robotics.experiments.stress.crossing_runs import disturbed_crossing, run_ensemble
+from robotics.experiments.stress import crossing_runs, obstaclecourse
+from robotics.experiments.stress.crossing_runs import disturbed_crossing
 from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.lanes import Lanes
-from robotics.experiments.stress.obstaclecourse import disturbed_course, run_course
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course
 from robotics.experiments.stress.outcome import StressOutcome
+from robotics.experiments.stress.tally import Tally, judged
 from robotics.laws.law import ControllerError, Law
 from robotics.scenario.description import ScenarioError
 from robotics.simulation.loop import record_run
@@ -79,19 +78,22 @@ def single_run(
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
         ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
-        outcome = run_ensemble(ensemble, controller, [seed], faults, extra=wrong.extra)
-        if outcome.refused[0]:
-            raise ControllerError(f"crossing, seed {seed}: {name} has no safe plan: it would not start")
+        limits = crossing_runs.longest(ensemble, wrong.extra)
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
         ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
-        outcome = run_course(ensemble, controller, [seed], faults, extra=wrong.extra)
-    if outcome.arrived[0]:
-        end = round(np.ceil(outcome.arrivals.max() + AFTER) / ensemble.period)
-        ensemble = replace(ensemble, ticks=min(ensemble.ticks, end))
+        limits = obstaclecourse.longest(ensemble, wrong.extra)
+    tally = Tally(ensemble, limits, 0, 1, after=AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
     kept: dict[str, bool] = {"links": links} | dict.fromkeys(("torques", "encoders", "messages"), logged)
-    return record_run(ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance), outcome
+    run = record_run(
+        ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance, observer=tally.observer
+    )
+    tally.guards = run.recorded.get("guarded") is not None
+    outcome = judged(StressOutcome if stress == "crossing" else ObstacleOutcome, [tally], [seed])
+    if stress == "crossing" and outcome.refused[0]:
+        raise ControllerError(f"crossing, seed {seed}: {name} has no safe plan: it would not start")
+    return run, outcome

@@ -5,6 +5,7 @@ its time is up. After that nothing of it counts, so that it does not matter whic
 an equation are driven a few at a time, by compiled code, until all of these are over.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any
@@ -12,38 +13,44 @@ from typing import Any
 import numpy as np
 
 from robotics.environment.collision import footprints
-from robotics.environment.swept import TO_OBSTACLE, TO_ROBOT, Watch, body_spans, stacked
-from robotics.environment.world import Geometry
-from robotics.experiments.stress.judge import KNOWN_TYPE, WORLD_TYPE, Known, driving, judge
+from robotics.environment.swept import GRID, TO_OBSTACLE, TO_ROBOT, Watch, body_spans, stacked
+from robotics.environment.world import Geometry, Moving, place
+from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
 from robotics.experiments.stress.outcome import Outcome, joined
-from robotics.laws.equation import compiled
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import reached_within
 from robotics.measures.blame import at_fault
 from robotics.radio.faults import Faults
-from robotics.simulation.lanes import Lanes, check
-from robotics.simulation.loop import BLOCK, CHUNK, Periods, Simulation, checked_seeds
-from robotics.simulation.opening import Driver, Opening, has_equation
-from robotics.simulation.recorder import Recorder
+from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk
+from robotics.simulation.observer import Observer
+from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 
 
 class Tally:
-    """What is known of some runs; it is carried on from period to period, in place."""
+    """What is known of some runs, and the observer that carries it on from period to period, in place."""
 
-    def __init__(self, ensemble: Setting, limits: np.ndarray, first: int, last: int) -> None:
-        """Begin with the runs from ``first`` to before ``last`` of ``ensemble``; ``limits`` (runs,) [s] is of all."""
-        self.ensemble, self.robots = ensemble, ensemble.robots
+    def __init__(
+        self, ensemble: Setting, limits: np.ndarray, first: int, last: int, after: float | None = None
+    ) -> None:
+        """Begin with the runs from ``first`` to before ``last`` of ``ensemble``; ``limits`` (runs,) [s] is of all.
+
+        Once none of them goes on the simulation ends. With ``after`` it ends so many seconds [s] after the last
+        arrival, or with its setting, and until then the law of a run that is over drives on.
+        """
+        self.ensemble, self.robots, self.after = ensemble, ensemble.robots, after
         here, shape = slice(first, last), (last - first, len(ensemble.robots))
         paths = ensemble.references.joined
         goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
-        self.geometry = self.geometry_before = self._world(0.0, here)
-        spans = body_spans(self.geometry)
+        world, placed, moving = self._world(here)
+        spans = body_spans(placed)
         pairs = shape[0], shape[1] * (shape[1] - 1) // 2 + shape[1] * spans.shape[1]
+        # Contacts, and the gaps between two, are longer than GRID: of a pair no more than these end in a period
+        most = pairs[0] * pairs[1] * (math.ceil(ensemble.period / (2 * GRID)) + 1)
         self.caused = np.zeros(shape, dtype=bool)  # the robot drove into something
         self.guards = False  # whether there is an emergency rule
         self.runs = here
-        self.known = Known(
+        self.known = JudgeNotes(
             footprints(ensemble.robots),
             np.stack([goals.x[here], goals.y[here]]),
             np.ascontiguousarray(near[here]),
@@ -66,68 +73,53 @@ class Tally:
             np.full(pairs, -np.inf),
             np.full(pairs, np.nan),
             np.zeros(pairs),
+            world,
+            placed,
+            moving,
+            np.empty((most, 7)),
+            np.zeros(1, dtype=np.int64),
+            int(after is None),
         )
-        self.world = self._stacked()
-        check(self.known, KNOWN_TYPE)
+        self.observer = Observer(judge, self.known, self.asked)
 
-    def _world(self, time: float, runs: slice) -> Geometry | None:
-        """The obstacles of ``runs`` at a time [s]."""
-        if self.ensemble.world is None:
-            return None
-        here = self.ensemble.world.at(time)
-        return here if len(here.counts) == 1 else Geometry(*(part[runs] for part in here))
+    def _world(self, runs: slice) -> tuple[WorldInTime, Geometry, Moving]:
+        """The obstacles of ``runs`` at the start, once for each of two times if they move, and how they do."""
+        obstacles = self.ensemble.world
+        if obstacles is None:
+            rest = stacked([None])
+            placed, moving = rest._replace(circles=rest.circles[0], segments=rest.segments[0]), Moving.nothing()
+        else:
+            worlds = np.zeros(1, dtype=np.int64) if obstacles.runs == 1 else np.arange(obstacles.runs)[runs]
+            placed, moving = obstacles.during(self.ensemble.times, worlds)
+            place(placed, moving, 0)
+        world = stacked([placed, placed] if len(moving.frames) else [placed])
+        return WorldInTime(*(np.require(part, requirements=["C", "W"]) for part in world)), placed, moving
 
-    def _stacked(self) -> Geometry:
-        """The obstacles one period ago and now, or once, if they rest."""
-        moved = self.geometry is not self.geometry_before
-        world = stacked([self.geometry_before, self.geometry] if moved else [self.geometry])
-        world = Geometry(*(np.require(part, requirements=["C", "W"]) for part in world))
-        check(world, WORLD_TYPE)
-        return world
+    def geometry(self, now: bool) -> Geometry:
+        """The obstacles in the last period, or one before."""
+        world = self.known.world
+        t = len(world.circles) - 1 if now else 0
+        return Geometry(world.circles[t], world.bodies, world.segments[t], world.counts)
 
-    def to(self, k: int, lanes: Lanes) -> bool:
-        """Carry it on to period ``k``, in which the law has decided; return whether a run goes on."""
-        world = self.ensemble.world
-        if k > 0 and world is not None and world.motion is not None:
-            self.geometry_before, self.geometry = self.geometry, self._world(k * lanes.period, self.runs)
-            self.world = self._stacked()
-        begun, goes_on, ended = judge(k, self.known, self.world, lanes.period, lanes.body.truth, lanes.command)
-        if begun:
-            self.blame(k, ended)
-        return bool(goes_on)
-
-    def drive(self, opening: Opening, ticks: int, advance: Callable[[int], None]) -> None:
-        """Drive its runs until they are over, by compiled code; ``advance`` is told how many periods of how many."""
-        runs, kept = self.runs, Recorder(self.ensemble, opening.drivers[0].law, opening.runs, nothing=True).kept
-        lanes, supply = opening.lanes(runs.start, runs.stop, kept(runs.start, runs.stop))
-        law: Any = opening.drivers[0].law
-        one, loop, number = compiled(type(law).equation), driving(), runs.stop - runs.start
-        block, k, halfway = max(16, BLOCK // len(lanes.lost)), 0, False
-        while k <= ticks:
-            lanes = lanes if halfway else supply.to(lanes, k)
-            end = min(k + block, supply.lasts(lanes, k), ticks + 1)
-            came, ended = loop(one, supply.look, supply.looks, k, end, halfway, self.known, self.world, lanes)
-            advance((came - k) * number)
-            k, halfway = came, came < end
-            if halfway:
-                self.blame(k, ended)
-                if not self.known.goes_on.any():
-                    break
-        advance((ticks + 1 - k) * number)
-
-    def blame(self, k: int, ended: np.ndarray) -> None:
-        """Find out whose fault the contacts are that began since the last period; ``ended`` are those that ended."""
+    def asked(self, k: int) -> int | None:
+        """Find out whose fault the contacts are that began since the last period; end where no run goes on."""
         known, robots, period = self.known, self.robots, self.ensemble.period
         rest = known.ends, known.floor
         before = Watch(
-            robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry_before, known.spans, known.least,
+            robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry(now=False), known.spans, known.least,
             known.first, known.counts_before, *rest, known.since_before, known.depth,
         )  # fmt: skip
         after = Watch(
-            robots, k * period, known.poses[..., 1], self.geometry, known.spans, known.least,
+            robots, k * period, known.poses[..., 1], self.geometry(now=True), known.spans, known.least,
             known.first, known.counts, *rest, known.since, known.depth,
         )  # fmt: skip
-        self.caused |= at_fault(before, after, ended)
+        self.caused |= at_fault(before, after, known.ended[: known.many[0]])
+        if known.goes_on.any():
+            return None
+        if self.after is None:
+            return k
+        last = float(known.arrivals.max())
+        return round(np.ceil(last + self.after) / period) if np.isfinite(last) else None
 
     def judged(self, seeds: Sequence[int], wanted: Sequence[str]) -> dict[str, Any]:
         """The ``wanted`` fields of an outcome of its runs; ``seeds`` are those of all runs.
@@ -178,27 +170,17 @@ def tallied(
         advance: Called after every period.
     """
     runs, checked = len(seeds), checked_seeds(seeds)
-    if drives_compiled(ensemble, controller):
-        opening = Opening.of([Driver(ensemble, controller)], checked, faults)
+    if has_equation(controller):
+        opening = PreparedRuns.of([Driver(ensemble, controller)], checked, faults)
         size = max(1, CHUNK // len(ensemble.robots))
         told = Periods(ensemble.ticks + 1, runs, advance)
         tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
         for tally in tallies:
-            tally.drive(opening, ensemble.ticks, told)
+            drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
         return tallies
     tally = Tally(ensemble, limits, 0, runs)
-    simulation = Simulation(ensemble, controller, checked, faults)
-    for k, command in simulation.periods():
+    for _, command in Simulation(ensemble, controller, checked, faults, observers=[tally.observer]).periods():
         tally.guards |= command.guarded is not None
-        goes_on = tally.to(k, simulation.lanes)
         if advance is not None:
             advance()
-        if not goes_on:
-            break
     return [tally]
-
-
-def drives_compiled(ensemble: Setting, law: Law[Any]) -> bool:
-    """Whether compiled code drives and judges many periods of ``ensemble`` at a time."""
-    rests = ensemble.world is None or ensemble.world.motion is None
-    return has_equation(law) and rests

@@ -22,7 +22,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from robotics.experiments.versions import digest_of
 from robotics.laws.catalogue import files_of, fis_files_named, located, make_controller
-from robotics.laws.foreign import begun
+from robotics.laws.foreign import checked_init
 from robotics.laws.specification import Specification
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_from_table
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from robotics.laws.law import Law
 
 Method = Literal["grid", "random", "latin-hypercube"]
-METHODS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
+DESIGNS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
 KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points are from 1
 MOST_POINTS = 1_000_000
 
@@ -245,7 +245,7 @@ def check_plan(plan: SweepPlan, advance: Callable[[], None] | None = None) -> No
             if last is None or own != last[0]:  # neighbours in a grid often differ in a gain only
                 last = own, scenario_at(sweep, values)
             for controller in sweep.controllers:
-                begun(law(controller_at(sweep, controller, values)), last[1].setting, 1)
+                checked_init(law(controller_at(sweep, controller, values)), last[1].setting, 1)
         except InputError as error:
             line = _line_about(sweep, error)
             raise SweepError(f"{sweep.file}:{line}: {described(sweep, number, values)}: {error}") from None

@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.sweeps.plan import KEYS, METHODS, MOST_POINTS, Axis, Method, Sweep, SweepError, metrics_at
+from robotics.experiments.sweeps.plan import DESIGNS, KEYS, MOST_POINTS, Axis, Method, Sweep, SweepError, metrics_at
 from robotics.laws.catalogue import located, make_controller
 from robotics.measures.registry import own_metrics
 from robotics.quantity import described, is_number, quantity, whole
@@ -71,11 +71,6 @@ RANGE = tuple(f.name for f in fields(AxisRange))
 _FILES = TomlFiles("sweeps", "sweep", SweepError)
 
 
-def sweep_names() -> list[str]:
-    """The names of the sweeps that come with the package."""
-    return _FILES.names()
-
-
 def load_sweep(name: str | Path) -> Sweep:
     """Read the sweep of that name, or in that ``.toml`` file. Raises SweepError."""
     found = _FILES.find(name)
@@ -100,8 +95,8 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
     if not isinstance(table.get("title", ""), str):
         raise source.refuse(f"title must be text in quotes; got {table['title']!r}", "title")
     method = table.get("method", "grid")
-    if method not in METHODS:
-        raise source.refuse(f"method must be one of {', '.join(map(repr, METHODS))}; got {method!r}", "method")
+    if method not in DESIGNS:
+        raise source.refuse(f"method must be one of {', '.join(map(repr, DESIGNS))}; got {method!r}", "method")
     for key in ("samples", "seed"):
         if method == "grid" and key in table:
             hint = "the axes' values make a grid's points" if key == "samples" else "first_seed is that of the runs"

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import replacing, write_json, write_whole
 from fuzzy.files.claim import alone
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
 from fuzzy.shell.progress import Begin
@@ -44,9 +44,9 @@ from robotics.simulation.loop import simulate
 if TYPE_CHECKING:
     import pyarrow as pa
 
-PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
+_PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
 ROW_GROUP = 65_536  # rows
-LOST = "the connection to the cluster is lost; the same command goes on from there"
+_LOST = "the connection to the cluster is lost; the same command goes on from there"
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ def _computed(
     def submit(chunk: Chunk) -> "Future[Any]":
         return workers.executor.submit(run_chunk, plan.sweep, chunk, expected)
 
-    for chunk, future in as_done(map(plan.chunk, todo), submit, workers, SweepError(LOST)):
+    for chunk, future in as_done(map(plan.chunk, todo), submit, workers, SweepError(_LOST)):
         try:
             table = future.result()
         except SweepError:
@@ -234,7 +234,7 @@ def _computed(
         except BrokenExecutor:
             raise SweepError("the workers are gone; the same command goes on from there") from None
         except CancelledError:
-            raise SweepError(LOST) from None
+            raise SweepError(_LOST) from None
         except Exception as error:
             place = _places(plan.sweep, chunk)
             raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
@@ -249,7 +249,7 @@ def _file(folder: Path, number: int) -> Path:
 
 
 def _clear(folder: Path) -> None:
-    (folder / PLAN).unlink(missing_ok=True)
+    (folder / _PLAN).unlink(missing_ok=True)
     (folder / RESULTS).unlink(missing_ok=True)
     for file in (folder / CHUNKS).glob("chunk-*.parquet"):
         file.unlink()
@@ -261,7 +261,7 @@ def _open_plan(plan: SweepPlan, folder: Path, about: dict[str, Any], begin: Begi
     for place, name in ((folder, ".plan-*"), (folder, ".results-*"), (folder / CHUNKS, ".chunk-*")):
         for left in place.glob(name):  # what a killed process was just writing
             left.unlink()
-    path = folder / PLAN
+    path = folder / _PLAN
     about = json.loads(json.dumps(about, default=str))
     if path.exists():
         try:
@@ -277,8 +277,7 @@ def _open_plan(plan: SweepPlan, folder: Path, about: dict[str, Any], begin: Begi
         return
     check_plan(plan, begin("checking every point", len(plan.points)) if begin else None)
     (folder / RESULTS).unlink(missing_ok=True)
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_json(path, about)
 
 
 def _changed(found: Any, about: dict[str, Any]) -> str:
@@ -333,8 +332,7 @@ def _write(table: "pa.Table", path: Path, key: str, number: int) -> None:
     content = pa.BufferOutputStream()
     about = {"sweep": key, "chunk": str(number), "sha256": UNSIGNED}
     pq.write_table(table.replace_schema_metadata(about), content)
-    with replacing(path) as temporary:
-        temporary.write_bytes(sealed(content.getvalue().to_pybytes()))
+    write_whole(path, sealed(content.getvalue().to_pybytes()))
 
 
 def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int, int]:

@@ -36,34 +36,21 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, uncounted
-from fuzzy.compiled.packed import HIGH, LOW, evaluate_packed, packed, packed_work
+from fuzzy.compiled.columns import Columns, codes, column, several, within
+from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
+from fuzzy.compiled.packed import PackedColumns, evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends
 from robotics.laws.avoidance.ends import told as told_of_ends
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    SAYS,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    X,
-    Y,
-    equation,
-)
-from robotics.laws.equation import MODE as MODE_ROW
+from robotics.laws.equation import EquationLaw, HeardColumns, RobotColumns, equation
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import NUMBERS as COOPERATION_NUMBERS
-from robotics.laws.teams.cooperation import TRACKER, FuzzyCooperation, steered
-from robotics.laws.tracking.fuzzy_tracking import compiled_curve, told
+from robotics.laws.teams.cooperation import CooperationMemory, CooperationMessage, FuzzyCooperation, steered
+from robotics.laws.tracking.fuzzy_tracking import Lateral, TrackingWork, compiled_curve, tell_inputs
 from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import HEARD, HEARS
 
 # Thesis Fig 6.7
 DIAGRAM = StateDiagram(
@@ -77,41 +64,66 @@ DIAGRAM = StateDiagram(
     ),
 )
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
-# Places of the equation's numbers, in known.gains; those of the cooperation come before them
-D_MIN, ETA, ETA_BEGIN, WAITS_FOR_ALL = range(4)  # ETA_BEGIN: where η begins in known.rules
-AT_X, AT_Y = range(len(FuzzyCooperation.message), len(FuzzyCooperation.message) + 2)  # in the message
-_INPUT, _ANSWER, _WORK = range(3)  # places in what η is evaluated in
+Variant = Literal["literal", "lag-clock", "yielding"]
+VARIANT = codes(Variant)
 
 
-@uncounted
+class CrashMessage(CooperationMessage):
+    """What every robot broadcasts: what the cooperation says, and its place."""
+
+    x = column("m")
+    y = column("m")
+
+
+class CrashHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(CrashMessage)
+
+
+class CrashDerived(Columns):
+    """What the law makes of its rule bases."""
+
+    eta_begin = column("1", "where η begins in the packed rule bases")
+
+
+class CrashWork(Columns):
+    """What the law works in; ``tracking.rest`` is what η is evaluated in, too."""
+
+    asked = several(1, "m", "the input of η")
+    said = several(1, "rad", "η")
+    tracking = within(TrackingWork)
+
+
+@without_refcounts
 def eta_input(distance, d_min, eta):  # type: ignore[no-untyped-def]
     """The input [m] of the packed rule base ``eta`` for a ``distance`` [m]; d_min [m] is the far end of its range."""
-    near, far = eta[int(eta[LOW])], eta[int(eta[HIGH])]
+    header = PackedColumns(eta)
+    near, far = eta[int(header.low)], eta[int(header.high)]
     stretched = far - (d_min - distance) * (far - TOUCHING) / (d_min - TOUCHING)
     return far if math.isnan(stretched) else min(max(stretched, near), far)
 
 
-@uncounted
+@compiled_only
 def turn_at(distance, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
     """|η| [rad] at a ``distance`` [m]: the packed rule base ``eta``, stretched so that it ends at d_min [m]."""
-    work[_INPUT] = eta_input(distance, d_min, eta)
-    evaluate_packed(eta, work[_INPUT:_ANSWER], work[_ANSWER:_WORK], work[_WORK:])
-    return factor * work[_ANSWER]
+    work.asked[0] = eta_input(distance, d_min, eta)
+    evaluate_packed(eta, work.asked, work.said, work.tracking.rest)
+    return factor * work.said[0]
 
 
-@uncounted
-def danger(i, x, y, heading, heard, first, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
-    """Judge who is near one robot at x, y [m] with its ``heading`` [rad].
+@compiled_only
+def danger(i, robot, heard, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
+    """Judge who is near one robot.
 
     Args:
         i: The lane.
-        x, y, heading: Its posture.
-        heard: As of Known; the plane ``first`` has the others' x [m], the next one their y.
-        first: See there.
+        robot: Its posture.
+        heard: As of Known; what is said are the rows of CrashMessage.
         d_min: [m]
         factor: On η.
         eta: The packed rule base of η.
-        work: What it works in.
+        work: What it works in, CrashWork.
 
     Returns whether the robot stands (6.5), η [rad] with its sign (6.4), and how far the nearest robot is that was heard
     [m].
@@ -119,16 +131,17 @@ def danger(i, x, y, heading, heard, first, d_min, factor, eta, work):  # type: i
     robots = heard.shape[2]
     stands, turn, nearest = False, 0.0, math.inf
     for j in range(robots):
-        if not heard[HEARS, i, j] > 0:
+        one = CrashHeard(heard, i, j)
+        if not one.hears > 0:
             continue
-        dx, dy = heard[first, i, j] - x, heard[first + 1, i, j] - y
+        dx, dy = one.said.x - robot.x, one.said.y - robot.y
         distance = math.hypot(dx, dy)
         if distance < nearest:
             nearest = distance
         if not distance <= d_min:  # or never heard
             continue
         stands = stands or j < i % robots
-        bearing = wrapped_compiled(math.atan2(dy, dx) - heading)
+        bearing = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
         size = turn_at(distance, d_min, factor, eta, work)
         if bearing > 0:
             turn += size
@@ -138,21 +151,18 @@ def danger(i, x, y, heading, heard, first, d_min, factor, eta, work):  # type: i
 
 
 @equation
-def avoid_crashes(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def avoid_crashes(robot, gain, memory, command, work, known, i, rules):  # type: ignore[no-untyped-def]
     """Stand still by (6.5), or turn by (6.4)."""
-    seen, g, gains = known.seen, known.column[i], known.gains
-    d_min, factor = gains[COOPERATION_NUMBERS + D_MIN, g], gains[COOPERATION_NUMBERS + ETA, g]
-    eta = known.rules[known.base[i]][int(gains[COOPERATION_NUMBERS + ETA_BEGIN, g]) :]
-    x, y = seen[X, i], seen[Y, i]
-    stands, turn, nearest = danger(i, x, y, seen[HEADING, i], known.heard, HEARD + AT_X, d_min, factor, eta, work)
-    excused = stands and not gains[COOPERATION_NUMBERS + WAITS_FOR_ALL, g] > 0
-    steered(i, known, memory, 0, command, work, turn, excused, False, 0)
-    row = told(i, command, SAYS + AT_Y + 1, gains, TRACKER, g, work)
-    command[row, i] = eta_input(nearest, d_min, eta)
-    command[SAYS + AT_X, i], command[SAYS + AT_Y, i] = x, y
-    command[MODE_ROW, i] = YIELD if stands else TRACK
+    eta, below, tracking = rules[int(gain.eta_begin) :], gain.cooperation, work.tracking
+    stands, turn, nearest = danger(i, robot, known.heard, gain.d_min, gain.eta, eta, work)
+    excused = stands and gain.variant == VARIANT.yielding
+    steered(robot, below, memory, command, tracking, known, i, turn, excused, False)
+    told = tell_inputs(command.inputs, below.tracker, tracking)
+    command.inputs[told] = eta_input(nearest, gain.d_min, eta)
+    command.say.x, command.say.y = robot.x, robot.y
+    command.mode = YIELD if stands else TRACK
     if stands:
-        command[FIRST, i] = command[SECOND, i] = command[WISH_V, i] = command[WISH_W, i] = 0.0
+        command.first = command.second = command.wish_v = command.wish_w = 0.0
 
 
 class Danger(NamedTuple):
@@ -167,16 +177,15 @@ class Danger(NamedTuple):
 class CrashAvoidance(EquationLaw):
     """Crash avoidance: how near is too near, how far to turn, and the cooperation underneath."""
 
-    variant: Literal["literal", "lag-clock", "yielding"] = "literal"
+    variant: Variant = "literal"
     d_min: float = quantity(0.6, "m", above=0.31, most=5)
     eta: float = quantity(1.0, "1", least=0, most=5)  # a factor on η(d_ij)
     rule_base: str | Sugeno = ""  # for tracking; if empty, Table 5.6 as printed, or for "yielding" as repaired
     eta_rule_base: str | Sugeno = "eta"
-    lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
+    lateral: Lateral = "none"  # the frame of y_err for λ; "world" is the thesis's
     cooperation: FuzzyCooperation = field(init=False, repr=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
-    message = (*FuzzyCooperation.message, "x", "y")
     yields = True
     tasks = MappingProxyType({"tracking": "rule_base", "eta": "eta_rule_base"})
 
@@ -235,30 +244,21 @@ class CrashAvoidance(EquationLaw):
         return tuple(found)
 
     equation = avoid_crashes
+    says, remembers, works, derived = CrashMessage, CooperationMemory, CrashWork, CrashDerived
     aims = progresses = has_modes = True
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers of the cooperation, and then those above."""
-        own = (
-            self.d_min,
-            self.eta,
-            float(sum(map(len, self.cooperation.rule_rows()))),
-            float(self.variant != "yielding"),
-        )
-        return *self.cooperation.gain_rows(setting), *own
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """Where η begins."""
+        return {"eta_begin": sum(map(len, self.cooperation.rule_rows()))}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and η."""
         return *self.cooperation.rule_rows(), self._packed_eta
 
-    @property
+    @cached_property
     def working(self) -> int:
         """The numbers that the rule bases are evaluated in."""
-        return max(self.cooperation.working, self._working_eta)
-
-    @property
-    def _working_eta(self) -> int:
-        return _WORK + packed_work(self._packed_eta)
+        return self.works.size + max(packed_work(system) for system in self.rule_rows())
 
     @cached_property
     def _packed_eta(self) -> np.ndarray:
@@ -266,23 +266,25 @@ class CrashAvoidance(EquationLaw):
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
-        return self.cooperation.begin(setting, runs)
+        return self.cooperation.begin(setting, runs)[: CooperationMemory.size]
 
     def danger(self, seen: Observation) -> Danger:
         """Judge by the messages "x" and "y" who stands, and who turns how far."""
-        robots = seen.x.shape[1]
-        heard = np.empty((HEARD + 2, seen.x.size, robots))
-        heard[HEARS] = np.tile(seen.heard.hears, (len(seen.x), 1))
-        heard[HEARD], heard[HEARD + 1] = (seen.heard[name].reshape(-1, robots) for name in ("x", "y"))
-        pose = np.stack([seen.x.ravel(), seen.y.ravel(), seen.heading.ravel()])
-        found = np.empty((3, seen.x.size))
-        _danger(pose, heard, self.d_min, self.eta, self._packed_eta, np.empty(self._working_eta), found)
-        stands, turn, nearest = found.reshape(3, *seen.x.shape)
+        runs, robots = seen.x.shape
+        heard = CrashHeard.zeros(runs * robots, robots)
+        heard.hears = np.tile(seen.heard.hears, (runs, 1))
+        heard.said.x, heard.said.y = (seen.heard[name].reshape(-1, robots) for name in ("x", "y"))
+        pose = RobotColumns.zeros(runs * robots)
+        pose.x, pose.y, pose.heading = seen.x.ravel(), seen.y.ravel(), seen.heading.ravel()
+        found = np.empty((3, runs * robots))
+        work = np.empty(self.working)
+        _danger(pose.array, heard.array, self.d_min, self.eta, self._packed_eta, work, found)
+        stands, turn, nearest = found.reshape(3, runs, robots)
         return Danger(stands > 0, turn, nearest)
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
         """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
-        flat, work = np.array(distance, dtype=float).ravel(), np.empty(self._working_eta)
+        flat, work = np.array(distance, dtype=float).ravel(), np.empty(self.working)
         return np.asarray(_turns_at(flat, self.d_min, self.eta, self._packed_eta, work)).reshape(np.shape(distance))
 
     def eta_input(self, distance: np.ndarray) -> np.ndarray:
@@ -295,7 +297,7 @@ class CrashAvoidance(EquationLaw):
 def _danger(pose, heard, d_min, factor, eta, work, found):  # type: ignore[no-untyped-def]
     for i in range(pose.shape[1]):
         found[0, i], found[1, i], found[2, i] = danger(
-            i, pose[0, i], pose[1, i], pose[2, i], heard, HEARD, d_min, factor, eta, work
+            i, RobotColumns(pose, i), heard, d_min, factor, eta, CrashWork(work)
         )
 
 
@@ -311,5 +313,5 @@ def _eta_inputs(distance, d_min, eta):  # type: ignore[no-untyped-def]
 def _turns_at(distance, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
     found = np.empty(len(distance))
     for n in range(len(distance)):
-        found[n] = turn_at(distance[n], d_min, factor, eta, work)
+        found[n] = turn_at(distance[n], d_min, factor, eta, CrashWork(work))
     return found

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, uncounted
+from fuzzy.compiled.jit import kernel, without_refcounts
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped_compiled
 
@@ -49,7 +49,7 @@ def without_echoes(
     return np.asarray(_without(np.ascontiguousarray(readings), *mounts, *places, *given))
 
 
-@uncounted
+@without_refcounts
 def is_echo(reading, x, y, axis, half_cone, ahead, left, radius, nearer, unsure):  # type: ignore[no-untyped-def]
     """Whether a sensor's reading [m] fits a robot at a place in its own robot's frame; see :func:`without_echoes`."""
     distance = math.hypot(ahead - x, left - y)

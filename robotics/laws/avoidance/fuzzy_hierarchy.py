@@ -40,13 +40,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage
 from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvoidance
 from robotics.laws.avoidance.obstacle_modes import GROWTH
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import PLACE
+from robotics.laws.teams.cooperation import CooperationMemory
 from robotics.sensing.sonar import SONAR
 
 _NEAR, _FREE = "ro ≤ ro_min, or a side sonar reads too little", "all sonars read enough"
@@ -98,7 +98,7 @@ class FuzzyHierarchy(Law[_Memory]):
 
     yields = True
     needs = tuple(SONAR)
-    message = CrashAvoidance.message
+    message = CrashMessage.leaves()
     tasks = MappingProxyType({"tracking": "crash", "eta": "crash", "theta": "obstacles"})
 
     def __post_init__(self) -> None:
@@ -146,7 +146,7 @@ class FuzzyHierarchy(Law[_Memory]):
         avoids, theta, slowing, front = self.obstacles.sight(ranges)
         alone = memory.stalled > self.obstacles.patience
         wish, below = self.crash.cooperation.steered(seen, memory.below, dt, eta + theta, alone, avoids)
-        place = below.rows[PLACE].reshape(avoids.shape)
+        place = CooperationMemory(below.rows).place.reshape(avoids.shape)
         grows = place > memory.best + GROWTH
         best = np.where(grows, place, memory.best)
         lost = np.where(grows, 0.0, memory.stalled + dt * (avoids & ~stands))

@@ -42,63 +42,49 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, uncounted
+from fuzzy.compiled.columns import Columns, codes, column, several, within
+from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.echoes import NEARER, is_echo
 from robotics.laws.avoidance.obstacle_modes import (
-    BEST,
     GROWTH,
-    MODE,
-    ROWS,
-    STALLED,
     STOP_DISTANCE,
-    WALLS,
-    WATCH,
-    WAY,
-    Mounting,
+    ModeMemory,
+    MountColumns,
+    SonarColumns,
+    WatchMemory,
+    mounting,
     next_mode,
     nothing_watched,
     stand_still,
 )
-from robotics.laws.avoidance.priority import CONE, STATED_FOR, WHEREABOUTS, must_stop, other, whereabouts_of, wider
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    SAYS,
-    SECOND,
-    TO_S,
-    TO_V,
-    TO_W,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    W,
-    X,
-    Y,
-    equation,
+from robotics.laws.avoidance.priority import (
+    CONE,
+    STATED_FOR,
+    WhereaboutsColumns,
+    other,
+    stops_for,
+    tell_whereabouts,
+    wider,
 )
-from robotics.laws.equation import MODE as COMMAND_MODE
+from robotics.laws.equation import EquationLaw, HeardColumns, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import (
     ON_PATH,
-    PLACE,
-    REMEMBERED,
-    SAID_PLACE,
-    TRACKER,
+    CooperationMemory,
+    CooperationMessage,
     FuzzyCooperation,
     steered,
 )
-from robotics.laws.tracking.fuzzy_tracking import compiled_curve, told, toward
+from robotics.laws.tracking.fuzzy_tracking import TrackingWork, compiled_curve, tell_inputs, toward
 from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import at as point_at
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import HEARD, HEARS
-from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, SONAR
+from robotics.sensing.sonar import SONAR
 
 TOO_LARGE = 1.5  # 1: times the robot for which the distances are stated
 ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on
@@ -176,58 +162,93 @@ class Sight(NamedTuple):
     front: np.ndarray  # m: ro, the nearest front reading
 
 
-# Places of the equation's numbers, in known.gains; those of the cooperation come last
-COMMITTED, RO_MIN, THETA, AHEAD, PATIENCE, NEAR, D_PASS, PUSH, PUSH_RANGE, WIDER = range(10)
-THETA_BEGIN, THETA_CLOSE, THETA_FAR = 10, 11, 12  # where Θ begins in known.rules, and the ends of its range [m]
-MOUNTS, SONARS = 13, 4  # the sonars' x, y, axis and half cone, SONARS numbers each
-WALL_NUMBERS = MOUNTS + 4 * SONARS  # WALLS of Mounting
-COOPERATION = WALL_NUMBERS + WALLS
-# The memory, after that of the cooperation: ROWS and WATCH of robotics.laws.avoidance.obstacle_modes, the four readings
-# [m] with lost echoes filled in, and the time [s] for which the robot has let another pass
-STATE = REMEMBERED
-RANGES = STATE + ROWS
-WAITS = RANGES + SONARS
-WATCHED = WAITS + 1
-ALL_REMEMBERED = WATCHED + WATCH
-_FRESH, _ASKED, _SAID, _BELOW = 0, 4, 5, 6  # places in what it works in: what the sonars read, Θ's input and output
-_AVOIDS = SAYS + len(FuzzyCooperation.message)  # rows of the message
-_HEARD_AVOIDS = HEARD + len(FuzzyCooperation.message)  # and planes of what is heard
-_HEARD_PLACE = _HEARD_AVOIDS + 1
+SONARS = len(SONAR)
+Variant = Literal["committed", "literal"]
+VARIANT = codes(Variant)
 
 
-@uncounted
-def theta_input_of(distance, gains, g):  # type: ignore[no-untyped-def]
+class SightColumns(Columns):
+    """The numbers of the printed rules."""
+
+    ro_min = column("m")
+    theta = column("1", "what Θ(ro) is multiplied by")
+    push = column("rad")
+    push_range = column("m")
+    begin = column("1", "where Θ begins in the packed rule bases")
+    close = column("m", "the ends of its range")
+    far = column("m")
+
+
+class ObstacleDerived(Columns):
+    """What the law makes of its setting and of its rule bases."""
+
+    sight = within(SightColumns)
+    widening = column("m", "more than the law states, by the size of the robots")
+    mount = within(MountColumns)
+
+
+class ObstacleMessage(CooperationMessage):
+    """What every robot broadcasts: what the cooperation says, whether it avoids, and where it is."""
+
+    avoids = column("", "1: it goes round an obstacle")
+    where = within(WhereaboutsColumns)
+
+
+class ObstacleHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(ObstacleMessage)
+
+
+class ObstacleMemory(CooperationMemory):
+    """What the law remembers."""
+
+    state = within(ModeMemory)
+    ranges = several(SONARS, "m", "the readings, with lost echoes filled in")
+    waits = column("s", "for which the robot has let another pass")
+    watch = within(WatchMemory)
+
+
+class ObstacleWork(Columns):
+    """What the law works in; ``tracking.rest`` is what Θ is evaluated in, too."""
+
+    fresh = several(SONARS, "m", "what the sonars read")
+    asked = several(1, "m", "the input of Θ")
+    said = several(1, "rad", "Θ")
+    tracking = within(TrackingWork)
+
+
+@compiled_only
+def theta_input_of(distance, sight):  # type: ignore[no-untyped-def]
     """The input of Θ [m] for a distance [m]: its range stretched to end at ro_min."""
-    close, far, ro_min = gains[THETA_CLOSE, g], gains[THETA_FAR, g], gains[RO_MIN, g]
+    close, far, ro_min = sight.close, sight.far, sight.ro_min
     return min(max(far - (ro_min - distance) * (far - close) / (ro_min - close), close), far)
 
 
-@uncounted
-def theta_of(distance, gains, g, rules, work):  # type: ignore[no-untyped-def]
+@compiled_only
+def theta_of(distance, sight, rules, work):  # type: ignore[no-untyped-def]
     """|Θ| [rad] at a distance [m]."""
-    work[_ASKED] = theta_input_of(distance, gains, g)
-    system = rules[int(gains[THETA_BEGIN, g]) :]
-    evaluate_packed(system, work[_ASKED : _ASKED + 1], work[_SAID : _SAID + 1], work[_BELOW:])
-    return gains[THETA, g] * work[_SAID]
+    work.asked[0] = theta_input_of(distance, sight)
+    evaluate_packed(rules[int(sight.begin) :], work.asked, work.said, work.tracking.rest)
+    return sight.theta * work.said[0]
 
 
-@uncounted
-def sight_of(ranges, gains, g, rules, work):  # type: ignore[no-untyped-def]
-    """Judge by (6.7) what four sonars read (4,) [m]: the fields of :class:`Sight`."""
-    left, right = ranges[FRONT_LEFT], ranges[FRONT_RIGHT]
-    front, near = min(left, right), gains[PUSH_RANGE, g]
-    avoids = front <= gains[RO_MIN, g] or min(front, ranges[LEFT], ranges[RIGHT]) < near
+@compiled_only
+def sight_of(seen, sight, rules, work):  # type: ignore[no-untyped-def]
+    """Judge by (6.7) what four sonars read, SonarColumns: the fields of :class:`Sight`."""
+    front, near = min(seen.front_left, seen.front_right), sight.push_range
+    avoids = front <= sight.ro_min or min(front, seen.left, seen.right) < near
     turn = 0.0
     if avoids:
-        theta = theta_of(front, gains, g, rules, work)
-        turn = -theta if left < right else theta
-        turn += -gains[PUSH, g] if ranges[LEFT] < near else 0.0
-        turn += gains[PUSH, g] if ranges[RIGHT] < near else 0.0
-    slowing = 0.0 if front < 0.12 else min(max(front / gains[RO_MIN, g], 0.25), 1.0)
+        theta = theta_of(front, sight, rules, work)
+        turn = -theta if seen.front_left < seen.front_right else theta
+        turn += -sight.push if seen.left < near else 0.0
+        turn += sight.push if seen.right < near else 0.0
+    slowing = 0.0 if front < 0.12 else min(max(front / sight.ro_min, 0.25), 1.0)
     return avoids, turn, slowing, front
 
 
-@uncounted
+@compiled_only
 def stalled(best, before, place, lost):  # type: ignore[no-untyped-def]
     """The largest place [m] on a robot's path so far, and the time [s] lost since it last grew.
 
@@ -242,132 +263,139 @@ def stalled(best, before, place, lost):  # type: ignore[no-untyped-def]
     return best, before + lost
 
 
-@uncounted
-def _look(i, known, memory, work):  # type: ignore[no-untyped-def]
+@compiled_only
+def _look(robot, gain, memory, work, known, i):  # type: ignore[no-untyped-def]
     """Take in what the sonars read: into ``work`` as read, and into the memory with lost echoes filled in."""
-    gains, g, committed = known.gains, known.column[i], known.gains[COMMITTED, known.column[i]] > 0
+    committed = gain.variant == VARIANT.committed
     for q in range(SONARS):
         reading = known.ranges[q, i]
-        if committed and reading < np.inf and _of_a_robot(reading, q, i, known, gains, g):
+        if committed and reading < np.inf and _of_a_robot(reading, q, robot, gain, known, i):
             reading = np.inf
-        work[_FRESH + q] = reading
+        work.fresh[q] = reading
         rise = LITERAL_RISE if not committed else COMMITTED_RISE[q]
-        memory[RANGES + q, i] = min(reading, memory[RANGES + q, i] + rise * known.dt)
+        memory.ranges[q] = min(reading, memory.ranges[q] + rise * known.dt)
 
 
-@uncounted
-def _of_a_robot(reading, q, i, known, gains, g):  # type: ignore[no-untyped-def]
+@compiled_only
+def _of_a_robot(reading, q, robot, gain, known, i):  # type: ignore[no-untyped-def]
     """Whether a reading [m] is the echo of another robot that is known and not so near as to be in the way."""
-    seen, robots = known.seen, known.heard.shape[2]
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
-    for j in range(robots):
-        dx, dy, _, _ = other(known.heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
+    mount = gain.mount
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+    for j in range(known.heard.shape[2]):
+        heard = ObstacleHeard(known.heard, i, j)
+        dx, dy, _, _ = other(heard.said.where, heard.age, robot.x, robot.y)
         ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
-        if math.hypot(ahead, left) > IN_THE_WAY + gains[WIDER, g] and is_echo(
-            reading, gains[MOUNTS + q, g], gains[MOUNTS + SONARS + q, g], gains[MOUNTS + 2 * SONARS + q, g],
-            gains[MOUNTS + 3 * SONARS + q, g], ahead, left, ROBOT_RADIUS + gains[WIDER, g] / 2, NEARER, 0.0,
+        if math.hypot(ahead, left) > IN_THE_WAY + gain.widening and is_echo(
+            reading, mount.x[q], mount.y[q], mount.axis[q], mount.half_cone[q],
+            ahead, left, ROBOT_RADIUS + gain.widening / 2, NEARER, 0.0,
         ):  # fmt: skip
             return True
     return False
 
 
-@uncounted
-def _lets_pass(i, known, avoids):  # type: ignore[no-untyped-def]
+@compiled_only
+def _lets_pass(robot, gain, known, i, avoids):  # type: ignore[no-untyped-def]
     """Whether a robot stops for another that goes round an obstacle.
 
     Where both go round one, the robot with the lower number goes first.
     """
-    seen, heard, gains, g = known.seen, known.heard, known.gains, known.column[i]
-    robots = heard.shape[2]
+    robots = known.heard.shape[2]
     for j in range(robots):
-        first = j < i % robots or (gains[COMMITTED, g] > 0 and not avoids)
-        if not (first and heard[HEARS, i, j] > 0 and heard[_HEARD_AVOIDS, i, j] > 0.5):
+        heard = ObstacleHeard(known.heard, i, j)
+        first = j < i % robots or (gain.variant == VARIANT.committed and not avoids)
+        if not (first and heard.hears > 0 and heard.said.avoids > 0.5):
             continue
-        dx, dy, _, _ = other(heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
-        bearing = abs(wrapped_compiled(math.atan2(dy, dx) - seen[HEADING, i]))
-        if math.hypot(dx, dy) < gains[D_PASS, g] and bearing < PASSING_CONE:
+        dx, dy, _, _ = other(heard.said.where, heard.age, robot.x, robot.y)
+        bearing = abs(wrapped_compiled(math.atan2(dy, dx) - robot.heading))
+        if math.hypot(dx, dy) < gain.d_pass and bearing < PASSING_CONE:
             return True
     return False
 
 
-@uncounted
-def _aside(i, known, near):  # type: ignore[no-untyped-def]
+@compiled_only
+def _must_stop(robot, near, known, i):  # type: ignore[no-untyped-def]
+    """Whether a robot brakes for another, by :func:`robotics.laws.avoidance.priority.stops_for`."""
+    robots = known.heard.shape[2]
+    for j in range(robots):
+        heard = ObstacleHeard(known.heard, i, j)
+        if heard.hears > 0 and stops_for(heard.said.where, heard.age, robot, near, i % robots < j):
+            return True
+    return False
+
+
+@compiled_only
+def _aside(robot, near, known, i):  # type: ignore[no-untyped-def]
     """Which way a robot turns from others at its side: 1 to the left, -1 to the right, 0 where none is too near."""
-    seen, heard, sides = known.seen, known.heard, 0.0
-    reach = near + SIDE_MARGIN + 0.2 * abs(seen[V, i])
-    for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0:
-            dx, dy, _, _ = other(heard, _HEARD_PLACE, i, j, seen[X, i], seen[Y, i])
-            bearing = wrapped_compiled(math.atan2(dy, dx) - seen[HEADING, i])
+    sides, reach = 0.0, near + SIDE_MARGIN + 0.2 * abs(robot.v)
+    for j in range(known.heard.shape[2]):
+        heard = ObstacleHeard(known.heard, i, j)
+        if heard.hears > 0:
+            dx, dy, _, _ = other(heard.said.where, heard.age, robot.x, robot.y)
+            bearing = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
             if CONE <= abs(bearing) < ABEAM and math.hypot(dx, dy) < reach:
                 sides += 1.0 if bearing > 0 else -1.0
     return -1.0 if sides > 0 else (1.0 if sides < 0 else 0.0)
 
 
-@uncounted
-def _literal(i, known, memory, command, work, alone, avoids, slowing, front):  # type: ignore[no-untyped-def]
+@compiled_only
+def _literal(  # type: ignore[no-untyped-def]
+    robot, gain, memory, command, work, known, i, alone, avoids, slowing, front
+):
     """Slow down while an obstacle is near. Returns v [m/s], ω [rad/s], the mode, and whether it avoids.
 
     The cooperation has steered already, turned by (6.7); ``alone`` robots are excused from its clock.
     """
-    gains, g = known.gains, known.column[i]
-    row = told(i, command, _AVOIDS + 5, gains, COOPERATION + TRACKER, g, work[_BELOW:])
-    command[row, i] = theta_input_of(front, gains, g)
-    memory[STATE + BEST, i], memory[STATE + STALLED, i] = stalled(
-        memory[STATE + BEST, i], memory[STATE + STALLED, i], memory[PLACE, i], known.dt if avoids else 0.0
-    )
-    v, w, mode = command[FIRST, i], command[SECOND, i], float(TRACK)
+    told = tell_inputs(command.inputs, gain.cooperation.tracker, work.tracking)
+    command.inputs[told] = theta_input_of(front, gain.sight)
+    state, lost = memory.state, known.dt if avoids else 0.0
+    state.best, state.stalled = stalled(state.best, state.stalled, memory.place, lost)
+    v, w, mode = command.first, command.second, float(TRACK)
     if avoids:
         v *= slowing
         mode = float(AVOID + LEFT_BEHIND if alone else AVOID)
-    if _lets_pass(i, known, avoids):
+    if _lets_pass(robot, gain, known, i, avoids):
         v, w = 0.0, 0.0
         mode = float(YIELD + LEFT_BEHIND if avoids and alone else YIELD)
     return v, w, mode, avoids and not alone
 
 
-@uncounted
-def _committed(i, known, memory, command, work, alone):  # type: ignore[no-untyped-def]
+@compiled_only
+def _committed(robot, gain, memory, command, work, known, i, alone):  # type: ignore[no-untyped-def]
     """Choose a mode, and steer by it. Returns as :func:`_literal`."""
-    seen, gains, g, road, path, dt = known.seen, known.gains, known.column[i], known.road, known.path[i], known.dt
-    x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
-    state, ranges = memory[STATE : STATE + ROWS, i], memory[RANGES : RANGES + SONARS, i]
-    rules, fresh = known.rules[known.base[i]], work[_FRESH:_ASKED]
-    place, length = memory[PLACE, i], road.lengths[path]
+    road, path, dt, due, state = known.road, known.path[i], known.dt, command.target, memory.state
+    ranges, fresh, rules = SonarColumns(memory.ranges), SonarColumns(work.fresh), known.rules[known.base[i]]
+    place, length, aim = memory.place, road.lengths[path], work.tracking.aim
     near_x, near_y, _, _ = point_at(road, path, place)
     end_x, end_y, _, _ = point_at(road, path, length)
-    to_x, to_y, to_heading, _ = point_at(road, path, min(place + gains[AHEAD, g], length))
-    bearing = wrapped_compiled(math.atan2(to_y - y, to_x - x) - heading)
-    off, remaining = math.hypot(near_x - x, near_y - y), math.hypot(end_x - x, end_y - y)
+    aim.x, aim.y, aim.heading, _ = point_at(road, path, min(place + gain.reach, length))
+    bearing = wrapped_compiled(math.atan2(aim.y - robot.y, aim.x - robot.x) - robot.heading)
+    off = math.hypot(near_x - robot.x, near_y - robot.y)
+    remaining = math.hypot(end_x - robot.x, end_y - robot.y)
     alpha, most, turning, distance = next_mode(
-        state, ranges, fresh, x, y, heading, bearing, place, off, remaining, gains[RO_MIN, g], dt,
-        gains[WALL_NUMBERS : WALL_NUMBERS + WALLS, g],
-    )  # fmt: skip
-    mode = state[MODE]
+        state, ranges, fresh, robot, bearing, place, off, remaining, gain.ro_min, dt, gain.mount.walls
+    )
+    mode = state.mode
     avoids = mode != TRACK
-    due_v, due_w, due_s = command[TO_V, i], command[TO_W, i], command[TO_S, i]
     v, w = most, turning
     if mode == TRACK:
-        v, w = _at_most(command[FIRST, i], min(most, CATCH_UP_SPEED)), command[SECOND, i]
+        v, w = _at_most(command.first, min(most, CATCH_UP_SPEED)), command.second
     elif mode == AVOID:
-        turn = alpha - bearing + state[WAY] * theta_of(distance, gains, g, rules, work)
+        turn = alpha - bearing + state.way * theta_of(distance, gain.sight, rules, work)
+        aim.v, aim.w = due.v, due.w
         # Rule 11 does not act: the target counts as ahead.
-        _, w, _ = toward(
-            x, y, heading, to_x, to_y, to_heading, due_v, due_w, 1.0, turn, False,
-            gains, COOPERATION + TRACKER, g, rules, work[_BELOW:],
-        )  # fmt: skip
-    v = _at_most(v, _in_time(due_v, due_s, place, off, mode))
+        _, w, _ = toward(robot, aim, 1.0, turn, False, gain.cooperation.tracker, rules, work.tracking)
+    v = _at_most(v, _in_time(due.v, due.s, place, off, mode))
     if avoids:
-        command[SAYS + SAID_PLACE, i] -= off  # the others wait for the way back to the path as well
+        command.say.place -= off  # the others wait for the way back to the path as well
     # Case studies 2 and 3. The wait is bounded: the other may be waiting as well, which would be a deadlock.
-    passing = _lets_pass(i, known, avoids)
-    memory[WAITS, i] = memory[WAITS, i] + dt if passing else 0.0
-    stands = passing and memory[WAITS, i] <= LONGEST_WAIT
+    passing = _lets_pass(robot, gain, known, i, avoids)
+    memory.waits = memory.waits + dt if passing else 0.0
+    stands = passing and memory.waits <= LONGEST_WAIT
     if stands and avoids:
-        state[STALLED] -= dt  # a robot that lets another pass is not stuck
-    near = gains[NEAR, g] + gains[WIDER, g]
-    stops = must_stop(known.heard, _HEARD_PLACE, i, x, y, heading, seen[V, i], near)
-    aside = 0.0 if stops else _aside(i, known, near)
+        state.stalled -= dt  # a robot that lets another pass is not stuck
+    near = gain.near + gain.widening
+    stops = _must_stop(robot, near, known, i)
+    aside = 0.0 if stops else _aside(robot, near, known, i)
     stops |= stands
     if stands or (stops and mode == TRACK):
         w = 0.0
@@ -376,8 +404,8 @@ def _committed(i, known, memory, command, work, alone):  # type: ignore[no-untyp
     stops |= aside != 0
     if stops:
         v = 0.0
-    halted = stand_still(memory[WATCHED : WATCHED + WATCH, i], fresh, seen[V, i], seen[W, i], dt)
-    front = min(ranges[FRONT_LEFT], ranges[FRONT_RIGHT])
+    halted = stand_still(memory.watch, fresh, robot.v, robot.w, dt)
+    front = min(ranges.front_left, ranges.front_right)
     leaves = halted and front > LEAVING_ROOM and not stops
     if halted:
         v, w = min(front - STOP_DISTANCE, LEAVING_SPEED) if leaves else 0.0, 0.0
@@ -385,13 +413,13 @@ def _committed(i, known, memory, command, work, alone):  # type: ignore[no-untyp
     return v, w, code + LEFT_BEHIND if alone and avoids else code, avoids and not alone
 
 
-@uncounted
+@compiled_only
 def _at_most(value, bound):  # type: ignore[no-untyped-def]
     """The lesser of two numbers, the first of which may be not-a-number, and then is passed on."""
     return bound if value > bound else value
 
 
-@uncounted
+@compiled_only
 def _in_time(due_v, due_s, place, off, mode):  # type: ignore[no-untyped-def]
     """The speed [m/s] above which a robot would get farther along its path than the others are.
 
@@ -406,37 +434,32 @@ def _in_time(due_v, due_s, place, off, mode):  # type: ignore[no-untyped-def]
 
 
 @equation
-def avoid_obstacles(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def avoid_obstacles(robot, gain, memory, command, work, known, i, rules):  # type: ignore[no-untyped-def]
     """Look, choose a mode, steer, and say so."""
-    seen, gains, g = known.seen, known.gains, known.column[i]
-    _look(i, known, memory, work)
-    committed, alone = gains[COMMITTED, g] > 0, memory[STATE + STALLED, i] > gains[PATIENCE, g]
+    _look(robot, gain, memory, work, known, i)
+    committed, alone = gain.variant == VARIANT.committed, memory.state.stalled > gain.patience
     avoids, turn, slowing, front = False, 0.0, 1.0, np.inf
     if committed:
-        alone = alone and memory[STATE + MODE, i] != TRACK
+        alone = alone and memory.state.mode != TRACK
     else:
-        ranges, rules = memory[RANGES : RANGES + SONARS, i], known.rules[known.base[i]]
-        avoids, turn, slowing, front = sight_of(ranges, gains, g, rules, work)
-    steered(i, known, memory, 0, command, work[_BELOW:], turn, alone, False, COOPERATION)
+        avoids, turn, slowing, front = sight_of(SonarColumns(memory.ranges), gain.sight, rules, work)
+    steered(robot, gain.cooperation, memory, command, work.tracking, known, i, turn, alone, False)
     if committed:
-        v, w, mode, avoids = _committed(i, known, memory, command, work, alone)
+        v, w, mode, avoids = _committed(robot, gain, memory, command, work, known, i, alone)
     else:
-        v, w, mode, avoids = _literal(i, known, memory, command, work, alone, avoids, slowing, front)
-    command[FIRST, i], command[WISH_V, i] = v, v
-    command[SECOND, i], command[WISH_W, i] = w, w
-    command[COMMAND_MODE, i], command[_AVOIDS, i] = mode, 1.0 if avoids else 0.0
-    x, y, v_x, v_y = whereabouts_of(seen[X, i], seen[Y, i], seen[HEADING, i], seen[V, i])
-    command[_AVOIDS + 1, i], command[_AVOIDS + 2, i] = x, y
-    command[_AVOIDS + 3, i], command[_AVOIDS + 4, i] = v_x, v_y
+        v, w, mode, avoids = _literal(robot, gain, memory, command, work, known, i, alone, avoids, slowing, front)
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    command.mode, command.say.avoids = mode, 1.0 if avoids else 0.0
+    tell_whereabouts(command.say.where, robot)
 
 
 @kernel
-def _sights(ranges, gains, rules, work):  # type: ignore[no-untyped-def]
+def _sights(ranges, numbers, rules, work):  # type: ignore[no-untyped-def]
     """:func:`sight_of` for every column of ``ranges`` (4, n): its rows, and Θ [rad] at the front reading."""
-    out = np.empty((5, ranges.shape[1]))
+    out, sight, places = np.empty((5, ranges.shape[1])), SightColumns(numbers), ObstacleWork(work)
     for i in range(ranges.shape[1]):
-        avoids, out[1, i], out[2, i], out[3, i] = sight_of(ranges[:, i], gains, 0, rules, work)
-        out[0, i], out[4, i] = 1.0 if avoids else 0.0, theta_of(out[3, i], gains, 0, rules, work)
+        avoids, out[1, i], out[2, i], out[3, i] = sight_of(SonarColumns(ranges, i), sight, rules, places)
+        out[0, i], out[4, i] = 1.0 if avoids else 0.0, theta_of(out[3, i], sight, rules, places)
     return out
 
 
@@ -444,7 +467,7 @@ def _sights(ranges, gains, rules, work):  # type: ignore[no-untyped-def]
 class ObstacleAvoidance(EquationLaw):
     """Obstacle avoidance: from where on and how far to turn away, and the cooperation underneath."""
 
-    variant: Literal["committed", "literal"] = "committed"
+    variant: Variant = "committed"
     ro_min: float = quantity(0.5, "m", above=0.15, most=2)  # the thesis's scheme wants 0.8
     theta: float = quantity(1.0, "1", least=0, most=2)  # what Θ(ro) is multiplied by
     reach: float = quantity(0.5, "m", above=0)  # "committed": how far ahead the target is held while avoiding
@@ -461,7 +484,6 @@ class ObstacleAvoidance(EquationLaw):
     yields = True
     tasks = MappingProxyType({"tracking": "rule_base", "theta": "theta_rule_base"})
     needs = tuple(SONAR)  # two on the nose and one on each side
-    message = (*FuzzyCooperation.message, "avoids", *WHEREABOUTS)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -503,40 +525,44 @@ class ObstacleAvoidance(EquationLaw):
         )
 
     equation = avoid_obstacles
+    says, remembers, works, derived = ObstacleMessage, ObstacleMemory, ObstacleWork, ObstacleDerived
     aims = progresses = has_modes = True
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers of the equation, in the order of the places above."""
-        mounting = Mounting.of([[carried[name] for name in self.needs] for carried in setting.sensors])
-        mounts = [row for rows in mounting for row in rows]
-        return (*self._numbers(wider(setting.robots)), *mounts, *self.cooperation.gain_rows(setting))
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The numbers of the printed rules, the robots' size, and where their sonars are."""
+        return {"sight": self._sight, "widening": wider(setting.robots), "mount": mounting(setting.sensors)}
 
-    def _numbers(self, wider: float) -> tuple[float, ...]:
-        """The numbers of the equation that are the same for all robots."""
+    @cached_property
+    def _sight(self) -> Mapping[str, float]:
         close, far = self.turn.fis.inputs[0].universe
         begin = sum(len(system) for system in self.cooperation.rule_rows())
-        own = self.ro_min, self.theta, self.reach, self.patience, self.near, self.d_pass, self.push, self.push_range
-        return (float(self.variant == "committed"), *own, wider, float(begin), close, far)
+        own = {"ro_min": self.ro_min, "theta": self.theta, "push": self.push, "push_range": self.push_range}
+        return own | {"begin": begin, "close": close, "far": far}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and Θ."""
         return (*self.cooperation.rule_rows(), self._theta)
 
     @cached_property
+    def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(SightColumns.stacked(self._sight), dtype=float), np.concatenate(self.rule_rows())
+
+    @cached_property
     def _theta(self) -> np.ndarray:
         return packed(self.turn)
 
-    @property
+    @cached_property
     def working(self) -> int:
         """The numbers that the rule bases are evaluated in."""
-        return _BELOW + max(self.cooperation.working, packed_work(self._theta))
+        return self.works.size + max(packed_work(system) for system in self.rule_rows())
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Let all robots track. Raises ControllerError where the graph is not connected."""
-        below = self.cooperation.begin(setting, runs)
-        memory = np.zeros((ALL_REMEMBERED, *below.shape[1:]))
-        memory[:REMEMBERED], memory[RANGES:WAITS], memory[WATCHED:] = below, np.inf, nothing_watched(*below.shape[1:])
-        return memory
+        memory = ObstacleMemory.zeros(runs, len(setting.robots))
+        memory.array[: CooperationMemory.size] = self.cooperation.begin(setting, runs)[: CooperationMemory.size]
+        memory.ranges[...] = np.inf
+        nothing_watched(memory.watch)
+        return memory.array
 
     def theta_at(self, distance: np.ndarray) -> np.ndarray:
         """|Θ| [rad] at ``distance`` [m], of any shape: the rule base, its range stretched to end at ro_min."""
@@ -555,7 +581,7 @@ class ObstacleAvoidance(EquationLaw):
 
     def _seen(self, ranges: np.ndarray) -> np.ndarray:
         """What :func:`_sights` makes of readings (4, ...) [m]."""
-        gains, rules = np.array(self._numbers(0.0))[:, None], np.concatenate(self.rule_rows())
+        numbers, rules = self._numbers
         rows = np.ascontiguousarray(ranges, dtype=float).reshape(SONARS, -1)
-        found = _sights(rows, gains, rules, np.empty(self.working))
+        found = _sights(rows, numbers, rules, np.empty(self.working))
         return np.asarray(found.reshape(-1, *ranges.shape[1:]))

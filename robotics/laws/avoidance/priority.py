@@ -6,17 +6,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import without_refcounts
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped, wrapped_compiled
-from robotics.radio.channel import AGE, BELIEVED, HEARS
+from robotics.radio.channel import predicted
 from robotics.vehicle.robot import Robot
 
 STATED_FOR = float(np.hypot(0.23, 0.20))  # m: turning circle's diameter of the robots for which laws state distances
 CONE = 0.9  # rad to either side of the heading: a robot within is ahead
 BRAKING = 1.0  # m/s²: the deceleration by which the braking distance is reckoned
 MOVES = 0.01  # m/s: a robot that is slower drives towards nobody
-WHEREABOUTS = ("x", "y", "v_x", "v_y")  # the values that :func:`whereabouts` gives and :func:`others` reads
+
+
+class WhereaboutsColumns(Columns):
+    """The values of a message that say where a robot is."""
+
+    x = column("m", "its place")
+    y = column("m")
+    v_x = column("m/s", "its velocity, in the world's axes")
+    v_y = column("m/s")
+
+
+WHEREABOUTS = WhereaboutsColumns.leaves()  # the values that :func:`whereabouts` gives and :func:`others` reads
 
 
 class Others(NamedTuple):
@@ -35,24 +47,24 @@ class Others(NamedTuple):
 # For one robot, in a law's equation ------------------------------------------------------------------------------
 
 
-@uncounted
-def whereabouts_of(x, y, heading, v):  # type: ignore[no-untyped-def]
-    """A robot's place [m] and velocity [m/s] for its message, the values WHEREABOUTS."""
-    return x, y, v * math.cos(heading), v * math.sin(heading)
+@without_refcounts
+def tell_whereabouts(where, robot):  # type: ignore[no-untyped-def]
+    """Write a robot's place and velocity into its message, whose part ``where`` is as WhereaboutsColumns."""
+    where.x, where.y = robot.x, robot.y
+    where.v_x, where.v_y = robot.v * math.cos(robot.heading), robot.v * math.sin(robot.heading)
 
 
-@uncounted
-def other(heard, at, i, j, x, y):  # type: ignore[no-untyped-def]
-    """Robot j's present place from lane i's place (x, y) [m], dx and dy [m], and its velocity [m/s], as lane i heard.
+@without_refcounts
+def other(where, age, x, y):  # type: ignore[no-untyped-def]
+    """Another robot's present place from a place (x, y) [m], dx and dy [m], and its velocity [m/s], as it was heard.
 
-    The values WHEREABOUTS begin at plane ``at`` of ``heard``. They are not-a-number before the first message.
+    It is not-a-number before the first message.
     """
-    since = min(heard[AGE, i, j], BELIEVED)
-    v_x, v_y = heard[at + 2, i, j], heard[at + 3, i, j]
-    return heard[at, i, j] + v_x * since - x, heard[at + 1, i, j] + v_y * since - y, v_x, v_y
+    dx, dy = predicted(where.x, where.v_x, age) - x, predicted(where.y, where.v_y, age) - y
+    return dx, dy, where.v_x, where.v_y
 
 
-@uncounted
+@without_refcounts
 def in_the_way(dx, dy, v_x, v_y, heading, limit, goes_first):  # type: ignore[no-untyped-def]
     """Whether a robot must stop for another, of which it knows what :func:`other` tells.
 
@@ -70,27 +82,22 @@ def in_the_way(dx, dy, v_x, v_y, heading, limit, goes_first):  # type: ignore[no
     return not (goes_first and towards and speed > MOVES)
 
 
-@uncounted
+@without_refcounts
 def limit_of(near, v):  # type: ignore[no-untyped-def]
     """The distance [m] within which a robot with speed v [m/s] stops for others: ``near`` and its braking distance."""
     speed = abs(v)
     return near + speed**2 / (2 * BRAKING) + 0.1 * speed
 
 
-@uncounted
-def must_stop(heard, at, i, x, y, heading, v, near):  # type: ignore[no-untyped-def]
-    """Whether lane i at a posture must stop for another ahead of it, nearer than ``near`` [m] and its braking distance.
+@without_refcounts
+def stops_for(where, age, robot, near, goes_first):  # type: ignore[no-untyped-def]
+    """Whether a robot must stop for another ahead of it, nearer than ``near`` [m] and its braking distance.
 
-    Where two robots drive towards each other, the one with the lower number goes on. The values WHEREABOUTS begin at
-    plane ``at`` of ``heard``.
+    ``where`` and ``age`` are what it has heard of the other. Where two robots drive towards each other, the one that
+    ``goes_first`` goes on: that with the lower number.
     """
-    robots, limit = heard.shape[2], limit_of(near, v)
-    for j in range(robots):
-        if heard[HEARS, i, j] > 0:
-            dx, dy, v_x, v_y = other(heard, at, i, j, x, y)
-            if in_the_way(dx, dy, v_x, v_y, heading, limit, i % robots < j):
-                return True
-    return False
+    dx, dy, v_x, v_y = other(where, age, robot.x, robot.y)
+    return in_the_way(dx, dy, v_x, v_y, robot.heading, limit_of(near, robot.v), goes_first)
 
 
 # For all robots, in a law of arrays ------------------------------------------------------------------------------

@@ -36,11 +36,6 @@ class Plan:
     factor: np.ndarray  # (runs,) the plan's duration over the nominal one
     orders: np.ndarray  # (runs,) int: how many orders were tried
 
-    @property
-    def ticks_per_duration(self) -> int:
-        """The number of ticks in the nominal duration."""
-        return CELLS
-
 
 def plan_right_of_way(
     nodes: np.ndarray,

@@ -19,51 +19,57 @@ one with the lower number goes first (:mod:`robotics.laws.avoidance.priority`).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.columns import Columns, column, within
+from fuzzy.compiled.jit import compiled_only
 from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
-from robotics.laws.avoidance.priority import WHEREABOUTS, must_stop, whereabouts_of, wider
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    MODE,
-    PROGRESS,
-    REFUSED,
-    SAYS,
-    SECOND,
-    TO_HEADING,
-    TO_S,
-    TO_V,
-    TO_W,
-    TO_X,
-    TO_Y,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    Memory,
-    V,
-    X,
-    Y,
-    equation,
-)
+from robotics.laws.avoidance.priority import WhereaboutsColumns, stops_for, tell_whereabouts, wider
+from robotics.laws.equation import EquationLaw, HeardColumns, Memory, equation
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
-from robotics.laws.tracking.lyapunov import GAINS, Lyapunov, track
+from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.paths.road import CELLS, at, nearest, planned
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS
+from robotics.radio.channel import predicted
 from robotics.vehicle.robot import Robot
 
-CLOCK, PACE, PLACE = range(3)  # memory: s of the nominal duration up to the plan's end; 1: of that clock; m
-SLACK, SOFTNESS, NEAR, REACH, FOUND = range(GAINS, GAINS + 5)  # the gains that follow the tracker's
-SAID_PLACE, SAID_CLOCK, SAID_PACE, SAID_WHERE = range(4)  # the message: share of the path, memory, WHEREABOUTS
+
+class WayMessage(Columns):
+    """What every robot broadcasts."""
+
+    place = column("1", "share of its path")
+    clock = column("s", "of the nominal duration")
+    pace = column("1", "of that clock")
+    where = within(WhereaboutsColumns)
+
+
+class WayHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(WayMessage)
+
+
+class WayMemory(Columns):
+    """What the law remembers."""
+
+    clock = column("s", "of the nominal duration, up to the plan's end")
+    pace = column("1", "of that clock")
+    place = column("m", "the abscissa of its nearest point")
+
+
+class WayDerived(Columns):
+    """What the law makes of its setting."""
+
+    near = column("m", "the emergency rule's distance at rest, for robots of this size")
+    found = column("1", "1: the run has a plan")
+
 
 DIAGRAM = StateDiagram(
     {
@@ -78,67 +84,63 @@ DIAGRAM = StateDiagram(
 
 
 @equation
-def right_of_way(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def right_of_way(robot, gain, memory, command, known, i, road, path):  # type: ignore[no-untyped-def]
     """Run the clock, look up the plan, track it, and brake."""
-    gains, g, road, path, seen, heard = known.gains, known.column[i], known.road, known.path[i], known.seen, known.heard
-    x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
-    clock, found, length = memory[CLOCK, i], gains[FOUND, g] > 0, road.lengths[path]
-    place = nearest(road, path, x, y, memory[PLACE, i], reach(heard, i, known.time))
+    clock, found, length, robots = memory.clock, gain.found > 0, road.lengths[path], known.heard.shape[2]
+    place = nearest(road, path, robot.x, robot.y, memory.place, reach(known.heard, i, known.time))
     own, slope = planned(road, path, clock)
     worst = max(own * length - place, _worst_lag(i, known))
-    pace = min(max(1 - (worst - gains[SLACK, g]) / gains[SOFTNESS, g], 0.0), 1.0) * (1 - math.exp(-known.time))
+    pace = min(max(1 - (worst - gain.slack) / gain.softness, 0.0), 1.0) * (1 - math.exp(-known.time))
     pace = pace if found else 0.0
     # the plan and the tracker
     v_d = slope * CELLS / road.durations[path] * pace * length
-    s = min(own * length, place + gains[REACH, g])
-    to_x, to_y, to_heading, curvature = at(road, path, s)
-    w_d = v_d * curvature
-    v, w = track(x, y, heading, to_x, to_y, to_heading, v_d, w_d, gains, 0, g)
-    stops = must_stop(heard, HEARD + SAID_WHERE, i, x, y, heading, seen[V, i], gains[NEAR, g])
+    s = min(own * length, place + gain.reach)
+    target = command.target
+    target.x, target.y, target.heading, curvature = at(road, path, s)
+    target.v, target.w, target.s = v_d, v_d * curvature, s
+    v, w = track(robot, target, gain.tracker)
+    stops = False
+    for j in range(robots):
+        heard = WayHeard(known.heard, i, j)
+        if heard.hears > 0 and stops_for(heard.said.where, heard.age, robot, gain.near, i % robots < j):
+            stops = True
+            break
     if stops or not found:
         v, w = 0.0, 0.0
-    command[FIRST, i], command[SECOND, i], command[WISH_V, i], command[WISH_W, i] = v, w, v, w
-    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = to_x, to_y, to_heading
-    command[TO_V, i], command[TO_W, i], command[TO_S, i] = v_d, w_d, s
-    command[PROGRESS, i] = place / length
-    command[MODE, i] = YIELD if stops and found else TRACK
-    command[REFUSED, i] = 0.0 if found else 1.0
-    command[SAYS + SAID_PLACE, i], command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = (
-        place / length,
-        clock,
-        pace,
-    )
-    where, first = whereabouts_of(x, y, heading, seen[V, i]), SAYS + SAID_WHERE
-    command[first, i], command[first + 1, i], command[first + 2, i], command[first + 3, i] = where
-    memory[CLOCK, i] = _least_clock(i, known, min(clock + known.dt * pace, road.ends[path]))
-    memory[PACE, i], memory[PLACE, i] = pace, place
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    command.progress = place / length
+    command.mode = YIELD if stops and found else TRACK
+    command.refused = 0.0 if found else 1.0
+    say = command.say
+    say.place, say.clock, say.pace = place / length, clock, pace
+    tell_whereabouts(say.where, robot)
+    memory.clock = _least_clock(i, known, min(clock + known.dt * pace, road.ends[path]))
+    memory.pace, memory.place = pace, place
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _worst_lag(i, known):  # type: ignore[no-untyped-def]
     """The largest lag [m] behind the plan that lane i has heard of.
 
     A message says where its sender was and what its clock showed then: its delay adds no lag of its own.
     """
-    heard, road = known.heard, known.road
-    robots, worst = heard.shape[2], -np.inf
+    road, robots, worst = known.road, known.heard.shape[2], -np.inf
     first = known.path[i] - i % robots
     for j in range(robots):
-        share = heard[HEARD + SAID_PLACE, i, j]
-        if heard[HEARS, i, j] > 0 and not math.isnan(share):
-            due, _ = planned(road, first + j, heard[HEARD + SAID_CLOCK, i, j])
-            worst = max(worst, (due - share) * road.lengths[first + j])
+        heard = WayHeard(known.heard, i, j)
+        if heard.hears > 0 and not math.isnan(heard.said.place):
+            due, _ = planned(road, first + j, heard.said.clock)
+            worst = max(worst, (due - heard.said.place) * road.lengths[first + j])
     return worst
 
 
-@inner(forceinline=True)
+@compiled_only(forceinline=True)
 def _least_clock(i, known, clock):  # type: ignore[no-untyped-def]
     """z := min(z, z_j) over the clocks that lane i has heard of, as they will be in the next period."""
-    heard = known.heard
-    for j in range(heard.shape[2]):
-        since = min(heard[AGE, i, j], BELIEVED)
-        theirs = heard[HEARD + SAID_CLOCK, i, j] + heard[HEARD + SAID_PACE, i, j] * since + known.dt
-        if heard[HEARS, i, j] > 0 and theirs < clock:
+    for j in range(known.heard.shape[2]):
+        heard = WayHeard(known.heard, i, j)
+        theirs = predicted(heard.said.clock, heard.said.pace, heard.age) + known.dt
+        if heard.hears > 0 and theirs < clock:
             clock = theirs
     return clock
 
@@ -155,9 +157,9 @@ class RightOfWay(EquationLaw):
     reach: float = quantity(0.5, "m", above=0)  # the target is no farther ahead of the robot's place
     tracker: Lyapunov = field(default_factory=Lyapunov)
 
-    message = ("place", "clock", "pace", *WHEREABOUTS)
     yields = True
     equation = right_of_way
+    says, remembers, derived = WayMessage, WayMemory, WayDerived
     aims = progresses = has_modes = may_refuse = True
 
     def __post_init__(self) -> None:
@@ -192,19 +194,18 @@ class RightOfWay(EquationLaw):
         plan = planned_timing(setting, self.kept_between(setting.robots), self.margin)
         return super().init(replace(setting, references=plan), runs)  # from now on it is what they refer to
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The tracker's gains, those of the clock and of the brake, and whether each run has a plan."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The distance of the brake, and whether each run has a plan."""
         plan: Any = setting.references  # of :meth:`init`
-        near = self.near + wider(setting.robots)
         found = np.repeat(plan.found, len(setting.robots), axis=1)
-        return *self.tracker.gain_rows(setting), self.slack, self.softness, near, self.reach, found
+        return {"near": self.near + wider(setting.robots), "found": found}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The clocks at 0, and where on its path each robot starts."""
-        memory = np.zeros((3, runs, len(setting.robots)))
+        memory = WayMemory.zeros(runs, len(setting.robots))
         pose = np.broadcast_to(setting.starts, (runs, len(setting.robots), 3))
         around = np.zeros(pose.shape[:2])
-        memory[PLACE] = setting.references.joined.nearest(
+        memory.place = setting.references.joined.nearest(
             pose[..., 0], pose[..., 1], around, around + SEARCH_REACH_AFTER_OUTAGE
         )
-        return memory
+        return memory.array

@@ -41,24 +41,14 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, uncounted
+from fuzzy.compiled.columns import Columns, codes, column, several
+from fuzzy.compiled.jit import kernel, without_refcounts
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    SAYS,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    X,
-    Y,
-    equation,
-)
+from robotics.laws.equation import EquationLaw, RobotColumns, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -68,25 +58,62 @@ from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import EVEN, at, beside, by_x, last_x, road_of
 from robotics.quantity import check_quantities, quantity
 
-# m, m, rad, m, rad, 1/m: the names of the inputs that a network may have
-INPUTS = ("x_l", "y_l", "theta_l", "dx", "alpha_l", "kappa_f")
-ALPHA_L, KAPPA_F = 4, 5  # places in INPUTS
 LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
 OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
 LEADER_PACE, FOLLOWERS_PACE = (3.0, 0.0, 1.5), (0.5, 1.2, 1.2)  # b, a and r [1/m] of S
 Correction = Literal["own-pose", "none"]
+Speeds = Literal["lead", "literal"]
+CORRECTION, SPEEDS = codes(Correction), codes(Speeds)
 
-# Places of the gains of both laws, and what follows them of the teacher's, and of the networks
-AHEAD, KY, KPSI, OWN_POSE, SPEED, LITERAL = range(6)
-COUNT, NETWORKS = 4, 5  # of networks, and where the first one begins
-# Each network: where it begins in the rule bases, whether it drives the leader and followers, its inputs as places in
-# INPUTS, and where it has each of OUTPUTS, or -1
-BEGIN, DRIVES_LEADER, DRIVES_FOLLOWERS, ASKS, ASKED, ANSWERS, NETWORK = 0, 1, 2, 3, 4, 10, 14
-# Places of what is remembered: dx at the start [m], whether the leader has met the followers, and whether it has
-# reached the end of its path; then all stand still
-FIRST_LEAD, TOGETHER, OVER = range(3)
-# Places in what the networks work in: all of INPUTS, those of one network, its outputs
-_ALL, _ASKED, _ANSWER, _WORK = 0, 6, 12, 16
+
+class FormationInputs(Columns):
+    """What a network may ask for."""
+
+    x_l = column("m")
+    y_l = column("m")
+    theta_l = column("rad")
+    dx = column("m")
+    alpha_l = column("rad")
+    kappa_f = column("1/m")
+
+
+INPUTS = tuple(FormationInputs.columns)
+INPUT = codes(INPUTS)
+
+
+class LeadMemory(Columns):
+    """What both laws remember."""
+
+    first_lead = column("m", "dx at the start; not-a-number: there was none")
+    together = column("", "1: the leader has met the followers")
+    over = column("", "1: it has reached the end of its path; then all stand still")
+
+
+class NetworkColumns(Columns):
+    """A network of the formation."""
+
+    begin = column("", "where it begins in the rule bases")
+    drives_leader = column("", "1: it does")
+    drives_followers = column("", "1: it does")
+    asks = column("", "the number of its inputs")
+    asked = several(len(INPUTS), "", "its inputs as places in INPUTS")
+    answers = several(len(OUTPUTS), "", "where it has each of OUTPUTS, or -1")
+
+
+class NetworksDerived(Columns):
+    """What the law makes of its networks."""
+
+    count = column("", "of networks")
+    networks = several(NetworkColumns.size * len(OUTPUTS), "", "as NetworkColumns, with room for one of each output")
+
+
+class NetworkWork(Columns):
+    """What the networks work in."""
+
+    all = several(len(INPUTS), "", "as FormationInputs")
+    asked = several(len(INPUTS), "", "the inputs of one network")
+    answer = several(len(OUTPUTS), "", "and its outputs")
+    rest = several(0)
 
 
 class Velocities(NamedTuple):
@@ -149,7 +176,7 @@ def law(dx: np.ndarray, alpha: np.ndarray, kappa: np.ndarray, speed: float, look
     return Velocities(v_l, pursuit(v_l, alpha, look_ahead), v_f, v_f * kappa)
 
 
-@uncounted
+@without_refcounts
 def literal_speed(first_lead, together, speed):  # type: ignore[no-untyped-def]
     """v_l [m/s] as thesis 5.2.1 has it: the leader's speed depends on where it started.
 
@@ -164,24 +191,22 @@ def literal_speed(first_lead, together, speed):  # type: ignore[no-untyped-def]
     return speed if together else speed * min(max(1 - first_lead / 2, 0.0), 3.0)
 
 
-@uncounted
-def correction(y, heading, to_y, to_heading, v, ky, kpsi):  # type: ignore[no-untyped-def]
+@without_refcounts
+def correction(robot: RobotColumns, to_y, to_heading, v, gain):  # type: ignore[no-untyped-def]
     """−K_y v e − K_ψ ψ [rad/s] of a robot that shall drive along its path.
 
     Args:
-        y: The robot's y [m].
-        heading: Its heading [rad].
+        robot: What it knows of itself.
         to_y: The y of the path's point that has the robot's x [m].
         to_heading: The heading of the path there [rad].
         v: The robot's speed [m/s].
-        ky: K_y [1/m²].
-        kpsi: K_ψ [1/s].
+        gain: K_y [1/m²] and K_ψ [1/s].
     """
-    lateral = (y - to_y) * math.cos(to_heading)
-    return -ky * v * lateral - kpsi * wrapped_compiled(heading - to_heading)
+    lateral = (robot.y - to_y) * math.cos(to_heading)
+    return -gain.ky * v * lateral - gain.kpsi * wrapped_compiled(robot.heading - to_heading)
 
 
-@uncounted
+@without_refcounts
 def bearing(road, path, x, y, heading, look_ahead):  # type: ignore[no-untyped-def]
     """α_l [rad], in [−π, π): the bearing of the path's point ahead, seen from the leader.
 
@@ -225,91 +250,92 @@ def lead(x: np.ndarray) -> np.ndarray:
 # Its controller, and the networks ---------------------------------------------------------------------------------
 
 
-@uncounted
-def formed(i, known, memory):  # type: ignore[no-untyped-def]
+@without_refcounts
+def formed(lane, known, memory: LeadMemory):  # type: ignore[no-untyped-def]
     """The lane of the leader, and its lead dx [m], which are remembered."""
     robots, seen = known.heard.shape[2], known.seen
-    leader = i - i % robots
+    leader = lane - lane % robots
     followers = 0.0
     for j in range(leader + 1, leader + robots):
-        followers += seen[X, j]
-    dx = seen[X, leader] - followers / (robots - 1)
-    if math.isnan(memory[FIRST_LEAD, i]):
-        memory[FIRST_LEAD, i] = dx
-    first = memory[FIRST_LEAD, i]
+        followers += RobotColumns(seen, j).x
+    x = RobotColumns(seen, leader).x
+    dx = x - followers / (robots - 1)
+    if math.isnan(memory.first_lead):
+        memory.first_lead = dx
+    first = memory.first_lead
     if (dx if first > 0 else -dx if first < 0 else 0.0) <= 0:
-        memory[TOGETHER, i] = 1.0
-    if seen[X, leader] >= last_x(known.road, known.path[leader]):
-        memory[OVER, i] = 1.0
+        memory.together = 1.0
+    if x >= last_x(known.road, known.path[leader]):
+        memory.over = 1.0
     return leader, dx
 
 
-@uncounted
-def form(i, v, w, known, memory, command):  # type: ignore[no-untyped-def]
-    """Command one robot, a follower with its own correction if it has one; all stand still once it is over."""
-    seen, gains, g, robots = known.seen, known.gains, known.column[i], known.heard.shape[2]
-    if i % robots > 0 and gains[OWN_POSE, g] > 0:
-        _, y, heading, _ = beside(known.road, known.path[i], seen[X, i])
-        w += correction(seen[Y, i], seen[HEADING, i], y, heading, v, gains[KY, g], gains[KPSI, g])
-    if memory[OVER, i] > 0:
-        v, w = 0.0, 0.0
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+@without_refcounts
+def form(  # type: ignore[no-untyped-def]
+    v, w, follows, robot: RobotColumns, gain, memory: LeadMemory, road, path
+):
+    """The command of one robot, a follower's with its own correction if it has one; all stand still once it is over."""
+    if follows and gain.correction == CORRECTION.own_pose:
+        _, y, heading, _ = beside(road, path, robot.x)
+        w += correction(robot, y, heading, v, gain)
+    return (0.0, 0.0) if memory.over > 0 else (v, w)
 
 
 @equation
-def teach(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def teach(robot, gain, memory, known, lane, road, path):  # type: ignore[no-untyped-def]
     """Evaluate the law of the module's head at the measured postures."""
-    seen, gains, g, road = known.seen, known.gains, known.column[i], known.road
-    leader, dx = formed(i, known, memory)
-    path, x, speed, literal = known.path[leader], seen[X, leader], gains[SPEED, g], gains[LITERAL, g] > 0
-    if i != leader:
-        v = speed if literal else follower_speed(dx, speed)
-        w = v * beside(road, path, x - dx)[3]
+    leader, dx = formed(lane, known, memory)
+    first, x = known.path[leader], RobotColumns(known.seen, leader).x
+    literal = gain.speeds == SPEEDS.literal
+    if lane != leader:
+        v = gain.speed if literal else follower_speed(dx, gain.speed)
+        w = v * beside(road, first, x - dx)[3]
     elif literal:
-        v = literal_speed(memory[FIRST_LEAD, i], memory[TOGETHER, i] > 0, speed)
-        _, y, heading, curvature = beside(road, path, x)
-        w = v * curvature + correction(seen[Y, i], seen[HEADING, i], y, heading, v, gains[KY, g], gains[KPSI, g])
+        v = literal_speed(memory.first_lead, memory.together > 0, gain.speed)
+        _, y, heading, curvature = beside(road, first, x)
+        w = v * curvature + correction(robot, y, heading, v, gain)
     else:
-        v = leader_speed(dx, speed)
-        w = pursuit(v, bearing(road, path, x, seen[Y, i], seen[HEADING, i], gains[AHEAD, g]), gains[AHEAD, g])
-    form(i, v, w, known, memory, command)
+        v = leader_speed(dx, gain.speed)
+        w = pursuit(v, bearing(road, first, x, robot.y, robot.heading, gain.look_ahead), gain.look_ahead)
+    return form(v, w, lane != leader, robot, gain, memory, road, path)
 
 
 @equation
-def lead_and_follow(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def lead_and_follow(robot, gain, memory, command, work, known, lane, road, path, rules):  # type: ignore[no-untyped-def]
     """Evaluate those of the networks (5.7) that drive the robot."""
-    seen, gains, g, road = known.seen, known.gains, known.column[i], known.road
-    leader, dx = formed(i, known, memory)
-    path, x, y, theta = known.path[leader], seen[X, leader], seen[Y, leader], wrapped_compiled(seen[HEADING, leader])
-    work[_ALL], work[_ALL + 1], work[_ALL + 2], work[_ALL + 3] = x, y, theta, dx
-    work[_ALL + ALPHA_L] = work[_ALL + KAPPA_F] = np.nan  # until they are asked for
-    own, output = (DRIVES_LEADER, 0) if i == leader else (DRIVES_FOLLOWERS, 2)
-    rules, told, v, w = known.rules[known.base[i]], SAYS, 0.0, 0.0
-    for k in range(int(gains[COUNT, g])):
-        network = NETWORKS + k * NETWORK
-        asks, drives = int(gains[network + ASKS, g]), gains[network + own, g] > 0
+    leader, dx = formed(lane, known, memory)
+    first, front = known.path[leader], RobotColumns(known.seen, leader)
+    given, inputs, outputs = work.all, FormationInputs(work.all), 0 if lane == leader else 2
+    inputs.x_l, inputs.y_l, inputs.theta_l, inputs.dx = front.x, front.y, wrapped_compiled(front.heading), dx
+    inputs.alpha_l = inputs.kappa_f = np.nan  # until they are asked for
+    told, v, w = 0, 0.0, 0.0
+    for k in range(int(gain.count)):
+        network = NetworkColumns(gain.networks, k, len(OUTPUTS))
+        drives = (network.drives_leader if lane == leader else network.drives_followers) > 0
+        asks = int(network.asks)
         for n in range(asks):
-            place = int(gains[network + ASKED + n, g])
-            if drives and math.isnan(work[_ALL + place]):
-                if place == ALPHA_L:
-                    work[_ALL + ALPHA_L] = bearing(road, path, x, y, theta, gains[AHEAD, g])
-                elif place == KAPPA_F:
-                    work[_ALL + KAPPA_F] = beside(road, path, x - dx)[3]
-            work[_ASKED + n] = work[_ALL + place]
-            command[told + n, i] = work[_ALL + place] if drives else np.nan
+            place = int(network.asked[n])
+            if drives and math.isnan(given[place]):
+                if place == INPUT.alpha_l:
+                    inputs.alpha_l = bearing(road, first, inputs.x_l, inputs.y_l, inputs.theta_l, gain.look_ahead)
+                elif place == INPUT.kappa_f:
+                    inputs.kappa_f = beside(road, first, inputs.x_l - dx)[3]
+            work.asked[n] = given[place]
+            command.inputs[told + n] = given[place] if drives else np.nan
         told += asks
         if drives:
-            system = rules[int(gains[network + BEGIN, g]) :]
-            evaluate_packed(system, work[_ASKED:_ANSWER], work[_ANSWER:_WORK], work[_WORK:])
-            at_v, at_w = int(gains[network + ANSWERS + output, g]), int(gains[network + ANSWERS + output + 1, g])
-            v = work[_ANSWER + at_v] if at_v >= 0 else v
-            w = work[_ANSWER + at_w] if at_w >= 0 else w
-    form(i, v, w, known, memory, command)
+            evaluate_packed(rules[int(network.begin) :], work.asked, work.answer, work.rest)
+            at_v, at_w = int(network.answers[outputs]), int(network.answers[outputs + 1])
+            v = work.answer[at_v] if at_v >= 0 else v
+            w = work.answer[at_w] if at_w >= 0 else w
+    v, w = form(v, w, lane != leader, robot, gain, memory, road, path)
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
 
 
 class _FormationLaw(EquationLaw):
     """What both laws remember."""
+
+    remembers = LeadMemory
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
@@ -321,9 +347,9 @@ class _FormationLaw(EquationLaw):
                 raise ControllerError(
                     f"{setting.name}: robot {i % robots + 1}: x must grow along the path of a formation"
                 )
-        rows = np.zeros((3, runs, robots))
-        rows[FIRST_LEAD] = np.nan
-        return rows
+        memory = LeadMemory.zeros(runs, robots)
+        memory.first_lead = np.nan
+        return memory.array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -339,17 +365,12 @@ class FormationTeacher(_FormationLaw):
     ky: float = quantity(4.0, "1/m²", least=0)
     kpsi: float = quantity(0.8, "1/s", least=0)
     correction: Correction = "none"  # of the followers; the leader always corrects itself
-    speeds: Literal["lead", "literal"] = "lead"
+    speeds: Speeds = "lead"
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
     equation = teach
-
-    def gain_rows(self, setting: Setting) -> Sequence[float]:
-        """The gains."""
-        own = self.look_ahead, self.ky, self.kpsi, self.correction == "own-pose"
-        return *own, self.speed, self.speeds == "literal"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -394,20 +415,20 @@ class LeaderFollower(_FormationLaw):
         """The gains that have no effect without a correction."""
         return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
 
-    equation = lead_and_follow
+    equation, derived, works = lead_and_follow, NetworksDerived, NetworkWork
 
-    def gain_rows(self, setting: Setting) -> Sequence[float]:
-        """The gains, and what each network asks and answers, with room for as many as there are OUTPUTS."""
-        numbers: list[float] = [self.look_ahead, self.ky, self.kpsi, self.correction == "own-pose", len(self.systems)]
-        begin = 0
-        for own, row in zip(self.systems, self._packed, strict=True):
-            inputs, outputs = [v.name for v in own.fis.inputs], [v.name for v in own.fis.outputs]
-            asked = [INPUTS.index(name) for name in inputs]
-            answers = [outputs.index(name) if name in outputs else -1 for name in OUTPUTS]
-            numbers += [begin, max(answers[:2]) >= 0, max(answers[2:]) >= 0, len(asked)]
-            numbers += [*asked, *(0,) * (len(INPUTS) - len(asked)), *answers]
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """What each network asks and answers."""
+        networks, begin = NetworkColumns.zeros(len(OUTPUTS)), 0
+        for k, (own, row) in enumerate(zip(self.systems, self._packed, strict=True)):
+            one, inputs = NetworkColumns(networks.array, k), [v.name for v in own.fis.inputs]
+            outputs = [v.name for v in own.fis.outputs]
+            one.begin, one.asks = begin, len(inputs)
+            one.asked[: len(inputs)] = [INPUTS.index(name) for name in inputs]
+            one.answers[:] = [outputs.index(name) if name in outputs else -1 for name in OUTPUTS]
+            one.drives_leader, one.drives_followers = one.answers[:2].max() >= 0, one.answers[2:].max() >= 0
             begin += len(row)
-        return *numbers, *(0.0,) * (NETWORK * (len(OUTPUTS) - len(self.systems)))
+        return {"count": len(self.systems), "networks": networks.array.ravel()}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The networks, one after the other."""
@@ -416,7 +437,7 @@ class LeaderFollower(_FormationLaw):
     @property
     def working(self) -> int:
         """All inputs, those and the outputs of one network, and what it is evaluated in."""
-        return _WORK + max(packed_work(row) for row in self._packed)
+        return self.works.size + max(packed_work(row) for row in self._packed)
 
     @cached_property
     def _packed(self) -> tuple[np.ndarray, ...]:

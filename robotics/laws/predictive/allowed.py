@@ -12,13 +12,13 @@ Mansard & Todorov 2014] is found by trying every edge that the free minimum viol
 
 import math
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.jit import compiled_only
 
 STRIPS = 4
 _ROUNDING = 1e-12  # m/s, rad/s
 
 
-@inner
+@compiled_only
 def normal(strip, half_axle):  # type: ignore[no-untyped-def]
     """The direction n of a strip: its parts for v and for ω."""
     if strip == 0:
@@ -28,7 +28,7 @@ def normal(strip, half_axle):  # type: ignore[no-untyped-def]
     return 1.0, half_axle if strip == 2 else -half_axle
 
 
-@inner
+@compiled_only
 def bound(low, high, tops, rates, half_axle, v, w, from_v, from_w):  # type: ignore[no-untyped-def]
     """Write the bounds of the strips (4,) for a change of the command (v, ω); the one before is (from_v, from_w).
 
@@ -41,7 +41,7 @@ def bound(low, high, tops, rates, half_axle, v, w, from_v, from_w):  # type: ign
         high[n] = min(tops[n], before + rates[n]) - here
 
 
-@inner
+@compiled_only
 def best_change(low, high, half_axle, a, b, c, g_v, g_w):  # type: ignore[no-untyped-def]
     """The least value of ½ (a v² + 2 b v ω + c ω²) + g_v v + g_w ω within the strips, and the bounds that it is at.
 
@@ -71,7 +71,7 @@ def best_change(low, high, half_axle, a, b, c, g_v, g_w):  # type: ignore[no-unt
     return v, w, first, second
 
 
-@inner
+@compiled_only
 def _along(low, high, half_axle, strip, at_v, at_w, a, b, c, g_v, g_w):  # type: ignore[no-untyped-def]
     """The best place on the edge through (at_v, at_w) of a strip, and the bound where it is a corner, or −1.
 

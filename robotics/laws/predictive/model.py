@@ -22,7 +22,8 @@ torque, for which the rate of the command is bounded instead (:func:`wheel_rate`
 import math
 from typing import NamedTuple
 
-from fuzzy.compiled.jit import inner
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.trigonometry import sincos
 from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
@@ -64,6 +65,9 @@ class Response(NamedTuple):
     given_half: float  # s
 
 
+ResponseColumns = Columns.named("ResponseColumns", {name: column("") for name in Response._fields})
+
+
 def response(duration: float, lag: float) -> Response:
     """The response of velocities that follow with the time constant ``lag`` [s] after a ``duration`` [s]."""
     decay, own = _followed(duration, lag)
@@ -82,6 +86,9 @@ class Shares(NamedTuple):
     mean: float  # of the mean velocity over the last period, which the encoders measure
     older: float  # of the command that acted in the period's first part
     newer: float  # and of that which acted in the rest
+
+
+ShareColumns = Columns.named("ShareColumns", {name: column("1") for name in Shares._fields})
 
 
 def velocity_shares(period: float, change: float, lag: float) -> Shares:
@@ -106,16 +113,16 @@ def velocity_shares(period: float, change: float, lag: float) -> Shares:
     )
 
 
-@inner
-def moved(x, y, heading, v, w, v_c, w_c, decay, own, given, own_half, given_half):  # type: ignore[no-untyped-def]
-    """The state after a duration in which a command is held; the last five arguments are its :class:`Response`.
+@compiled_only
+def moved(x, y, heading, v, w, v_c, w_c, after):  # type: ignore[no-untyped-def]
+    """The state after a duration in which a command is held; ``after`` is its :class:`Response`.
 
     Returns x, y [m], heading [rad], v [m/s], ω [rad/s], and for derivatives the distance [m], and the sine and the
     cosine of the heading along which it was driven.
     """
-    distance = own * v + given * v_c
-    sin, cos = sincos(heading + own_half * w + given_half * w_c)
+    distance = after.own * v + after.given * v_c
+    sin, cos = sincos(heading + after.own_half * w + after.given_half * w_c)
     return (
-        x + distance * cos, y + distance * sin, heading + own * w + given * w_c,
-        v_c + decay * (v - v_c), w_c + decay * (w - w_c), distance, sin, cos,
+        x + distance * cos, y + distance * sin, heading + after.own * w + after.given * w_c,
+        v_c + after.decay * (v - v_c), w_c + after.decay * (w - w_c), distance, sin, cos,
     )  # fmt: skip

@@ -31,46 +31,76 @@ No proof of stability is known. It knows the reference ahead in time; with ``lag
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import (
-    AT_V,
-    AT_W,
-    FIRST,
-    HEADING,
-    WISH_V,
-    EquationLaw,
-    V,
-    W,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, codes, column, several
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.road import moving
 from robotics.quantity import check_quantities, quantity, whole
 from robotics.vehicle.plant import velocity_limits
 
-# Places of the gains
-(
-    V_MAX, W_MAX, SAMPLES, STEPS, STEP, V_STD, W_STD, PER_TEMPERATURE, GAMMA_V, GAMMA_W,
-    Q_X, Q_Y, Q_HEADING, FOLLOWS, SENT, SMOOTH, FULL,
-) = range(17)  # fmt: skip
+Smoothing = Literal["savitzky-golay", "none"]
+FeedForward = Literal["full", "none"]
+SMOOTHING, FEED_FORWARD = codes(Smoothing), codes(FeedForward)
 BLOCK = 16  # samples that are simulated side by side, which the compiler turns into vector instructions
 STRIDE = 17  # rows by which the noise moves on from a period to the next
 WEIGHTLESS = 1e-17  # a weight that is less changes no sum
 FILTER = (59 / 231, 54 / 231, 39 / 231, 14 / 231, -21 / 231)  # Savitzky and Golay 1964: 9 points, a parabola
 PAST = 4  # commands that the filter looks back on
-# Places in what a block of samples works in, BLOCK numbers each
-_X, _Y, _COS, _SIN, _V, _W, _COST = (BLOCK * n for n in range(7))
-_STATE = 7 * BLOCK
+
+
+class SampledDerived(Columns):
+    """What the law makes of its gains and its robot."""
+
+    v_max = column("m/s")
+    w_max = column("rad/s")
+    per_temperature = column("1", "1/λ")
+    gamma_v = column("s²/m²", "γ/σ²")
+    gamma_w = column("s²/rad²")
+    q_x = column("1/m²")
+    q_y = column("1/m²")
+    q_heading = column("1/rad²")
+    follows = column("1", "the share of a change of the command that the speeds follow in a step")
+
+
+class SampledMemory(Columns):
+    """What the law remembers."""
+
+    past = several(2 * PAST, "m/s, rad/s", "(2, PAST): what the last commands have added to the reference's velocities")
+    adds = several(0, "m/s, rad/s", "(2, steps): what the plan adds")
+
+
+class SampledWork(Columns):
+    """A block of samples, and what a plan is made of."""
+
+    x = several(BLOCK, "m")
+    y = several(BLOCK, "m")
+    cos = several(BLOCK, "1", "of the heading")
+    sin = several(BLOCK, "1")
+    v = several(BLOCK, "m/s")
+    w = several(BLOCK, "rad/s")
+    cost = several(BLOCK, "1")
+    rest = several(0, "", "the reference ahead, its velocities, the plan, its sums, and the costs")
+
+
+class AheadColumns(Columns):
+    """Where the reference is at the end of a step."""
+
+    x = column("m")
+    y = column("m")
+    cos = column("1", "of the heading")
+    sin = column("1")
+
+
+AHEAD = AheadColumns.size
 # sin h / h and cos h by their series in h²: exact to rounding for |h| <= 1/2
 _S1, _S2, _S3, _S4, _S5 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800
 _C1, _C2, _C3, _C4, _C5, _C6 = -1 / 2, 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800, 1 / 479001600
@@ -86,110 +116,108 @@ def perturbations(seed: int, samples: int, steps: int) -> np.ndarray:
     return bank
 
 
-@inner
+@compiled_only
 def _clipped(value, most):  # type: ignore[no-untyped-def]
     value = value if value < most else most
     return value if value > -most else -most
 
 
-@inner
-def _look_ahead(i, known, steps, step, reference):  # type: ignore[no-untyped-def]
-    """Put where the reference is at the end of each step, and how fast it moves meanwhile, into (6, steps) numbers."""
-    v, w = known.seen[AT_V, i], known.seen[AT_W, i]
+@compiled_only
+def _look_ahead(aim, road, path, time, steps, step, ahead, led):  # type: ignore[no-untyped-def]
+    """Write where the reference is at the end of each step, and how fast it moves meanwhile: (2, steps) numbers."""
+    v, w = aim.v, aim.w
     for t in range(steps):
-        x, y, heading, v_then, w_then, _ = moving(known.road, known.path[i], known.time + (t + 1) * step)
-        reference[t], reference[steps + t] = x, y
-        reference[2 * steps + t], reference[3 * steps + t] = math.cos(heading), math.sin(heading)
-        reference[4 * steps + t], reference[5 * steps + t] = 0.5 * (v + v_then), 0.5 * (w + w_then)
+        x, y, heading, v_then, w_then, _ = moving(road, path, time + (t + 1) * step)
+        to = AheadColumns(ahead, t, steps)
+        to.x, to.y, to.cos, to.sin = x, y, math.cos(heading), math.sin(heading)
+        led[t], led[steps + t] = 0.5 * (v + v_then), 0.5 * (w + w_then)
         v, w = v_then, w_then
 
 
-@inner
-def _shift(i, memory, steps, by, full, reference, plan):  # type: ignore[no-untyped-def]
+@compiled_only
+def _shift(adds, steps, by, full, led, plan):  # type: ignore[no-untyped-def]
     """Put the last plan, ``by`` steps on, into (2, steps) numbers: what it adds to the reference's velocities, too."""
     for axis in range(2):
         for t in range(steps):
             place = min(t + by, steps - 1.0)
             k = min(int(place), steps - 2)
-            a, b = memory[axis * steps + k, i], memory[axis * steps + k + 1, i]
-            plan[axis * steps + t] = full * reference[(4 + axis) * steps + t] + a + (place - k) * (b - a)
+            a, b = adds[axis * steps + k], adds[axis * steps + k + 1]
+            plan[axis * steps + t] = full * led[axis * steps + t] + a + (place - k) * (b - a)
 
 
-@inner
-def _simulate(steps, first, sign, gains, g, plan, reference, noise, work):  # type: ignore[no-untyped-def]
+@compiled_only
+def _simulate(steps, first, sign, gain, full, plan, ahead, led, noise, work):  # type: ignore[no-untyped-def]
     """Add up the costs of a block of samples, whose state and cost stand in ``work``."""
-    v_max, w_max, follows, step = gains[V_MAX, g], gains[W_MAX, g], gains[FOLLOWS, g], gains[STEP, g]
-    v_std, w_std = sign * gains[V_STD, g], sign * gains[W_STD, g]
-    q_x, q_y, q_heading = gains[Q_X, g], gains[Q_Y, g], 2 * gains[Q_HEADING, g]
+    v_max, w_max, follows, step = gain.v_max, gain.w_max, gain.follows, gain.step
+    v_std, w_std = sign * gain.v_std, sign * gain.w_std
+    q_x, q_y, q_heading = gain.q_x, gain.q_y, 2 * gain.q_heading
     half = 0.5 * step
+    xs, ys, coss, sins, vs, ws, costs = work.x, work.y, work.cos, work.sin, work.v, work.w, work.cost
     for t in range(steps):
         at = (t + first) % steps * 2 * BLOCK
-        to_x, to_y, cos_d, sin_d = (
-            reference[t], reference[steps + t], reference[2 * steps + t], reference[3 * steps + t],
-        )  # fmt: skip
+        to = AheadColumns(ahead, t, steps)
+        to_x, to_y, cos_d, sin_d = to.x, to.y, to.cos, to.sin
         plan_v, plan_w = plan[t], plan[steps + t]
-        pull_v = gains[GAMMA_V, g] * (plan_v - gains[FULL, g] * reference[4 * steps + t])
-        pull_w = gains[GAMMA_W, g] * (plan_w - gains[FULL, g] * reference[5 * steps + t])
+        pull_v = gain.gamma_v * (plan_v - full * led[t])
+        pull_w = gain.gamma_w * (plan_w - full * led[steps + t])
         for n in range(BLOCK):
             to_v = _clipped(plan_v + v_std * noise[at + n], v_max)
             to_w = _clipped(plan_w + w_std * noise[at + BLOCK + n], w_max)
-            v = work[_V + n] + follows * (to_v - work[_V + n])
-            w = work[_W + n] + follows * (to_w - work[_W + n])
+            v = vs[n] + follows * (to_v - vs[n])
+            w = ws[n] + follows * (to_w - ws[n])
             h = half * w
             q = h * h
             sinc = 1 + q * (_S1 + q * (_S2 + q * (_S3 + q * (_S4 + q * _S5))))
             cos_h = 1 + q * (_C1 + q * (_C2 + q * (_C3 + q * (_C4 + q * (_C5 + q * _C6)))))
             sin_h = h * sinc
-            cos_m = work[_COS + n] * cos_h - work[_SIN + n] * sin_h  # half-way through the step
-            sin_m = work[_SIN + n] * cos_h + work[_COS + n] * sin_h
+            cos_m = coss[n] * cos_h - sins[n] * sin_h  # half-way through the step
+            sin_m = sins[n] * cos_h + coss[n] * sin_h
             chord = v * step * sinc
-            x, y = work[_X + n] + chord * cos_m, work[_Y + n] + chord * sin_m
+            x, y = xs[n] + chord * cos_m, ys[n] + chord * sin_m
             cos, sin = cos_m * cos_h - sin_m * sin_h, sin_m * cos_h + cos_m * sin_h
             dx, dy = to_x - x, to_y - y
             x_e, y_e = cos_d * dx + sin_d * dy, cos_d * dy - sin_d * dx
             cost = q_x * x_e * x_e + q_y * y_e * y_e + q_heading * (1 - (cos * cos_d + sin * sin_d))
-            work[_COST + n] += cost + (pull_v * (to_v - plan_v) + pull_w * (to_w - plan_w))
-            work[_X + n], work[_Y + n], work[_COS + n], work[_SIN + n] = x, y, cos, sin
-            work[_V + n], work[_W + n] = v, w
+            costs[n] += cost + (pull_v * (to_v - plan_v) + pull_w * (to_w - plan_w))
+            xs[n], ys[n], coss[n], sins[n], vs[n], ws[n] = x, y, cos, sin, v, w
 
 
-@inner
-def _cost_all(i, known, steps, blocks, first, plan, reference, costs, work):  # type: ignore[no-untyped-def]
+@compiled_only
+def _cost_all(robot, gain, steps, blocks, first, full, plan, ahead, led, noise, costs, work):  # type: ignore[no-untyped-def]
     """Put the cost of every sample into (blocks, 2, BLOCK) numbers, and return the least."""
-    gains, g, seen, noise = known.gains, known.column[i], known.seen, known.rules[known.base[i]]
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     least = math.inf
     for b in range(2 * blocks):
         for n in range(BLOCK):
-            work[_X + n], work[_Y + n], work[_COS + n], work[_SIN + n] = seen[X, i], seen[Y, i], cos, sin
-            work[_V + n], work[_W + n], work[_COST + n] = seen[V, i], seen[W, i], 0.0
+            work.x[n], work.y[n], work.cos[n], work.sin[n] = robot.x, robot.y, cos, sin
+            work.v[n], work.w[n], work.cost[n] = robot.v, robot.w, 0.0
         own = noise[b // 2 * steps * 2 * BLOCK :]
-        _simulate(steps, first, 1.0 - 2.0 * (b % 2), gains, g, plan, reference, own, work)
+        _simulate(steps, first, 1.0 - 2.0 * (b % 2), gain, full, plan, ahead, led, own, work)
         for n in range(BLOCK):
-            inside = 2 * (b // 2 * BLOCK + n) < gains[SAMPLES, g]
-            costs[b * BLOCK + n] = work[_COST + n] if inside else math.inf
+            inside = 2 * (b // 2 * BLOCK + n) < gain.samples
+            costs[b * BLOCK + n] = work.cost[n] if inside else math.inf
             least = min(least, costs[b * BLOCK + n])
     return least
 
 
-@inner
-def _average(i, known, steps, blocks, first, least, plan, costs, total):  # type: ignore[no-untyped-def]
+@compiled_only
+def _average(gain, steps, blocks, first, least, plan, noise, costs, total):  # type: ignore[no-untyped-def]
     """Make the plan the mean of all samples, each with its weight."""
-    gains, g, noise = known.gains, known.column[i], known.rules[known.base[i]]
     weights = 0.0
     for n in range(2 * steps * BLOCK):
         total[n] = 0.0
     for b in range(2 * blocks):
         most = 0.0
         for n in range(b * BLOCK, (b + 1) * BLOCK):
-            costs[n] = math.exp((least - costs[n]) * gains[PER_TEMPERATURE, g])
+            costs[n] = math.exp((least - costs[n]) * gain.per_temperature)
             weights += costs[n]
             most = max(most, costs[n])
         if most < WEIGHTLESS:
             continue
         own, weight = noise[b // 2 * steps * 2 * BLOCK :], costs[b * BLOCK :]
         for axis in range(2):
-            bound, std = gains[V_MAX + axis, g], (1.0 - 2.0 * (b % 2)) * gains[V_STD + axis, g]
+            bound = gain.v_max if axis == 0 else gain.w_max
+            std = (1.0 - 2.0 * (b % 2)) * (gain.v_std if axis == 0 else gain.w_std)
             for t in range(steps):
                 at, to = ((t + first) % steps * 2 + axis) * BLOCK, (axis * steps + t) * BLOCK
                 planned = plan[axis * steps + t]
@@ -202,44 +230,45 @@ def _average(i, known, steps, blocks, first, least, plan, costs, total):  # type
         plan[t] = mean / weights
 
 
-@inner
-def _remember(i, memory, steps, smooth, full, reference, plan):  # type: ignore[no-untyped-def]
+@compiled_only
+def _remember(memory, steps, smoothing, full, led, plan):  # type: ignore[no-untyped-def]
     """Keep, smoothed, what the plan adds to the reference's velocities."""
+    past, adds = memory.past, memory.adds
     for axis in range(2):
-        base, past = axis * steps, 2 * steps + axis * PAST
+        base = axis * steps
         for t in range(steps):
-            plan[base + t] -= full * reference[(4 + axis) * steps + t]
+            plan[base + t] -= full * led[base + t]
         for t in range(steps):
             found = FILTER[0] * plan[base + t]
             for k in range(1, PAST + 1):
-                before = plan[base + t - k] if t >= k else memory[past + PAST + t - k, i]
+                before = plan[base + t - k] if t >= k else past[axis * PAST + PAST + t - k]
                 found += FILTER[k] * (before + plan[base + min(t + k, steps - 1)])
-            memory[base + t, i] = found if smooth > 0 else plan[base + t]
+            adds[base + t] = found if smoothing == SMOOTHING.savitzky_golay else plan[base + t]
 
 
 @equation
-def average_plans(i, known, memory, command, work):  # type: ignore[no-untyped-def]
-    """Command the beginning of the average of the sampled plans."""
-    gains, g = known.gains, known.column[i]
-    steps, full, sent = int(gains[STEPS, g]), gains[FULL, g], int(gains[SENT, g])
-    blocks = known.rules.shape[1] // (steps * 2 * BLOCK)
-    reference, rest = work[_STATE : _STATE + 6 * steps], work[_STATE + 6 * steps :]
-    ends = 2 * steps, 2 * steps * (1 + BLOCK)
-    plan, total, costs = rest[: ends[0]], rest[ends[0] : ends[1]], rest[ends[1] :]
-    first = round(known.time / known.dt) * STRIDE % steps
-    _look_ahead(i, known, steps, gains[STEP, g], reference)
-    _shift(i, memory, steps, known.dt / gains[STEP, g], full, reference, plan)
-    least = _cost_all(i, known, steps, blocks, first, plan, reference, costs, work)
-    _average(i, known, steps, blocks, first, least, plan, costs, total)
-    _remember(i, memory, steps, gains[SMOOTH, g], full, reference, plan)
+def average_plans(robot, aim, gain, memory, command, work, road, path, rules, time, dt):  # type: ignore[no-untyped-def]
+    """Command the beginning of the average of the sampled plans, whose noise stands in the rules."""
+    steps, sent, noise = int(gain.steps), int(gain.sent), rules
+    full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
+    blocks = len(noise) // (steps * 2 * BLOCK)
+    ahead, rest = work.rest[: AHEAD * steps], work.rest[AHEAD * steps :]
+    led, rest = rest[: 2 * steps], rest[2 * steps :]
+    plan, rest = rest[: 2 * steps], rest[2 * steps :]
+    total, costs = rest[: 2 * steps * BLOCK], rest[2 * steps * BLOCK :]
+    first = round(time / dt) * STRIDE % steps
+    _look_ahead(aim, road, path, time, steps, gain.step, ahead, led)
+    _shift(memory.adds, steps, dt / gain.step, full, led, plan)
+    least = _cost_all(robot, gain, steps, blocks, first, full, plan, ahead, led, noise, costs, work)
+    _average(gain, steps, blocks, first, least, plan, noise, costs, total)
+    _remember(memory, steps, gain.smoothing, full, led, plan)
+    past, adds = memory.past, memory.adds
     for axis in range(2):
-        past = 2 * steps + axis * PAST
-        adds = memory[axis * steps + sent, i]
         for k in range(PAST - 1):
-            memory[past + k, i] = memory[past + k + 1, i]
-        memory[past + PAST - 1, i] = adds
-        value = full * reference[(4 + axis) * steps + sent] + adds
-        command[FIRST + axis, i] = command[WISH_V + axis, i] = _clipped(value, gains[V_MAX + axis, g])
+            past[axis * PAST + k] = past[axis * PAST + k + 1]
+        past[axis * PAST + PAST - 1] = adds[axis * steps + sent]
+    command.first = command.wish_v = _clipped(full * led[sent] + adds[sent], gain.v_max)
+    command.second = command.wish_w = _clipped(full * led[steps + sent] + adds[steps + sent], gain.w_max)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,14 +288,15 @@ class PathIntegral(EquationLaw):
     heading_scale: float = quantity(0.5, "rad", above=0)
     lag: float = quantity(0.0, "s", least=0, most=10)  # of the wheels, in the model
     sent: int = whole(1, least=0, most=4, doc="Which step of the plan is sent: 0 is the first.")
-    smoothing: Literal["savitzky-golay", "none"] = "savitzky-golay"
-    feed_forward: Literal["full", "none"] = "full"  # none: plans begin at rest, and γ weighs them as a whole
+    smoothing: Smoothing = "savitzky-golay"
+    feed_forward: FeedForward = "full"  # none: plans begin at rest, and γ weighs them as a whole
     seed: int = whole(0, least=0, doc="The seed of the perturbations, which all runs share.")
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
     equation = average_plans
+    works, derived, remembers = SampledWork, SampledDerived, SampledMemory
 
     @property
     def knows(self) -> tuple[str, ...]:
@@ -274,15 +304,20 @@ class PathIntegral(EquationLaw):
         known = ("reference", "reference velocity", "preview")
         return (*known, "wheel speeds", "wheel lag") if self.lag > 0 else known
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers of the equation, in the order of the places above."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The bounds, and what weighs in the cost."""
         v_max, w_max, _, _ = velocity_limits(setting.robots)
-        noise = self.v_std, self.w_std, 1 / self.temperature, self.gamma / self.v_std**2, self.gamma / self.w_std**2
-        weights = (scale**-2 for scale in (self.x_scale, self.y_scale, self.heading_scale))
-        follows = -math.expm1(-self.step / self.lag) if self.lag > 0 else 1.0
-        options = self.sent, self.smoothing != "none", self.feed_forward == "full"
-        bounds = v_max, np.minimum(w_max, STEEPEST / self.step)
-        return *bounds, self.samples, self.steps, self.step, *noise, *weights, follows, *map(float, options)
+        return {
+            "v_max": v_max,
+            "w_max": np.minimum(w_max, STEEPEST / self.step),
+            "per_temperature": 1 / self.temperature,
+            "gamma_v": self.gamma / self.v_std**2,
+            "gamma_w": self.gamma / self.w_std**2,
+            "q_x": self.x_scale**-2,
+            "q_y": self.y_scale**-2,
+            "q_heading": self.heading_scale**-2,
+            "follows": -math.expm1(-self.step / self.lag) if self.lag > 0 else 1.0,
+        }
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The perturbations."""
@@ -290,10 +325,10 @@ class PathIntegral(EquationLaw):
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with plans that add nothing to the reference's velocities."""
-        return np.zeros((2 * (self.steps + PAST), runs, len(setting.robots)))
+        return np.zeros((SampledMemory.size + 2 * self.steps, runs, len(setting.robots)))
 
     @property
     def working(self) -> int:
         """A block of samples, the reference ahead, the plan, its sums, and the costs."""
         samples = perturbations(self.seed, self.samples, self.steps).shape[0] * 2 * BLOCK
-        return _STATE + 6 * self.steps + 2 * self.steps * (1 + BLOCK) + samples
+        return SampledWork.size + AHEAD * self.steps + 2 * self.steps * (2 + BLOCK) + samples

@@ -24,53 +24,26 @@ shifted by one; fewer where there is nothing to gain. With many it is the conver
 Left out: an estimate of the pose beyond what is measured, so that its noise enters; other robots and obstacles.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    W,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, column, several, within
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
-from robotics.laws.predictive.ilqr import (
-    AT_END_V,
-    AT_END_W,
-    COST,
-    FIXED,
-    FROM_V,
-    FROM_W,
-    NODE,
-    NODES,
-    PLAN,
-    STATE,
-    TAIL,
-    TAIL_NUMBERS,
-    TO_COS,
-    TO_HEADING,
-    TO_SIN,
-    TO_V,
-    TO_W,
-    TO_X,
-    TO_Y,
-    V_C,
-    W_C,
-    solve,
-    working,
+from robotics.laws.predictive.ilqr import TAIL, FixedColumns, SolverColumns, node_of, solve, working
+from robotics.laws.predictive.model import (
+    ResponseColumns,
+    ShareColumns,
+    moved,
+    response,
+    velocity_shares,
+    wheel_lag,
+    wheel_rate,
 )
-from robotics.laws.predictive.model import moved, response, velocity_shares, wheel_lag, wheel_rate
 from robotics.laws.predictive.terminal import SPEEDS, Weights, tail_table
 from robotics.laws.setting import Setting
 from robotics.paths.road import moving
@@ -78,85 +51,88 @@ from robotics.quantity import check_quantities, quantity, whole
 from robotics.vehicle.plant import STEP, velocity_limits
 from robotics.vehicle.robot import Robot
 
-# Places of the gains: first those of the solver, then
-HORIZON, ITERATIONS, TOLERANCE = range(FIXED, FIXED + 3)
-LATENCY, LEAD, PERIODS = range(FIXED + 3, FIXED + 6)  # s; s, of the reference's velocity; whole periods of latency
-MEAN, OLDER, NEWER = range(FIXED + 6, FIXED + 9)  # robotics.laws.predictive.model.Shares
-PART = FIXED + 9  # (5,) the response over the part of a period by which the latency is longer than PERIODS
-TABLE = FIXED + 14  # (SPEEDS, 17) of the terminal cost
-# Places of what is remembered: whether there is a plan; the commands that were sent, the oldest first, then the plan
-STARTED, SENT = 0, 1
 CONVERGED = 1e-7  # of the cost: with less to gain a plan is left as it is
 
 
-@inner
-def forecast(i, known, memory, work):  # type: ignore[no-untyped-def]
-    """Write the state of lane ``i`` at which the next command begins to act, and the command before it."""
-    seen, gains, g = known.seen, known.gains, known.column[i]
-    v = gains[MEAN, g] * seen[V, i] + gains[OLDER, g] * memory[SENT, i] + gains[NEWER, g] * memory[SENT + 2, i]
-    w = gains[MEAN, g] * seen[W, i] + gains[OLDER, g] * memory[SENT + 1, i] + gains[NEWER, g] * memory[SENT + 3, i]
-    x, y, heading = seen[X, i], seen[Y, i], seen[HEADING, i]
-    late = int(gains[PERIODS, g])
-    for n in range(late + 1):
-        at = 0 if n > 0 else PART
-        sent = SENT + 2 + 2 * n
-        x, y, heading, v, w, _, _, _ = moved(
-            x, y, heading, v, w, memory[sent, i], memory[sent + 1, i],
-            gains[at, g], gains[at + 1, g], gains[at + 2, g], gains[at + 3, g], gains[at + 4, g],
-        )  # fmt: skip
-    last = SENT + 2 + 2 * late
-    work[FROM_V], work[FROM_W] = memory[last, i], memory[last + 1, i]
-    work[STATE], work[STATE + 1], work[STATE + 2], work[STATE + 3], work[STATE + 4] = x, y, heading, v, w
+class PredictiveDerived(Columns):
+    """What the law makes of its setting."""
+
+    fixed = within(FixedColumns)
+    delay = column("s", "the latency")
+    periods = column("1", "whole periods of it")
+    lead = column("s", "of the reference's velocity")
+    share = within(ShareColumns)
+    part = within(ResponseColumns)  # over the part of a period by which the latency is longer than ``periods``
+    table = several(SPEEDS * (1 + TAIL), "", "(SPEEDS, 1 + TAIL) of the terminal cost, each row from its speed on")
 
 
-@inner
-def preview(i, known, horizon, work):  # type: ignore[no-untyped-def]
-    """Write where the reference of lane ``i`` is at the ends of all periods, its velocities, and the terminal cost."""
-    gains, g, road, path = known.gains, known.column[i], known.road, known.path[i]
-    begin, lead = known.time + gains[LATENCY, g], gains[LEAD, g] + 0.5 * known.dt
+class PredictiveMemory(Columns):
+    """What the law remembers."""
+
+    started = column("", "1: there is a plan")
+    commands = several(0, "m/s, rad/s", "those that were sent, the oldest first, then the plan, each as v and ω")
+
+
+@compiled_only
+def forecast(robot, gain, sent, work):  # type: ignore[no-untyped-def]
+    """Write the state of a robot at which the next command begins to act, and the command before it."""
+    share, after = gain.share, gain.fixed.after
+    v = share.mean * robot.v + share.older * sent[0] + share.newer * sent[2]
+    w = share.mean * robot.w + share.older * sent[1] + share.newer * sent[3]
+    x, y, heading = robot.x, robot.y, robot.heading
+    x, y, heading, v, w, _, _, _ = moved(x, y, heading, v, w, sent[2], sent[3], gain.part)
+    late = int(gain.periods)
+    for n in range(1, late + 1):
+        x, y, heading, v, w, _, _, _ = moved(x, y, heading, v, w, sent[2 + 2 * n], sent[3 + 2 * n], after)
+    work.before_v, work.before_w = sent[2 + 2 * late], sent[3 + 2 * late]
+    state = work.state
+    state.x, state.y, state.heading, state.v, state.w = x, y, heading, v, w
+
+
+@compiled_only
+def preview(road, path, time, dt, gain, work):  # type: ignore[no-untyped-def]
+    """Write where a robot's reference is at the ends of all periods, its velocities, and the terminal cost."""
+    begin, lead, horizon = time + gain.delay, gain.lead + 0.5 * dt, int(gain.horizon)
+    v = 0.0
     for k in range(horizon + 1):
-        at, time = NODES + NODE * k, begin + k * known.dt
-        _, _, _, work[at + TO_V], work[at + TO_W], _ = moving(road, path, time + lead)
-        x, y, heading, v, w, _ = moving(road, path, time + known.dt if k < horizon else time)
-        work[at + TO_X], work[at + TO_Y], work[at + TO_HEADING] = x, y, heading
-        work[at + TO_COS], work[at + TO_SIN] = np.cos(heading), np.sin(heading)
-        work[AT_END_V], work[AT_END_W] = v, w
-    row, width = 0, TAIL_NUMBERS + 1
-    while row < SPEEDS - 2 and v > gains[TABLE + width * (row + 1), g]:
+        to, then = node_of(work, k).to, begin + k * dt
+        _, _, _, to.v, to.w, _ = moving(road, path, then + lead)
+        x, y, heading, v, w, _ = moving(road, path, then + dt if k < horizon else then)
+        to.x, to.y, to.heading, to.cos, to.sin = x, y, heading, np.cos(heading), np.sin(heading)
+        work.end_v, work.end_w = v, w
+    table, tail, row, width = gain.table, work.tail, 0, 1 + TAIL
+    while row < SPEEDS - 2 and v > table[width * (row + 1)]:
         row += 1
-    low = TABLE + width * row
+    low = width * row
     high = low + width
-    share = (v - gains[low, g]) / (gains[high, g] - gains[low, g])
+    share = (v - table[low]) / (table[high] - table[low])
     share = min(max(share, 0.0), 1.0)
-    for n in range(TAIL_NUMBERS):
-        work[TAIL + n] = gains[low + 1 + n, g] + share * (gains[high + 1 + n, g] - gains[low + 1 + n, g])
+    for n in range(TAIL):
+        tail[n] = table[low + 1 + n] + share * (table[high + 1 + n] - table[low + 1 + n])
 
 
 @equation
-def predict(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def predict(robot, gain, memory, command, work, road, path, time, dt):  # type: ignore[no-untyped-def]
     """Send the first command of the best plan."""
-    gains, g = known.gains, known.column[i]
-    horizon, plan = int(gains[HORIZON, g]), SENT + 4 + 2 * int(gains[PERIODS, g])
-    for n in range(FIXED):
-        work[n] = gains[n, g]
-    forecast(i, known, memory, work)
-    preview(i, known, horizon, work)
+    horizon, commands, first = int(gain.horizon), memory.commands, 4 + 2 * int(gain.periods)
+    work.fixed = gain.fixed
+    forecast(robot, gain, commands, work)
+    preview(road, path, time, dt, gain, work)
     for k in range(horizon):
-        at = NODES + NODE * k
-        ready = memory[STARTED, i] > 0 and k < horizon - 1
-        work[at + PLAN + V_C] = memory[plan + 2 * k + 2, i] if ready else np.nan
-        work[at + PLAN + W_C] = memory[plan + 2 * k + 3, i] if ready else np.nan
-    solve(work, horizon, gains[ITERATIONS, g], gains[TOLERANCE, g])
+        plan = node_of(work, k).plan
+        ready = memory.started > 0 and k < horizon - 1
+        plan.v_c = commands[first + 2 * k + 2] if ready else np.nan
+        plan.w_c = commands[first + 2 * k + 3] if ready else np.nan
+    solve(work, horizon, gain.iterations, CONVERGED)
     for k in range(horizon):
-        memory[plan + 2 * k, i] = work[NODES + NODE * k + PLAN + V_C]
-        memory[plan + 2 * k + 1, i] = work[NODES + NODE * k + PLAN + W_C]
-    for n in range(SENT, plan - 2):
-        memory[n, i] = memory[n + 2, i]
-    memory[STARTED, i] = 1.0 if np.isfinite(work[COST]) else 0.0
-    v, w = memory[plan, i], memory[plan + 1, i]
-    memory[plan - 2, i], memory[plan - 1, i] = v, w
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+        plan = node_of(work, k).plan
+        commands[first + 2 * k], commands[first + 2 * k + 1] = plan.v_c, plan.w_c
+    for n in range(first - 2):
+        commands[n] = commands[n + 2]
+    memory.started = 1.0 if np.isfinite(work.cost) else 0.0
+    v, w = commands[first], commands[first + 1]
+    commands[first - 2], commands[first - 1] = v, w
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,6 +154,7 @@ class PredictiveControl(EquationLaw):
         check_quantities(self, ControllerError)
 
     equation = predict
+    works, derived, remembers = SolverColumns, PredictiveDerived, PredictiveMemory
 
     @property
     def knows(self) -> tuple[str, ...]:
@@ -194,11 +171,12 @@ class PredictiveControl(EquationLaw):
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """No plan, and robots at rest whose earlier commands were 0."""
         periods, _ = self._late(setting)
-        return np.zeros((SENT + 2 * (periods + 2) + 2 * self.horizon, runs, len(setting.robots)))
+        return np.zeros((PredictiveMemory.size + 2 * (periods + 2 + self.horizon), runs, len(setting.robots)))
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers of the equation, in the order of the places above; each (robots,)."""
-        return list(np.transpose([self._numbers(setting, robot) for robot in setting.robots]))
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The numbers of the solver, of the forecast and of the terminal cost, each of all robots."""
+        found = [self._numbers(setting, robot) for robot in setting.robots]
+        return {name: np.transpose([one[name] for one in found]) for name in found[0]}
 
     def weights(self, robot: Robot) -> Weights:
         """The weights of the stage cost for ``robot``."""
@@ -223,15 +201,22 @@ class PredictiveControl(EquationLaw):
         """τ [s] of its model of ``robot``: 0 where the wheels follow at once, or are taken to."""
         return wheel_lag(robot) if self.wheel_lag == "modelled" and setting.plant == "dynamic" else 0.0
 
-    def _numbers(self, setting: Setting, robot: Robot) -> list[float]:
+    def _numbers(self, setting: Setting, robot: Robot) -> dict[str, Any]:
+        """What :meth:`derive` gives, of one robot."""
         period, lag = setting.period, self.lag(setting, robot)
         after, weights = response(period, lag), self.weights(robot)
         periods, beyond = self._late(setting)
         v_max, w_max, half_axle, wheel = velocity_limits([robot])[:, 0]
         rates = [np.inf if rate is None else rate for rate in (robot.v_rate_max, robot.w_rate_max)]
         rates = [rate * period for rate in (*rates, wheel_rate(robot), wheel_rate(robot))]
-        late = periods * period + beyond, lag, periods
-        shares, part = velocity_shares(period, beyond, lag), response(beyond, lag)
-        table = tail_table(weights, after, float(wheel))
-        of_solver = [*after, *weights, half_axle, v_max, w_max, wheel, wheel, *rates]
-        return [*of_solver, self.horizon, self.iterations, CONVERGED, *late, *shares, *part, *table.ravel()]
+        tops = v_max, w_max, wheel, wheel
+        fixed = {"after": after, "weights": weights, "half_axle": half_axle, "tops": tops, "rates": rates}
+        return {
+            "fixed": FixedColumns.stacked(fixed),
+            "delay": periods * period + beyond,
+            "periods": periods,
+            "lead": lag,
+            "share": velocity_shares(period, beyond, lag),
+            "part": response(beyond, lag),
+            "table": tail_table(weights, after, float(wheel)).ravel(),
+        }

@@ -8,23 +8,11 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.laws.predictive.ilqr import (
-    AT_END_V,
-    COST,
-    COUNT,
-    FIXED,
-    FROM_V,
     NODE,
-    NODES,
-    PLAN,
-    STATE,
-    TAIL,
-    TAIL_NUMBERS,
-    TO_COS,
-    TO_HEADING,
-    TO_SIN,
-    TO_V,
-    TO_X,
-    V_C,
+    FixedColumns,
+    NodeColumns,
+    SolverColumns,
+    StateColumns,
     solve,
     working,
 )
@@ -47,23 +35,32 @@ class Problem:
     to: np.ndarray  # (N, 3) x, y [m], heading [rad]: the reference at the end of every period
     follow: np.ndarray  # (N + 1, 2) m/s, rad/s: the command with which a robot follows it, and that after the last
     end: np.ndarray  # (2,) m/s, rad/s: the reference's velocities at the end
-    tail: np.ndarray  # (16,) of the terminal cost
+    tail: np.ndarray  # (TAIL,) of the terminal cost
     guess: np.ndarray  # (N, 2) m/s, rad/s: from which the search starts; not-a-number: as the Lyapunov law says
 
     @property
     def row(self) -> np.ndarray:
         """The numbers that the solver works in, with this problem in them."""
-        horizon = len(self.to)
-        row = np.zeros(working(horizon))
-        row[:FIXED] = [*response(self.period, self.lag), *self.weights, self.half_axle, *self.tops, *self.rates]
-        row[FROM_V : FROM_V + 2], row[STATE : STATE + 5] = self.before, self.state
-        row[AT_END_V : AT_END_V + 2], row[TAIL : TAIL + TAIL_NUMBERS] = self.end, self.tail
-        nodes = row[NODES:].reshape(horizon + 1, NODE)
-        nodes[:-1, TO_X : TO_HEADING + 1] = self.to
-        nodes[:-1, TO_COS], nodes[:-1, TO_SIN] = np.cos(self.to[:, 2]), np.sin(self.to[:, 2])
-        nodes[:, TO_V : TO_V + 2] = self.follow
-        nodes[:-1, PLAN + V_C : PLAN + V_C + 2] = self.guess
-        return row
+        work = SolverColumns(np.zeros(working(len(self.to))))
+        fixed = {"after": response(self.period, self.lag), "weights": self.weights, "half_axle": self.half_axle}
+        fixed |= {"tops": self.tops, "rates": self.rates}
+        work.fixed = FixedColumns(np.array(FixedColumns.stacked(fixed)))
+        work.state = StateColumns(self.state)
+        (work.before_v, work.before_w), (work.end_v, work.end_w) = self.before, self.end
+        work.tail[:] = self.tail
+        node = _nodes(work)
+        to, plan = node.to, node.plan
+        to.x[:-1], to.y[:-1], to.heading[:-1] = self.to.T
+        to.cos[:-1], to.sin[:-1] = np.cos(self.to[:, 2]), np.sin(self.to[:, 2])
+        to.v, to.w = self.follow.T
+        plan.v_c[:-1], plan.w_c[:-1] = self.guess.T
+        return work.array
+
+
+def _nodes(work: SolverColumns) -> NodeColumns:
+    """The periods that a problem, or several, is solved in: each column is (..., periods)."""
+    numbers = work.nodes
+    return NodeColumns(np.moveaxis(numbers.reshape(-1, NODE, *numbers.shape[1:]), 0, -1))
 
 
 class Plans(NamedTuple):
@@ -83,13 +80,15 @@ def plans_of(problems: Sequence[Problem], iterations: int = 100, tolerance: floa
     rows = np.array([problem.row for problem in problems])
     horizon = len(problems[0].to)
     solve_rows(rows, horizon, iterations, tolerance)
-    nodes = rows[:, NODES:].reshape(len(rows), horizon + 1, NODE)
-    plan = nodes[..., PLAN : PLAN + V_C + 2]
-    return Plans(rows[:, COST], rows[:, COUNT].astype(int), plan[:, :-1, V_C:].copy(), plan[..., :V_C].copy())
+    work = SolverColumns(rows.T)
+    plan = _nodes(work).plan
+    states = np.stack([plan.x, plan.y, plan.heading, plan.v, plan.w], axis=-1)
+    commands = np.stack([plan.v_c, plan.w_c], axis=-1)[:, :-1]
+    return Plans(work.cost, work.count.astype(int), commands, states)
 
 
 @kernel(nogil=True)
 def solve_rows(rows, horizon, iterations, tolerance):  # type: ignore[no-untyped-def]
     """Solve the problem of every row in place."""
     for n in range(len(rows)):
-        solve(rows[n], horizon, iterations, tolerance)
+        solve(SolverColumns(rows[n]), horizon, iterations, tolerance)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column
 from robotics.laws.predictive.model import Response
 
 SPEEDS = 6  # of the table: the top speed and its halves
@@ -35,6 +36,9 @@ class Weights(NamedTuple):
     deviation_w: float  # s²/rad²
     change_v: float  # s²/m²
     change_w: float  # s²/rad²
+
+
+WeightColumns = Columns.named("WeightColumns", {name: column("") for name in Weights._fields})
 
 
 @lru_cache(maxsize=256)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import codes
 from robotics.laws.avoidance.echoes import NEARER, in_own_frame, without_echoes
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped
@@ -16,8 +17,7 @@ from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.robot import Robot
 
-FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT, BEHIND = range(5)
-SECTORS = ("front_left", "front_right", "left", "right", "behind")
+SECTOR = codes(("front_left", "front_right", "left", "right", "behind"))
 AHEAD = np.pi / 3  # rad: a sensor whose axis is no farther from straight ahead looks ahead
 ABEAM = 2 * np.pi / 3  # rad: one whose axis is no farther looks to the side, one beyond behind
 STRAIGHT = 0.05  # rad: a sensor this near to straight ahead counts for both front sectors
@@ -44,7 +44,7 @@ class Sensors(NamedTuple):
         """Sort the sensors that each of ``robots`` carries by the direction in which they look."""
         names = sensor_names(carried)
         shape = len(robots), len(names)
-        sector = np.zeros((len(SECTORS), *shape), dtype=bool)
+        sector = np.zeros((len(SECTOR), *shape), dtype=bool)
         rows = np.zeros((6, *shape))
         for i, (robot, own) in enumerate(zip(robots, carried, strict=True)):
             radius = float(np.hypot(robot.length, robot.width)) / 2
@@ -62,12 +62,12 @@ class Sensors(NamedTuple):
 
 def _sectors(axis: float) -> list[int]:
     if abs(axis) <= STRAIGHT:
-        return [FRONT_LEFT, FRONT_RIGHT]
+        return [SECTOR.front_left, SECTOR.front_right]
     if abs(axis) <= AHEAD:
-        return [FRONT_LEFT if axis > 0 else FRONT_RIGHT]
+        return [SECTOR.front_left if axis > 0 else SECTOR.front_right]
     if abs(axis) <= ABEAM:
-        return [LEFT if axis > 0 else RIGHT]
-    return [BEHIND]
+        return [SECTOR.left if axis > 0 else SECTOR.right]
+    return [SECTOR.behind]
 
 
 def sensed(sensors: Sensors, values: np.ndarray) -> np.ndarray:
@@ -123,7 +123,7 @@ def standing_robots(gap: np.ndarray, bearing: np.ndarray, counts: np.ndarray) ->
 
     ``gap`` [m] and ``bearing`` [rad] are (runs, robots, others), ``counts`` (runs, robots, others) bool.
     """
-    out = np.full((len(SECTORS), *gap.shape[:2]), np.inf)
+    out = np.full((len(SECTOR), *gap.shape[:2]), np.inf)
     for sector in range(len(SEEN_LEFT)):
         inside = counts & (bearing > SEEN_LEFT[sector]) & (bearing < SEEN_RIGHT[sector])
         out[sector] = np.where(inside, np.maximum(gap, 0.0), np.inf).min(axis=-1, initial=np.inf)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.laws.law import ControllerError
-from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT
+from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.situation import Situation
 from robotics.quantity import check_quantities, quantity
 
@@ -34,19 +34,19 @@ NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
 SETTLED = 0.008  # m: by less, and it stands
 
 
-class Watch(NamedTuple):
+class EmergencyMemory(NamedTuple):
     """What the emergency rule remembers; each field is (runs, robots)."""
 
     halted: np.ndarray  # s for which the robot has stood still for what comes nearer; 0: it does not
 
     @classmethod
-    def start(cls, runs: int, robots: int) -> "Watch":
+    def start(cls, runs: int, robots: int) -> "EmergencyMemory":
         """Nothing is near."""
         return cls(np.zeros((runs, robots)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Guard:
+class EmergencySettings:
     """The emergency rule's numbers."""
 
     braking: float = quantity(1.0, "m/s²", above=0)  # a
@@ -63,7 +63,9 @@ class Guard:
         """The numbers that have no effect."""
         return frozenset() if self.on else frozenset({"braking", "delay", "least", "near"})
 
-    def kept(self, now: Situation, v: np.ndarray, w: np.ndarray, watch: Watch) -> tuple[np.ndarray, np.ndarray, Watch]:
+    def kept(
+        self, now: Situation, v: np.ndarray, w: np.ndarray, watch: EmergencyMemory
+    ) -> tuple[np.ndarray, np.ndarray, EmergencyMemory]:
         """Bring commands down to what is safe.
 
         Args:
@@ -80,9 +82,9 @@ class Guard:
         watch = self._watched(now, watch)
         # Where a team-mate is known to be there may be something else as well.
         clear = np.minimum(now.clear, now.echoes)
-        front = np.minimum(clear[FRONT_LEFT], clear[FRONT_RIGHT]) + TURNING
+        front = np.minimum(clear[SECTOR.front_left], clear[SECTOR.front_right]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
-        v = np.maximum(v, -np.maximum(self._fastest(clear[BEHIND] - self.least, 0.0), 0.0))
+        v = np.maximum(v, -np.maximum(self._fastest(clear[SECTOR.behind] - self.least, 0.0), 0.0))
         halts = watch.halted > 0
         v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
         if not seen.heard.fields:
@@ -99,12 +101,12 @@ class Guard:
         limit = np.where((cos > ASIDE) & (them.gap < FAR), fastest, np.inf).min(axis=-1)
         return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, watch
 
-    def _watched(self, now: Situation, watch: Watch) -> Watch:
+    def _watched(self, now: Situation, watch: EmergencyMemory) -> EmergencyMemory:
         """Notice what is near and comes nearer."""
         begins = (now.nearest_room < self.near) & (now.nearing > NEARER) & (watch.halted == 0)
         goes_on = (watch.halted > 0) & (now.nearing > SETTLED)
         halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
-        return Watch(halted)
+        return EmergencyMemory(halted)
 
     def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
         """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""

@@ -33,7 +33,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
-from robotics.laws.rules.emergency import Guard, Watch
+from robotics.laws.rules.emergency import EmergencyMemory, EmergencySettings
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
@@ -65,7 +65,7 @@ FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
-    watch: Watch
+    watch: EmergencyMemory
     stays: np.ndarray | None  # (runs, 1) bool: there is no plan; None: none is wanted
 
 
@@ -88,7 +88,7 @@ class FuzzyTeam(Law[_Memory]):
     tracker: FuzzyTracking = field(init=False, repr=False)
     joiner: FuzzyTracking = field(init=False, repr=False)  # the same for a robot off its path, which steers to it
     bases: dict[str, RuleBase | None] = field(init=False, repr=False, compare=False)
-    guard: Guard = field(default_factory=Guard)
+    guard: EmergencySettings = field(default_factory=EmergencySettings)
 
     yields = True
     looks = True
@@ -138,7 +138,7 @@ class FuzzyTeam(Law[_Memory]):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        watch = Watch.start(runs, len(setting.robots))
+        watch = EmergencyMemory.start(runs, len(setting.robots))
         plan = None
         if self.plan == "reservation" and len(setting.robots) > 1:
             plan = planned_timing(setting, 2 * float(turning_circles(setting).max()) + self.margin)

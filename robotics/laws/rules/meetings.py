@@ -18,7 +18,7 @@ from robotics.paths.joined import PathTable
 
 CELL = 0.05  # m of a path for which one number is kept
 LOOK = 4.0  # m: a meeting farther ahead is none yet
-NONE = 9.0  # m, and s: what is told where two paths do not meet any more
+NO_MEETING = 9.0  # m, and s: what is told where two paths do not meet any more
 INSIDE = -0.1  # m: what is told of a robot that is in the meeting
 NOWHERE = -1.0  # the abscissa of a cell that is in conflict with nothing
 
@@ -52,7 +52,7 @@ class Meetings(NamedTuple):
 class Meeting(NamedTuple):
     """The next meeting of each robot with each other; each field is (runs, robots, others)."""
 
-    way: np.ndarray  # m to the line at which the robot would wait; INSIDE: it is beyond it; NONE: they meet no more
+    way: np.ndarray  # m to the line at which it would wait; INSIDE: it is beyond it; NO_MEETING: they meet no more
     through: np.ndarray  # m from that line until the robot is out of the meeting
     theirs: np.ndarray  # m of the other to its own line
 
@@ -136,9 +136,9 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
 @kernel
 def _next(last, lengths, room, place, others):  # type: ignore[no-untyped-def]
     runs, robots = place.shape
-    way = np.full((runs, robots, robots), NONE)
+    way = np.full((runs, robots, robots), NO_MEETING)
     through = np.zeros((runs, robots, robots))
-    theirs = np.full((runs, robots, robots), NONE)
+    theirs = np.full((runs, robots, robots), NO_MEETING)
     cells = last.shape[3]
     reach = int(LOOK / CELL)
     for r in range(runs):

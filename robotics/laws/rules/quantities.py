@@ -14,9 +14,9 @@ import numpy as np
 
 from fuzzy.naming import expected
 from robotics.laws.law import ControllerError
-from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
+from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.meetings import INSIDE
-from robotics.laws.rules.situation import NONE, ONWARD, Situation
+from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, Situation
 
 PAGE = "docs/quantities.md"  # made of this table; messages name it
 CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
@@ -37,11 +37,11 @@ class Quantity:
 
 
 def _sector(number: int) -> Callable[[Situation], np.ndarray]:
-    return lambda s: np.minimum(s.clear[number], NONE)
+    return lambda s: np.minimum(s.clear[number], NOTHING_NEAR)
 
 
 def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
-    return lambda s: np.minimum(s.on_wall_side(left, right), NONE)
+    return lambda s: np.minimum(s.on_wall_side(left, right), NOTHING_NEAR)
 
 
 def _lead(s: Situation) -> np.ndarray:
@@ -49,7 +49,7 @@ def _lead(s: Situation) -> np.ndarray:
     m, heard = s.meeting, s.seen.heard
     mine = np.maximum(np.abs(s.seen.v), CRUISE)[:, :, None]
     them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), CRUISE) if heard.fields else CRUISE
-    return np.clip(m.theirs / them - (np.maximum(m.way, 0.0) + m.through) / mine, -NONE, NONE)
+    return np.clip(m.theirs / them - (np.maximum(m.way, 0.0) + m.through) / mine, -NOTHING_NEAR, NOTHING_NEAR)
 
 
 def _heard(name: str) -> Callable[[Situation], np.ndarray]:
@@ -105,23 +105,27 @@ _FORMATION = {
 }
 _ROOM = {
     "front": Quantity(
-        "m", "room ahead", lambda s: np.minimum(np.minimum(s.clear[FRONT_LEFT], s.clear[FRONT_RIGHT]), NONE)
+        "m",
+        "room ahead",
+        lambda s: np.minimum(np.minimum(s.clear[SECTOR.front_left], s.clear[SECTOR.front_right]), NOTHING_NEAR),
     ),
-    "front_left": Quantity("m", "room ahead on the left", _sector(FRONT_LEFT)),
-    "front_right": Quantity("m", "room ahead on the right", _sector(FRONT_RIGHT)),
-    "left": Quantity("m", "room on the left", _sector(LEFT)),
-    "right": Quantity("m", "room on the right", _sector(RIGHT)),
-    "behind": Quantity("m", "room behind", _sector(BEHIND)),
+    "front_left": Quantity("m", "room ahead on the left", _sector(SECTOR.front_left)),
+    "front_right": Quantity("m", "room ahead on the right", _sector(SECTOR.front_right)),
+    "left": Quantity("m", "room on the left", _sector(SECTOR.left)),
+    "right": Quantity("m", "room on the right", _sector(SECTOR.right)),
+    "behind": Quantity("m", "room behind", _sector(SECTOR.behind)),
     "room": Quantity("m", "the least room on all sides", lambda s: s.nearest_room),
     "coming": Quantity(
         "m", "how much nearer the nearest thing came within the last second than the robot drove", lambda s: s.coming
     ),
     "way_back": Quantity("m", "the ground behind that the robot has just driven, straight", lambda s: s.way_back),
     "kept": Quantity("1", "how firmly the robot keeps to one side of an obstacle", lambda s: np.abs(s.recall.side)),
-    "wall": Quantity("m", "room on the side of the obstacle that the robot goes round", _mirrored(LEFT, RIGHT)),
-    "beyond": Quantity("m", "room on the other side", _mirrored(RIGHT, LEFT)),
-    "front_wall": Quantity("m", "room ahead on that side", _mirrored(FRONT_LEFT, FRONT_RIGHT)),
-    "front_open": Quantity("m", "room ahead on the other side", _mirrored(FRONT_RIGHT, FRONT_LEFT)),
+    "wall": Quantity(
+        "m", "room on the side of the obstacle that the robot goes round", _mirrored(SECTOR.left, SECTOR.right)
+    ),
+    "beyond": Quantity("m", "room on the other side", _mirrored(SECTOR.right, SECTOR.left)),
+    "front_wall": Quantity("m", "room ahead on that side", _mirrored(SECTOR.front_left, SECTOR.front_right)),
+    "front_open": Quantity("m", "room ahead on the other side", _mirrored(SECTOR.front_right, SECTOR.front_left)),
     "lean": Quantity("m", "how much more room there is ahead on that other side, smoothed", lambda s: s.way * s.lean),
     "lost": Quantity("s", "time since that obstacle was seen", lambda s: s.lost),
     "path_away": Quantity("rad", "bearing of the path; > 0: away from the obstacle", lambda s: s.way * s.path_bearing),
@@ -137,7 +141,9 @@ _PAIRS = {
     ),
     "their_meeting": Quantity("m", "the same for the other robot", lambda s: s.meeting.theirs),
     "lead": Quantity("s", "the robot would be through the meeting so much before the other comes", _lead),
-    "age": Quantity("s", "of what was heard last of the other robot", lambda s: np.minimum(s.seen.heard.age, NONE)),
+    "age": Quantity(
+        "s", "of what was heard last of the other robot", lambda s: np.minimum(s.seen.heard.age, NOTHING_NEAR)
+    ),
     "their_lag": Quantity("m", "the other robot is so far behind the sample due", _their_lag),
     "their_yield": Quantity("1", "how much the other robot gives way", _heard("yields")),
     "their_stuck": Quantity("s", "time for which the other robot has made no progress", _heard("stuck")),

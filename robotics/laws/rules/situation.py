@@ -14,12 +14,8 @@ from robotics.laws.avoidance.planned_way import PlannedTiming
 from robotics.laws.avoidance.priority import WHEREABOUTS, others, whereabouts
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
-    FRONT_LEFT,
-    FRONT_RIGHT,
-    LEFT,
-    RIGHT,
     RISE,
-    SECTORS,
+    SECTOR,
     Sensors,
     room_for_braking,
     sensed,
@@ -39,9 +35,9 @@ ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
 GROWTH = 0.05  # m: a place on the path that has grown by more is progress
 BESIDE, AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
 PATIENCE = 12.0  # s without progress: from then on the robot expects less
-RELAXING = 0.05  # m/s: by which it does
+EXPECTATION_LOSS = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
-WAY = 1.2  # m of the path ahead that it may stand in the way of
+LOOK_ALONG_PATH = 1.2  # m of the path ahead that it may stand in the way of
 LONGEST_WAY_BACK = 0.3  # m: a robot remembers no more of the ground that it has driven
 SWING = 0.3  # m: a robot that turns by 1 rad forgets so much of it
 ACCELERATING = 0.2  # m/s²: by which a robot's speed may have changed since it told it
@@ -56,7 +52,7 @@ QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that some
 FARTHEST = 2.0  # m: room beyond is no more room
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
-NONE = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
+NOTHING_NEAR = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
 
 def turning_circles(setting: Setting) -> np.ndarray:
@@ -133,11 +129,11 @@ class Recall(NamedTuple):
         near = references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         far = zero + FARTHEST
         start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
-        return cls(**start | {"clear": np.full((len(SECTORS), runs, robots), np.inf)})
+        return cls(**start | {"clear": np.full((len(SECTOR), runs, robots), np.inf)})
 
 
 @dataclass(frozen=True, eq=False)
-class Others:
+class OtherRobots:
     """The other robots as each one knows them; each field is (runs, robots, others), not-a-number: never heard."""
 
     x: np.ndarray  # m
@@ -273,7 +269,7 @@ class Situation:
         A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
         """
         net, before = self.place - self.off, self.recall.best
-        relaxed = before - np.where(self.recall.stuck > PATIENCE, RELAXING * self.dt, 0.0)
+        relaxed = before - np.where(self.recall.stuck > PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
         return np.where(net > before + GROWTH, net, relaxed)
 
     @cached_property
@@ -285,12 +281,12 @@ class Situation:
         return np.where(self.best > self.recall.best, 0.0, grown)
 
     @cached_property
-    def others(self) -> Others:
+    def others(self) -> OtherRobots:
         """The other robots as their messages predict them for now."""
         seen, heard = self.seen, self.seen.heard
         if not heard.fields:
             none = np.full(heard.age.shape, np.nan)
-            return Others(*[*[none] * 10, heard.age])
+            return OtherRobots(*[*[none] * 10, heard.age])
         unheard = ~heard.hears
         dx, dy, v_x, v_y, distance, bearing, x, y = others(seen)
         cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
@@ -310,13 +306,13 @@ class Situation:
         )
         place = heard.now("place", by="speed")
         known = [np.where(unheard, np.nan, row) for row in (*rows, place, heard.age)]
-        return Others(*known)
+        return OtherRobots(*known)
 
     @cached_property
     def meeting(self) -> Meeting:
         """Where each robot's path meets each other's next. A robot that is parked is met nowhere."""
         if self.fixed.meetings is None:
-            none = np.full((*self.place.shape, 1), NONE)
+            none = np.full((*self.place.shape, 1), NOTHING_NEAR)
             return Meeting(none, none, none)
         theirs = self.others.place
         lengths = np.broadcast_to(self.fixed.lengths, self.place.shape)[:, None, :]
@@ -350,7 +346,7 @@ class Situation:
         if self.fixed.meetings is None:
             return np.zeros((*self.place.shape, 1), dtype=bool)
         them, radii = self.others, self.fixed.radii
-        off = in_the_way(self.fixed.meetings, self.place, them.x, them.y, WAY)
+        off = in_the_way(self.fixed.meetings, self.place, them.x, them.y, LOOK_ALONG_PATH)
         stands = np.hypot(them.v_x, them.v_y) < STANDS
         if self.fixed.plan is not None:
             stands &= np.abs(self.their_due - them.place) > ON_PLAN
@@ -385,7 +381,7 @@ class Situation:
     @cached_property
     def lean(self) -> np.ndarray:
         """How much more room there is ahead on the left than on the right [m], smoothed while something is near."""
-        left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (FRONT_LEFT, FRONT_RIGHT))
+        left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (SECTOR.front_left, SECTOR.front_right))
         now, before = left - right, self.recall.lean
         near = (np.minimum(left, right) < NOTICED) & (before != 0)
         return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
@@ -402,7 +398,10 @@ class Situation:
     @cached_property
     def lost(self) -> np.ndarray:
         """The time [s] since the obstacle was seen that the robot goes round."""
-        beside, ahead = self.on_wall_side(LEFT, RIGHT), self.on_wall_side(FRONT_LEFT, FRONT_RIGHT)
+        beside, ahead = (
+            self.on_wall_side(SECTOR.left, SECTOR.right),
+            self.on_wall_side(SECTOR.front_left, SECTOR.front_right),
+        )
         sees = (beside < BESIDE) | (ahead < AHEAD) | (self.recall.side == 0)
         return np.where(sees, 0.0, self.recall.lost + self.dt)
 

@@ -7,11 +7,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from fuzzy.words import listed
 from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.clearances import ABEAM, AHEAD
 from robotics.laws.rules.evaluation import ADDED
 from robotics.laws.rules.quantities import GROUPS, PATTERNS, Quantity, quantity_of
-from robotics.laws.rules.situation import FARTHEST, NONE, SIDE_TIME
+from robotics.laws.rules.situation import FARTHEST, NOTHING_NEAR, SIDE_TIME
 from robotics.laws.tracking.fuzzy_tracking import INPUTS
 
 _HEAD = """\
@@ -142,9 +143,9 @@ _COLUMNS = ("name", "unit", "meaning", "needs")
 def page() -> str:
     """The text of the page, in Markdown."""
     degrees = {"ahead": np.degrees(AHEAD), "abeam": np.degrees(ABEAM)}
-    parts = [_HEAD.format(none=NONE, farthest=FARTHEST, **degrees)]
+    parts = [_HEAD.format(none=NOTHING_NEAR, farthest=FARTHEST, **degrees)]
     for title, group in GROUPS.items():
-        note = _NOTES.get(title, "").format(added=_listed(sorted(ADDED)))
+        note = _NOTES.get(title, "").format(added=_coded(sorted(ADDED)))
         rows = [(f"`{name}`", q.unit, q.meaning, _needs(q)) for name, q in group.items()]
         parts += [f"\n## {title}\n\n", note, _table(_COLUMNS, rows)]
     named = [(name, *words, _needs(quantity_of(name.replace("N_", "1_"), name))) for name, words in PATTERNS.items()]
@@ -156,7 +157,7 @@ def page() -> str:
         for task, outputs in fuzzy_team.OUTPUTS.items()
         for name, words in outputs.items()
     ]
-    parts += [_KEEP.format(side=SIDE_TIME, tracking=_listed(INPUTS))]
+    parts += [_KEEP.format(side=SIDE_TIME, tracking=_coded(INPUTS))]
     parts += [_table(("task", "output", "unit and meaning", "where there is none"), team), _EXAMPLE]
     return "".join(parts)
 
@@ -170,9 +171,8 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
-def _listed(names: Iterable[str]) -> str:
-    *first, last = (f"`{name}`" for name in names)
-    return f"{', '.join(first)} and {last}"
+def _coded(names: Iterable[str]) -> str:
+    return listed(f"`{name}`" for name in names)
 
 
 if __name__ == "__main__":

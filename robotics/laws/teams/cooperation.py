@@ -28,52 +28,36 @@ of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.columns import Columns, codes, column, within
+from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.system import Sugeno
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    PROGRESS,
-    SAYS,
-    SECOND,
-    TO_HEADING,
-    TO_S,
-    TO_V,
-    TO_W,
-    TO_X,
-    TO_Y,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    Memory,
-    X,
-    Y,
-    equation,
-)
+from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, Memory, RobotColumns, equation
 from robotics.laws.law import Command, ControllerError, Observation, check_connected, check_team
 from robotics.laws.modes import Box, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
-from robotics.laws.tracking.fuzzy_tracking import NUMBERS as TRACKER_NUMBERS
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, told, toward
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
 from robotics.paths.road import at as point_at
 from robotics.paths.road import moving, nearest, share
 from robotics.paths.road import place as place_at
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS
+from robotics.radio.channel import predicted
 
 AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
 ON_PATH = 0.03  # m: a robot that is no farther from its path is on it
 
-
 # What a robot does, as the lower level chooses it in every period
-FOLLOWING, WAITING, JOINING, ARRIVED = range(4)
+FOLLOWING = 0
+WAITING = 1
+JOINING = 2
+ARRIVED = 3
 # Thesis Fig 5.24 as printed: rule 11 decides
 RULE_11_DIAGRAM = StateDiagram(
     {
@@ -109,86 +93,108 @@ REPAIRED_DIAGRAM = StateDiagram(
 )
 
 
-VARIANTS = ("repaired", "lag-clock", "literal")
-# Places of the equation's numbers, in known.gains; those of the tracker come after them
-VARIANT, AHEAD, REACH, LAG, SOFTNESS, CATCH_UP, END, TRACKER = range(8)  # END: s, when the last reference arrives
-NUMBERS = TRACKER + TRACKER_NUMBERS
-# The memory: the scenario's time [s] that each robot's copy of the clock shows, the abscissa [m] of its nearest point,
-# and what it does: FOLLOWING, WAITING, JOINING or ARRIVED
-CLOCK, PLACE, PHASE, REMEMBERED = range(4)
-# The message: abscissa [m] ("literal": d_RP) and its rate [m/s], the copy of the clock [s] and its pace
-SAID_PLACE, SAID_SPEED, SAID_CLOCK, SAID_PACE = range(4)
+Variant = Literal["repaired", "lag-clock", "literal"]
+VARIANT = codes(Variant)
 
 
-@inner
+class CooperationMessage(Columns):
+    """What every robot broadcasts."""
+
+    place = column("m", "the abscissa of its nearest point; in the variant literal d_RP")
+    speed = column("m/s", "the rate of that")
+    clock = column("s", "its copy of the clock")
+    pace = column("1", "of that clock")
+
+
+class CooperationHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(CooperationMessage)
+
+
+class CooperationMemory(Columns):
+    """What the cooperation remembers."""
+
+    clock = column("s", "the scenario's time that the robot's copy of the clock shows")
+    place = column("m", "the abscissa of its nearest point")
+    phase = column("", "FOLLOWING, WAITING, JOINING or ARRIVED")
+
+
+class SteeredMemory(CooperationMemory):
+    """The same, and what a law of arrays around the cooperation asks of it in a period; see :func:`steered`."""
+
+    turn = column("rad")
+    excused = column("", "1: it is")
+    no_lateral = column("", "1: λ is not added")
+
+
+class CooperationDerived(Columns):
+    """What the law makes of its setting."""
+
+    end = column("s", "when the last reference arrives")
+
+
+@compiled_only
 def steered(  # type: ignore[no-untyped-def]
-    i, known, memory, first, command, work, turn, excused, no_lateral, at
+    robot, gain, memory, command, work, known, i, turn, excused, no_lateral
 ):
     """Run one robot's copy of the clock, drive it towards the sample due, and say so; what :data:`cooperate` does.
 
-    It leaves the inputs of the rule bases in ``work``, for :func:`robotics.laws.tracking.fuzzy_tracking.told`.
+    It leaves the inputs of the rule bases in ``work``, for
+    :func:`robotics.laws.tracking.fuzzy_tracking.tell_inputs`.
 
     Args:
-        i: The lane.
-        known: What the law knows; the message's first four values are those of this law.
-        memory: Whose rows from ``first`` on are CLOCK, PLACE, PHASE.
-        first: See there.
+        robot: What the robot knows of itself.
+        gain: The numbers of FuzzyCooperation.
+        memory: CooperationMemory.
         command: All of it is written but the message's other values, and the inputs of the rule bases.
-        work: What the rule bases work in.
+        work: What the rule bases work in, TrackingWork.
+        known: What the law knows; the message's first values are those of this law.
+        i: The lane.
         turn: Added to α [rad].
         excused: Whether the clock does not wait for the robot; it then broadcasts a place that is not a number.
         no_lateral: Whether λ is not added.
-        at: The row at which the numbers of this law begin in ``known.gains``.
     """
-    gains, g, road, path = known.gains, known.column[i], known.road, known.path[i]
-    x, y, heading = known.seen[X, i], known.seen[Y, i], known.seen[HEADING, i]
-    variant, end = gains[at + VARIANT, g], gains[at + END, g]
-    repaired, literal = variant == 0, variant == 2
-    clock, before = memory[first + CLOCK, i], memory[first + PLACE, i]
-    due_x, due_y, due_heading, due_v, due_w, due_s = moving(road, path, min(clock, end))
-    newest, apart, worst, slowest = _listened(i, known, due_s, literal)
-    place = nearest(road, path, x, y, before, SEARCH_REACH_AFTER_OUTAGE if newest > OUTAGE else SEARCH_REACH)
+    road, path, aim, due, say = known.road, known.path[i], work.aim, command.target, command.say
+    repaired, literal = gain.variant == VARIANT.repaired, gain.variant == VARIANT.literal
+    clock, before = memory.clock, memory.place
+    due.x, due.y, due.heading, due_v, due_w, due.s = moving(road, path, min(clock, gain.end))
+    newest, apart, worst, slowest = _listened(i, known, due.s, literal)
+    reach = SEARCH_REACH_AFTER_OUTAGE if newest > OUTAGE else SEARCH_REACH
+    place = nearest(road, path, robot.x, robot.y, before, reach)
     if literal:
-        said = math.hypot(due_x - x, due_y - y)  # d_RP
+        said = math.hypot(due.x - robot.x, due.y - robot.y)  # d_RP
         rate = 0.0
         slowing = math.tanh(said * said + apart)  # (5.14) as printed
     else:
         said, rate = math.nan if excused else place, (place - before) / known.dt
-        own = 0.0 if excused else due_s - place
-        beyond = (worst if own < worst else own) - gains[at + LAG, g]
-        late = beyond / gains[at + SOFTNESS, g] if not beyond < 0 else 0.0
+        own = 0.0 if excused else due.s - place
+        beyond = (worst if own < worst else own) - gain.lag
+        late = beyond / gain.softness if not beyond < 0 else 0.0
         slowing = math.tanh(late * late)
     pace = (1 - math.exp(-known.time)) * (1 - slowing)  # after (5.14)
-    look_ahead, x_err = gains[at + AHEAD, g], math.nan
+    look_ahead, x_err = gain.look_ahead, math.nan
     if repaired:
-        pace = pace * (1 + (gains[at + CATCH_UP, g] - 1) * min(max(known.time - clock, 0.0), 1.0))
+        pace = pace * (1 + (gain.catch_up - 1) * min(max(known.time - clock, 0.0), 1.0))
         look_ahead = look_ahead * pace
     # The sample to drive to
-    to_x, to_y, to_heading, to_v, to_w, to_s = moving(road, path, min(clock + look_ahead, end))
+    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path, min(clock + look_ahead, gain.end))
     if repaired:
-        to_x, to_y, to_heading, to_w, to_s, x_err, phase = held_one(
-            road, path, x, y, heading, place, to_x, to_y, to_heading, to_v, to_w, to_s, gains[at + REACH, g]
-        )
+        x_err, memory.phase = hold(road, path, robot, place, aim, gain.reach)
     else:
-        ahead = math.cos(heading) * (to_x - x) + math.sin(heading) * (to_y - y)
-        phase = FOLLOWING if ahead >= 0 else WAITING
-    v, w, _ = toward(
-        x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, no_lateral,
-        gains, at + TRACKER, g, known.rules[known.base[i]], work,
-    )  # fmt: skip
-    command[FIRST, i], command[WISH_V, i] = v, v
-    command[SECOND, i], command[WISH_W, i] = w, w
-    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = due_x, due_y, due_heading
-    command[TO_V, i], command[TO_W, i], command[TO_S, i] = due_v * pace, due_w * pace, due_s
-    command[PROGRESS, i] = share(road, path, place)
-    command[SAYS + SAID_PLACE, i], command[SAYS + SAID_SPEED, i] = said, rate
-    command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = clock, pace
+        ahead = math.cos(robot.heading) * (aim.x - robot.x) + math.sin(robot.heading) * (aim.y - robot.y)
+        memory.phase = FOLLOWING if ahead >= 0 else WAITING
+    v, w, _ = toward(robot, aim, x_err, turn, no_lateral, gain.tracker, known.rules[known.base[i]], work)
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    due.v, due.w = due_v * pace, due_w * pace
+    command.progress = share(road, path, place)
+    say.place, say.speed, say.clock, say.pace = said, rate, clock, pace
     clock = clock + known.dt * pace
-    memory[first + CLOCK, i] = slowest if slowest < clock and not literal else clock
-    memory[first + PLACE, i], memory[first + PHASE, i] = place, phase
+    memory.clock = slowest if slowest < clock and not literal else clock
+    memory.place = place
 
 
-@inner
+@compiled_only
 def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
     """What one robot makes of the messages it has heard.
 
@@ -196,90 +202,77 @@ def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
     the greatest lag [m] of another behind what is level with the abscissa ``due`` [m], at least 0; and the time [s]
     that the slowest copy of the clock may show in the next period.
     """
-    heard, road, path = known.heard, known.road, known.path
-    robots = heard.shape[2]
+    road, path = known.road, known.path
+    robots = known.heard.shape[2]
     run = i - i % robots  # the lane of the run's first robot
     # All paths have the same timing: what is level with the own place due is due on every path.
     progress = share(road, path[i], due)
     newest, apart, worst, slowest = known.time, 0.0, 0.0, math.inf
     for j in range(robots):
-        if not heard[HEARS, i, j] > 0:
+        heard = CooperationHeard(known.heard, i, j)
+        if not heard.hears > 0:
             continue
-        age = heard[AGE, i, j]
-        newest = min(newest, age)
-        ahead = min(age, BELIEVED)  # s for which what was heard is predicted
-        theirs = heard[HEARD + SAID_PLACE, i, j] + heard[HEARD + SAID_SPEED, i, j] * ahead
+        said = heard.said
+        newest = min(newest, heard.age)
+        theirs = predicted(said.place, said.speed, heard.age)
         if not math.isnan(theirs):
             if literal:
                 apart += theirs * theirs
             else:
                 worst = max(worst, place_at(road, path[run + j], progress) - theirs)
-        pace = heard[HEARD + SAID_PACE, i, j]
-        shown = heard[HEARD + SAID_CLOCK, i, j] + pace * ahead + known.dt * (1.0 if pace < 1.0 else pace)
+        shown = predicted(said.clock, said.pace, heard.age) + known.dt * (1.0 if said.pace < 1.0 else said.pace)
         if shown < slowest:  # false where nothing was heard yet
             slowest = shown
     return newest, apart, worst, slowest
 
 
-@inner
-def held_one(  # type: ignore[no-untyped-def]
-    road, path, x, y, heading, place, to_x, to_y, to_heading, to_v, to_w, to_s, reach
-):
-    """Hold the sample due near one robot; see :func:`held`. ``to_x`` to ``to_s`` are the sample due.
+@compiled_only
+def hold(road, path, robot, place, aim, reach):  # type: ignore[no-untyped-def]
+    """Move the ``aim``, which is the sample due, near one robot; see :func:`held`.
 
-    Returns the target's x, y [m], heading [rad], turn rate [rad/s] and abscissa [m], how far it is ahead [m], and the
-    phase.
+    Returns how far it is ahead [m], and the phase.
     """
     near_x, near_y, _, _ = point_at(road, path, place)
-    off = math.hypot(near_x - x, near_y - y)
-    dx, dy = to_x - x, to_y - y
-    ahead = math.cos(heading) * dx + math.sin(heading) * dy
-    behind, s = to_s - place, min(to_s, place + reach)
-    if to_s >= road.lengths[path] and math.hypot(dx, dy) < AT_END:
+    off = math.hypot(near_x - robot.x, near_y - robot.y)
+    dx, dy = aim.x - robot.x, aim.y - robot.y
+    ahead = math.cos(robot.heading) * dx + math.sin(robot.heading) * dy
+    behind, s = aim.s - place, min(aim.s, place + reach)
+    if aim.s >= road.lengths[path] and math.hypot(dx, dy) < AT_END:
         # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
         phase, behind = ARRIVED, ahead if ahead > 0 else -1.0
     elif off > ON_PATH:
         # A robot that is ahead of time but off its path drives to the path before it waits.
         phase, behind, s = JOINING, max(behind, off), max(s, place + min(off, reach) / 2)
     else:
-        phase = FOLLOWING if to_s >= place else WAITING
-    if s != to_s:
-        to_x, to_y, to_heading, curvature = point_at(road, path, s)
-        to_w = to_v * curvature
-    return to_x, to_y, to_heading, to_w, s, behind, phase
+        phase = FOLLOWING if aim.s >= place else WAITING
+    if s != aim.s:
+        aim.x, aim.y, aim.heading, curvature = point_at(road, path, s)
+        aim.w, aim.s = aim.v * curvature, s
+    return behind, phase
 
 
 @equation
-def cooperate(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def cooperate(robot, gain, memory, command, work, known, i):  # type: ignore[no-untyped-def]
     """Run the clock, and drive towards the sample due by Table 5.6."""
-    steered(i, known, memory, 0, command, work, 0.0, False, False, 0)
-    told(i, command, SAYS + SAID_PACE + 1, known.gains, TRACKER, known.column[i], work)
-
-
-@equation
-def cooperate_otherwise(i, known, memory, command, work):  # type: ignore[no-untyped-def]
-    """The same, with three more rows of memory: turn, excused and no_lateral of :func:`steered`."""
-    turn, excused, no_lateral = memory[REMEMBERED, i], memory[REMEMBERED + 1, i], memory[REMEMBERED + 2, i]
-    steered(i, known, memory, 0, command, work, turn, excused > 0, no_lateral > 0, 0)
-    told(i, command, SAYS + SAID_PACE + 1, known.gains, TRACKER, known.column[i], work)
+    steered(robot, gain, memory, command, work, known, i, memory.turn, memory.excused > 0, memory.no_lateral > 0)
+    tell_inputs(command.inputs, gain.tracker, work)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FuzzyCooperation(EquationLaw):
     """Fuzzy cooperation: the rule base, how its target is chosen, and the clock."""
 
-    variant: Literal["repaired", "lag-clock", "literal"] = "repaired"
+    variant: Variant = "repaired"
     rule_base: str | Sugeno = "tracking"
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # as of the tracking law
-    lateral: Literal["none", "path", "world"] = "none"  # as of the tracking law
+    lateral: Lateral = "none"  # as of the tracking law
     reach: float = quantity(0.4, "m", above=0)  # "repaired": the target is no farther ahead of the robot's place
     lag: float = quantity(0.25, "m", least=0)  # d0: a lag that does not slow the clock
     softness: float = quantity(0.4, "m", above=0)  # d1: the lag beyond d0 at which the clock runs at 24 %
     catch_up: float = quantity(1.5, "1", least=1, most=5)  # pace of a clock that is late; "repaired"
     tracker: FuzzyTracking = field(init=False, repr=False)
 
-    message = ("place", "speed", "clock", "pace")
     tasks = MappingProxyType({"tracking": "rule_base"})
 
     def __post_init__(self) -> None:
@@ -306,20 +299,21 @@ class FuzzyCooperation(EquationLaw):
         return self.tracker.fuzzy_systems
 
     equation = cooperate
+    says, remembers, works, derived = CooperationMessage, SteeredMemory, TrackingWork, CooperationDerived
     aims = progresses = True
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The numbers of the equation, in the order of the places above."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """When the last reference arrives."""
         ends = setting.references.ends
-        end = np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape) if ends.ndim > 1 else float(ends.max())
-        clock = self.reach, self.lag, self.softness, self.catch_up, end
-        return float(VARIANTS.index(self.variant)), self.look_ahead, *clock, *self.tracker.gain_rows(setting)
+        return {
+            "end": np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape) if ends.ndim > 1 else float(ends.max())
+        }
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the lower level."""
         return self.tracker.rule_rows()
 
-    @property
+    @cached_property
     def working(self) -> int:
         """The numbers that the rule bases are evaluated in."""
         return self.tracker.working
@@ -330,12 +324,12 @@ class FuzzyCooperation(EquationLaw):
         if robots > 1:
             check_team(setting)
         check_connected(setting)
-        zero = np.zeros((runs, robots))
-        pose = np.broadcast_to(setting.starts, (runs, robots, 3))
+        memory, pose = SteeredMemory.zeros(runs, robots), np.broadcast_to(setting.starts, (runs, robots, 3))
         start = setting.references.at(0.0).s
-        paths, reach = setting.references.joined, zero + SEARCH_REACH_AFTER_OUTAGE
-        near = paths.nearest(pose[..., 0], pose[..., 1], start, reach)
-        return np.stack([zero, near, zero + WAITING])
+        paths, reach = setting.references.joined, np.full((runs, robots), SEARCH_REACH_AFTER_OUTAGE)
+        memory.place = paths.nearest(pose[..., 0], pose[..., 1], start, reach)
+        memory.phase = WAITING
+        return memory.array
 
     def steered(
         self,
@@ -357,14 +351,20 @@ class FuzzyCooperation(EquationLaw):
                 number. None by default.
             no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
         """
-        more = np.zeros((3, memory.rows.shape[1]))
-        for row, given in zip(more, (turn, excused, no_lateral), strict=True):
-            if given is not None:
-                row[...] = given.ravel()
-        command, after = self.by(
-            cooperate_otherwise, seen, Memory(memory.setup, np.concatenate([memory.rows, more])), dt
-        )
-        return command, Memory(memory.setup, after.rows[:REMEMBERED])
+        asked = SteeredMemory(memory.rows.copy().reshape(-1, *seen.x.shape))
+        asked.turn = 0.0 if turn is None else turn
+        asked.excused, asked.no_lateral = excused is not None and excused, no_lateral is not None and no_lateral
+        return self.control(seen, Memory(memory.setup, asked.array.reshape(memory.rows.shape)), dt)
+
+
+class HeldColumns(Columns):
+    """The arguments of :func:`hold`, which moves the aim, and what it returns."""
+
+    robot = within(RobotColumns)
+    aim = within(AimColumns)
+    place = column("m")
+    ahead = column("m")
+    phase = column("")
 
 
 def held(
@@ -381,22 +381,16 @@ def held(
     Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: FOLLOWING, WAITING,
     JOINING or ARRIVED; each (runs, robots).
     """
-    given = seen.x, seen.y, seen.heading, place, *target
-    rows = np.empty((len(given), *place.shape))
-    for row, values in zip(rows, given, strict=True):
-        row[...] = values
-    found = _held(seen.references.road, rows.reshape(len(rows), -1), float(reach)).reshape(-1, *place.shape)
-    x, y, heading, w, s, behind, phase = found
-    return Reference(x, y, heading, target.v, w, s), behind, phase.astype(int)
+    rows = HeldColumns.zeros(*place.shape)
+    rows.place, robot, aim = place, rows.robot, rows.aim
+    robot.x, robot.y, robot.heading = seen.x, seen.y, seen.heading
+    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = target
+    _hold_all(seen.references.road, rows.array.reshape(rows.size, -1), float(reach))
+    return Reference(aim.x, aim.y, aim.heading, target.v, aim.w, aim.s), rows.ahead, rows.phase.astype(int)
 
 
 @kernel
-def _held(road, rows, reach):  # type: ignore[no-untyped-def]
-    found = np.empty((7, rows.shape[1]))
+def _hold_all(road, rows, reach):  # type: ignore[no-untyped-def]
     for i in range(rows.shape[1]):
-        one = held_one(
-            road, i % len(road.lengths), rows[0, i], rows[1, i], rows[2, i], rows[3, i],
-            rows[4, i], rows[5, i], rows[6, i], rows[7, i], rows[8, i], rows[9, i], reach,
-        )  # fmt: skip
-        found[0, i], found[1, i], found[2, i], found[3, i], found[4, i], found[5, i], found[6, i] = one
-    return found
+        one = HeldColumns(rows, i)
+        one.ahead, one.phase = hold(road, i % len(road.lengths), one.robot, one.place, one.aim, reach)

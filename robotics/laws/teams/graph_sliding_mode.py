@@ -28,161 +28,177 @@ the same with a_ij = l_ij in the world's frame, which diverges for a = 1, λ_d =
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
-from robotics.laws.equation import (
-    AT_HEADING,
-    AT_S,
-    AT_V,
-    AT_W,
-    AT_X,
-    AT_Y,
-    FIRST,
-    HEADING,
-    PROGRESS,
-    SAYS,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    W,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, codes, column, within
+from fuzzy.compiled.jit import without_refcounts
+from robotics.laws.equation import EquationLaw, HeardColumns, equation
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import heard_now
 from robotics.laws.tracking.sliding_mode import exponential
 from robotics.paths.road import share
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import HEARD, HEARS
+from robotics.radio.channel import predicted
 from robotics.radio.graph import weights
-from robotics.vehicle.inverse_dynamics import InverseDynamics, wheel_torques
-from robotics.vehicle.plant import Level, velocity_limits, within
+from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
+from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
-FORMS = ("cross-coupled", "thesis", "literal")
-CROSS_COUPLED, THESIS, LITERAL = range(3)  # places in FORMS
-# Places of the gains: first the limits of the velocities. a_ij is the same for all links of a robot.
-LIMITS, MASS, FORM, A_IJ, LAMBDA_D, LAMBDA_P, K, MU0, ALPHA, HAND, TORQUE = 0, 4, *range(8, 17)
-# Places of what is remembered: ∫ ē dt [m s], v [m/s] and ω [rad/s] of the command, and of the reference before
-INTEGRAL_X, INTEGRAL_Y, COMMAND_V, COMMAND_W, REFERENCE_V, REFERENCE_W = range(6)
-REMEMBERED = 6
-E_X, E_X_RATE, E_Y, E_Y_RATE = range(4)  # places in the message
+Form = Literal["cross-coupled", "thesis", "literal"]
+Realisation = Literal["velocity", "torque"]
+FORM, REALISATION = codes(Form), codes(Realisation)
 
 
-@uncounted
+class ErrorColumns(Columns):
+    """The error of the hand along one axis of its frame."""
+
+    e = column("m")
+    rate = column("m/s")
+
+
+class SurfaceMessage(Columns):
+    """What every robot broadcasts."""
+
+    e_x = column("m", "the error along the path")
+    e_x_rate = column("m/s")
+    e_y = column("m", "the error across it")
+    e_y_rate = column("m/s")
+
+
+class SurfaceHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    x = within(ErrorColumns)
+    y = within(ErrorColumns)
+
+
+class SurfaceMemory(Columns):
+    """What the law remembers."""
+
+    integral_x = column("m s", "∫ ē dt along the path")
+    integral_y = column("m s", "across it")
+    command_v = column("m/s", "the velocity command")
+    command_w = column("rad/s")
+    reference_v = column("m/s", "of the reference in the period before; not-a-number: there was none")
+    reference_w = column("rad/s")
+
+
+class SurfaceDerived(Columns):
+    """What the law makes of its setting."""
+
+    limit = within(LimitColumns)
+    dynamics = within(DynamicsColumns)
+    a_ij = column("1", "the same for all links of a robot")
+
+
+@without_refcounts
 def into(cos, sin, x, y):  # type: ignore[no-untyped-def]
     """A vector in the frame that is turned by the angle with that cosine and sine."""
     return cos * x + sin * y, cos * y - sin * x
 
 
-@uncounted
+@without_refcounts
 def hand_velocity(v, w, cos, sin, b):  # type: ignore[no-untyped-def]
     """The velocity [m/s] of a point ``b`` [m] ahead of what moves with ``v`` and turns with ``w``."""
     return v * cos - b * w * sin, v * sin + b * w * cos
 
 
-@uncounted
+@without_refcounts
 def hand_acceleration(v, w, v_rate, w_rate, cos, sin, b):  # type: ignore[no-untyped-def]
     """The acceleration [m/s²] of that point, v' being ``v_rate`` and ω' being ``w_rate``."""
     ahead, left = v_rate - b * (w * w), v * w + b * w_rate
     return ahead * cos - left * sin, ahead * sin + left * cos
 
 
-@uncounted
-def coupling(e, rate, value, i, known, form):  # type: ignore[no-untyped-def]
+@without_refcounts
+def coupling(e, rate, across, i, known, gain):  # type: ignore[no-untyped-def]
     """Σ_j a_ij (e_i − L_i/L_j e_j), and the same of the rates, over the neighbours that were heard.
 
-    ``value`` is the place of e in the message, its rate follows. The paths' lengths count if ``form`` is cross-coupled.
+    The errors are those ``across`` the path, or along it. The paths' lengths count if the form is cross-coupled.
     """
-    heard, road, a = known.heard, known.road, known.gains[A_IJ, known.column[i]]
-    team = i - i % heard.shape[2]
+    road, robots = known.road, known.heard.shape[2]
+    team = i - i % robots
     pull, pull_rate, ratio = 0.0, 0.0, 1.0
-    for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0:
-            if form == CROSS_COUPLED:
+    for j in range(robots):
+        heard = SurfaceHeard(known.heard, i, j)
+        if heard.hears > 0:
+            if gain.form == FORM.cross_coupled:
                 ratio = road.lengths[known.path[i]] / road.lengths[known.path[team + j]]
-            gap = e - ratio * heard_now(heard, i, j, value, value + 1)
+            theirs = heard.y if across else heard.x
+            gap = e - ratio * predicted(theirs.e, theirs.rate, heard.age)
             if not math.isnan(gap):
-                pull += gap * a
-                pull_rate += (rate - ratio * heard[HEARD + value + 1, i, j]) * a
+                pull += gap * gain.a_ij
+                pull_rate += (rate - ratio * theirs.rate) * gain.a_ij
     return pull, pull_rate
 
 
 @equation
-def graph_sliding_mode(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def graph_sliding_mode(robot, aim, gain, memory, command, known, i, dt):  # type: ignore[no-untyped-def]
     """Reach the surface (3.4)-(3.6) by (2.22), (2.23), with torques (2.19) or their integral."""
-    seen, gains, g, dt = known.seen, known.gains, known.column[i], known.dt
-    form, b, v, w = gains[FORM, g], gains[HAND, g], seen[V, i], seen[W, i]
-    v_d, w_d = seen[AT_V, i], seen[AT_W, i]
-    first = math.isnan(memory[REFERENCE_V, i])
-    v_d_rate = 0.0 if first else (v_d - memory[REFERENCE_V, i]) / dt
-    w_d_rate = 0.0 if first else (w_d - memory[REFERENCE_W, i]) / dt
-    memory[REFERENCE_V, i], memory[REFERENCE_W, i] = v_d, w_d
+    b, v, w = gain.hand, robot.v, robot.w
+    v_d, w_d = aim.v, aim.w
+    first = math.isnan(memory.reference_v)
+    v_d_rate = 0.0 if first else (v_d - memory.reference_v) / dt
+    w_d_rate = 0.0 if first else (w_d - memory.reference_w) / dt
+    memory.reference_v, memory.reference_w = v_d, w_d
     # The hand points, and e, e' in the frame of the path
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
-    cos_d, sin_d = math.cos(seen[AT_HEADING, i]), math.sin(seen[AT_HEADING, i])
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+    cos_d, sin_d = math.cos(aim.heading), math.sin(aim.heading)
     vx_d, vy_d = hand_velocity(v_d, w_d, cos_d, sin_d, b)
     ax_d, ay_d = hand_acceleration(v_d, w_d, v_d_rate, w_d_rate, cos_d, sin_d, b)
-    dx = seen[AT_X, i] + b * cos_d - (seen[X, i] + b * cos)
-    dy = seen[AT_Y, i] + b * sin_d - (seen[Y, i] + b * sin)
+    dx = aim.x + b * cos_d - (robot.x + b * cos)
+    dy = aim.y + b * sin_d - (robot.y + b * sin)
     vx, vy = hand_velocity(v, w, cos, sin, b)
-    if form == LITERAL:
+    if gain.form == FORM.literal:
         cos_d, sin_d = 1.0, 0.0
     e_x, e_y = into(cos_d, sin_d, dx, dy)
     x_rate, y_rate = into(cos_d, sin_d, vx_d - vx, vy_d - vy)
-    command[SAYS + E_X, i], command[SAYS + E_X_RATE, i] = e_x, x_rate
-    command[SAYS + E_Y, i], command[SAYS + E_Y_RATE, i] = e_y, y_rate
-    command[PROGRESS, i] = min(max(share(known.road, known.path[i], seen[AT_S, i] - e_x), 0.0), 1.0)
+    say = command.say
+    say.e_x, say.e_x_rate, say.e_y, say.e_y_rate = e_x, x_rate, e_y, y_rate
+    command.progress = min(max(share(known.road, known.path[i], aim.s - e_x), 0.0), 1.0)
     # The surface
-    lambda_d, lambda_p = gains[LAMBDA_D, g], gains[LAMBDA_P, g]
-    pull_x, pull_x_rate = coupling(e_x, x_rate, E_X, i, known, form)
-    if form == CROSS_COUPLED:
+    pull_x, pull_x_rate = coupling(e_x, x_rate, False, i, known, gain)
+    if gain.form == FORM.cross_coupled:
         e_x, bar_rate = e_x + pull_x, x_rate + pull_x_rate  # ē, ē'
-        s_x = x_rate + lambda_d * e_x + lambda_p * memory[INTEGRAL_X, i]
-        s_y = y_rate + lambda_d * e_y + lambda_p * memory[INTEGRAL_Y, i]
+        s_x = x_rate + gain.lam_d * e_x + gain.lam_p * memory.integral_x
+        s_y = y_rate + gain.lam_d * e_y + gain.lam_p * memory.integral_y
         pull_x_rate = pull_y_rate = 0.0
     else:
-        pull_y, pull_y_rate = coupling(e_y, y_rate, E_Y, i, known, form)
+        pull_y, pull_y_rate = coupling(e_y, y_rate, True, i, known, gain)
         bar_rate = x_rate
-        s_x = x_rate + lambda_d * e_x + pull_x + lambda_p * memory[INTEGRAL_X, i]  # (3.4), (3.5)
-        s_y = y_rate + lambda_d * e_y + pull_y + lambda_p * memory[INTEGRAL_Y, i]
-    push_x = exponential(s_x, gains[K, g], gains[MU0, g], gains[ALPHA, g])  # (2.23)
-    push_y = exponential(s_y, gains[K, g], gains[MU0, g], gains[ALPHA, g])
-    wish_x = lambda_d * bar_rate + lambda_p * e_x + push_x + pull_x_rate  # −e''; (3.6)
-    wish_y = lambda_d * y_rate + lambda_p * e_y + push_y + pull_y_rate
+        s_x = x_rate + gain.lam_d * e_x + pull_x + gain.lam_p * memory.integral_x  # (3.4), (3.5)
+        s_y = y_rate + gain.lam_d * e_y + pull_y + gain.lam_p * memory.integral_y
+    push_x = exponential(s_x, gain.k, gain.mu0, gain.alpha)  # (2.23)
+    push_y = exponential(s_y, gain.k, gain.mu0, gain.alpha)
+    wish_x = gain.lam_d * bar_rate + gain.lam_p * e_x + push_x + pull_x_rate  # −e''; (3.6)
+    wish_y = gain.lam_d * y_rate + gain.lam_p * e_y + push_y + pull_y_rate
     # [v'; ω'] = G⁻¹ (h'' − G' [v; ω])
     hand_x, hand_y = into(cos_d, -sin_d, wish_x, wish_y)
     free_x = ax_d + hand_x - (-v * sin - b * w * cos) * w
     free_y = ay_d + hand_y - (v * cos - b * w * sin) * w
     v_rate, w_rate = cos * free_x + sin * free_y, (cos * free_y - sin * free_x) / b
     if math.hypot(e_x, e_y) < INTEGRATED_ERROR:
-        memory[INTEGRAL_X, i] += dt * e_x
-        memory[INTEGRAL_Y, i] += dt * e_y
-    v_next, w_next = max(memory[COMMAND_V, i] + dt * v_rate, 0.0), memory[COMMAND_W, i] + dt * w_rate  # never reverses
-    v_next, w_next = within(gains, g, v_next, w_next)
-    memory[COMMAND_V, i], memory[COMMAND_W, i] = v_next, w_next
-    if gains[TORQUE, g] > 0:
-        command[FIRST, i], command[SECOND, i] = wheel_torques(v_rate, w_rate, gains, MASS, g)  # (2.19)
-        command[WISH_V, i], command[WISH_W, i] = v + dt * v_rate, w + dt * w_rate
+        memory.integral_x += dt * e_x
+        memory.integral_y += dt * e_y
+    v_next, w_next = max(memory.command_v + dt * v_rate, 0.0), memory.command_w + dt * w_rate  # never reverses
+    v_next, w_next = within_limits(gain.limit, v_next, w_next)
+    memory.command_v, memory.command_w = v_next, w_next
+    if gain.realisation == REALISATION.torque:
+        command.first, command.second = wheel_torques(v_rate, w_rate, gain.dynamics)  # (2.19)
+        command.wish_v, command.wish_w = v + dt * v_rate, w + dt * w_rate
     else:
-        command[FIRST, i] = command[WISH_V, i] = v_next
-        command[SECOND, i] = command[WISH_W, i] = w_next
+        command.first, command.second, command.wish_v, command.wish_w = v_next, w_next, v_next, w_next
 
 
 @dataclass(frozen=True, kw_only=True)
 class GraphSlidingMode(EquationLaw):
     """Graph sliding mode: form and gains. The defaults of the reaching law are the thesis's (2.1.3.2)."""
 
-    form: Literal["cross-coupled", "thesis", "literal"] = "cross-coupled"
+    form: Form = "cross-coupled"
     coupling: float = quantity(1.0, "1", least=0)  # a: the weight of every link
     lam_d: float = quantity(2.0, "1/s", above=0)  # λ_d
     lam_p: float = quantity(1.0, "1/s²", least=0)  # λ_p
@@ -190,11 +206,10 @@ class GraphSlidingMode(EquationLaw):
     mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0
     alpha: float = quantity(3.0, "s/m", above=0)  # α
     hand: float = quantity(0.1, "m", above=0)  # b
-    realisation: Literal["velocity", "torque"] = "velocity"
-
-    message = ("e_x", "e_x_rate", "e_y", "e_y_rate")
+    realisation: Realisation = "velocity"
 
     equation = graph_sliding_mode
+    says, remembers, derived = SurfaceMessage, SurfaceMemory, SurfaceDerived
     progresses = True
 
     def __post_init__(self) -> None:
@@ -205,18 +220,15 @@ class GraphSlidingMode(EquationLaw):
         """Wheel torques (2.19), or velocities for the wheel loops."""
         return self.realisation
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The limits, the dynamics, and the gains."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The limits, the dynamics, and the weights of the graph."""
         links = weights(setting.radio.adjacency(len(setting.robots)))
         sign = -1.0 if self.form == "literal" else 1.0
-        return (
-            *velocity_limits(setting.robots),
-            *InverseDynamics.effective(setting.robots),
-            FORMS.index(self.form),
-            sign * self.coupling * links.max(axis=1),
-            *(self.lam_d, self.lam_p, self.k, self.mu0, self.alpha, self.hand),
-            self.realisation == "torque",
-        )
+        return {
+            "limit": velocity_limits(setting.robots),
+            "dynamics": InverseDynamics.effective(setting.robots),
+            "a_ij": sign * self.coupling * links.max(axis=1),
+        }
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin at rest. Raises ControllerError where the graph is not connected, or each run has its own paths."""
@@ -225,6 +237,6 @@ class GraphSlidingMode(EquationLaw):
             raise ControllerError(f"{setting.name}: this law drives runs with the same paths only, not random ones")
         if self.coupling > 0:
             check_connected(setting)  # theorem 3.1
-        rows = np.zeros((REMEMBERED, runs, len(setting.robots)))
-        rows[REFERENCE_V:] = np.nan
-        return rows
+        memory = SurfaceMemory.zeros(runs, len(setting.robots))
+        memory.reference_v = memory.reference_w = np.nan
+        return memory.array

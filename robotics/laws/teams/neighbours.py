@@ -1,15 +1,13 @@
-"""Sums over the messages that a robot has heard: differences, the smallest value, and the time of an outage.
+"""How long a robot has heard nobody, and the smallest of the values that it has heard.
 
-In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard` and ``i`` the robot's lane; a value
-and the rate at which it changes are places in the law's message.
+In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard` and ``i`` the robot's lane.
 """
-
-import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, uncounted
-from robotics.radio.channel import AGE, BELIEVED, HEARD, HEARS, Heard
+from fuzzy.compiled.jit import kernel, without_refcounts
+from robotics.laws.equation import HeardColumns
+from robotics.radio.channel import Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it
 SEARCH_REACH = 0.5  # m: how far from its last place on the path a robot looks for the next
@@ -19,47 +17,17 @@ SEARCH_REACH_AFTER_OUTAGE = 3.0  # m: the same for a robot that was alone
 # Of one robot -----------------------------------------------------------------------------------------------------
 
 
-@uncounted
-def heard_now(heard, i, j, value, rate):  # type: ignore[no-untyped-def]
-    """What robot ``j`` of the run said of a value, predicted for now; not-a-number before its first message.
-
-    A rate is believed for BELIEVED seconds.
-    """
-    return heard[HEARD + value, i, j] + heard[HEARD + rate, i, j] * min(heard[AGE, i, j], BELIEVED)
-
-
-@uncounted
-def difference(heard, i, mine, value, rate, weight):  # type: ignore[no-untyped-def]
-    """Σ_j a_ij (mine − theirs_j) over the neighbours that were heard; a_ij is ``weight`` for every link."""
-    total = 0.0
-    for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0:
-            gap = mine - heard_now(heard, i, j, value, rate)
-            if not math.isnan(gap):
-                total += gap * weight
-    return total
-
-
-@uncounted
-def smallest(heard, i, mine, value, rate):  # type: ignore[no-untyped-def]
-    """The smallest of a robot's own value and its neighbours' that were heard."""
-    for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0:
-            theirs = heard_now(heard, i, j, value, rate)
-            mine = theirs if theirs < mine else mine
-    return mine
-
-
-@uncounted
+@without_refcounts
 def alone(heard, i, time):  # type: ignore[no-untyped-def]
     """The time [s] since the newest message that the robot heard was sent, at most ``time`` [s]."""
     for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0 and heard[AGE, i, j] < time:
-            time = heard[AGE, i, j]
+        one = HeardColumns(heard, i, j)
+        if one.hears > 0 and one.age < time:
+            time = one.age
     return time
 
 
-@uncounted
+@without_refcounts
 def reach(heard, i, time):  # type: ignore[no-untyped-def]
     """The distance [m] from its last place within which the robot looks for the next on its path, at ``time`` [s]."""
     return SEARCH_REACH_AFTER_OUTAGE if alone(heard, i, time) > OUTAGE else SEARCH_REACH

@@ -26,122 +26,149 @@ Chosen here: the leader is no robot, but each robot keeps a copy of its clock, a
 the slowest (a minimum consensus), so that no robot is indispensable. s_i' stays between 0 and v_most / L_i.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    PROGRESS,
-    SAYS,
-    SECOND,
-    TO_HEADING,
-    TO_S,
-    TO_V,
-    TO_W,
-    TO_X,
-    TO_Y,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, codes, column, within
+from fuzzy.compiled.jit import without_refcounts
+from robotics.laws.equation import EquationLaw, HeardColumns, RobotColumns, equation
 from robotics.laws.law import ControllerError, check_team
 from robotics.laws.setting import Setting
-from robotics.laws.teams.neighbours import OUTAGE, alone, difference, heard_now, smallest
+from robotics.laws.teams.neighbours import OUTAGE, alone
 from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.paths.road import at, nearest, place, share, stretch, timed
 from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import HEARD, HEARS
+from robotics.radio.channel import predicted
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
 SEARCH_SHARE = 0.05  # of the path: how far from its last place a robot looks for the next
 SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path: the same for a robot that was alone
-VARIANTS = ("virtual", "measured", "waiting")
-VIRTUAL, MEASURED, WAITING = range(3)  # places in VARIANTS
-# Places of the gains; a_ij is the same for all links of a robot, and END the time [s] when the leader arrives
-VARIANT, A_IJ, END, KAPPA, GAMMA, LEADER, V_MOST, SLACK, CATCH_UP, TRACKER = range(10)
-# Places of what is remembered: s_i, η_i [1/s], and the robot's copy of the leader's time [s]
-S, INTEGRAL, CLOCK = range(3)
-SAID_S, SAID_RATE, SAID_CLOCK, SAID_PACE = range(4)  # places in the message
+Variant = Literal["virtual", "measured", "waiting"]
+VARIANT = codes(Variant)
 
 
-@uncounted
-def measured_place(s, i, known):  # type: ignore[no-untyped-def]
+class StructureMessage(Columns):
+    """What every robot broadcasts."""
+
+    s = column("1", "s_i, the path parameter")
+    s_rate = column("1/s")
+    clock = column("s", "its copy of the leader's time")
+    pace = column("1", "of that clock")
+
+
+class StructureHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(StructureMessage)
+
+
+class StructureMemory(Columns):
+    """What the law remembers."""
+
+    s = column("1", "s_i")
+    integral = column("1/s", "η_i")
+    clock = column("s", "the robot's copy of the leader's time")
+
+
+class StructureDerived(Columns):
+    """What the law makes of its setting."""
+
+    a_ij = column("1", "the same for all links of a robot")
+    end = column("s", "when the leader arrives")
+
+
+@without_refcounts
+def measured_place(s, robot: RobotColumns, i, known):  # type: ignore[no-untyped-def]
     """The path parameter of the path's point that is nearest to the robot, looked for about ``s``."""
     road, path = known.road, known.path[i]
     lost = alone(known.heard, i, known.time) > OUTAGE
     reach = (SEARCH_SHARE_AFTER_OUTAGE if lost else SEARCH_SHARE) * road.lengths[path]
-    found = nearest(road, path, known.seen[X, i], known.seen[Y, i], place(road, path, s), reach)
+    found = nearest(road, path, robot.x, robot.y, place(road, path, s), reach)
     return share(road, path, found)
 
 
-@uncounted
+@without_refcounts
 def slowest_clock(clock, i, known):  # type: ignore[no-untyped-def]
     """The earliest of a robot's own clock and its neighbours', by now [s]: the minimum consensus."""
-    heard = known.heard
-    for j in range(heard.shape[2]):
-        if heard[HEARS, i, j] > 0:
-            ahead = known.dt * max(heard[HEARD + SAID_PACE, i, j], 1.0)
-            theirs = heard_now(heard, i, j, SAID_CLOCK, SAID_PACE) + ahead
+    for j in range(known.heard.shape[2]):
+        heard = StructureHeard(known.heard, i, j)
+        if heard.hears > 0:
+            ahead = known.dt * max(heard.said.pace, 1.0)
+            theirs = predicted(heard.said.clock, heard.said.pace, heard.age) + ahead
             clock = theirs if theirs < clock else clock
     return clock
 
 
+@without_refcounts
+def slowest_place(s, i, known):  # type: ignore[no-untyped-def]
+    """The smallest of a robot's own path parameter and its neighbours' that were heard."""
+    for j in range(known.heard.shape[2]):
+        heard = StructureHeard(known.heard, i, j)
+        if heard.hears > 0:
+            theirs = predicted(heard.said.s, heard.said.s_rate, heard.age)
+            s = theirs if theirs < s else s
+    return s
+
+
+@without_refcounts
+def disagreement(s, i, known, a_ij):  # type: ignore[no-untyped-def]
+    """Σ_j a_ij (s − s_j) over the neighbours that were heard."""
+    total = 0.0
+    for j in range(known.heard.shape[2]):
+        heard = StructureHeard(known.heard, i, j)
+        if heard.hears > 0:
+            gap = s - predicted(heard.said.s, heard.said.s_rate, heard.age)
+            if not math.isnan(gap):
+                total += gap * a_ij
+    return total
+
+
 @equation
-def virtual_structure(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def virtual_structure(robot, gain, memory, command, known, i, road, path, dt):  # type: ignore[no-untyped-def]
     """Move the path parameter by (4.10), (4.11), and track its point by (2.30), (2.32)."""
-    seen, gains, g, heard, dt = known.seen, known.gains, known.column[i], known.heard, known.dt
-    road, path, variant = known.road, known.path[i], gains[VARIANT, g]
-    s, clock, integral, pace = memory[S, i], memory[CLOCK, i], memory[INTEGRAL, i], 1.0
-    if variant != VIRTUAL:
-        s = measured_place(s, i, known)
+    s, clock, integral, pace = memory.s, memory.clock, memory.integral, 1.0
+    if gain.variant != VARIANT.virtual:
+        s = measured_place(s, robot, i, known)
     # The leader
-    s_leader, v_leader = timed(road, path, min(clock, gains[END, g]))
+    s_leader, v_leader = timed(road, path, min(clock, gain.end))
     s_0 = share(road, path, s_leader)
     v_0 = v_leader / stretch(road, path, s_0)
-    if variant == WAITING:
-        slowest = smallest(heard, i, s, SAID_S, SAID_RATE)
+    if gain.variant == VARIANT.waiting:
+        slowest = slowest_place(s, i, known)
         late = min(max(known.time - clock, 0.0), 1.0)
-        pace = min(max(1 - (s_0 - slowest) / gains[SLACK, g], 0.0), 1.0) * (1 + (gains[CATCH_UP, g] - 1) * late)
+        pace = min(max(1 - (s_0 - slowest) / gain.slack, 0.0), 1.0) * (1 + (gain.catch_up - 1) * late)
     # (4.10), (4.11)
-    c = difference(heard, i, s, SAID_S, SAID_RATE, gains[A_IJ, g]) + gains[LEADER, g] * (s - s_0)
-    wish = v_0 * pace - gains[KAPPA, g] * c + integral
+    c = disagreement(s, i, known, gain.a_ij) + gain.leader * (s - s_0)
+    wish = v_0 * pace - gain.kappa * c + integral
     length = stretch(road, path, s)
-    rate = min(max(wish, 0.0), gains[V_MOST, g] / length)
-    if variant == VIRTUAL and rate == wish:
+    rate = min(max(wish, 0.0), gain.v_most / length)
+    if gain.variant == VARIANT.virtual and rate == wish:
         # No integration while the wish is beyond what the robot may do: (4.11) would wind up.
-        memory[INTEGRAL, i] = integral - dt * (gains[GAMMA, g] * gains[KAPPA, g] * c)
+        memory.integral = integral - dt * (gain.gamma * gain.kappa * c)
     rate = 0.0 if s >= 1 else rate
     # (4.1), (4.2)
-    abscissa = place(road, path, s)
-    x, y, heading, curvature = at(road, path, abscissa)
-    v_d = length * rate
-    w_d = v_d * curvature
-    v, w = track(seen[X, i], seen[Y, i], seen[HEADING, i], x, y, heading, v_d, w_d, gains, TRACKER, g)
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
-    command[TO_X, i], command[TO_Y, i], command[TO_HEADING, i] = x, y, heading
-    command[TO_V, i], command[TO_W, i], command[TO_S, i] = v_d, w_d, abscissa
-    command[PROGRESS, i] = command[SAYS + SAID_S, i] = s
-    command[SAYS + SAID_RATE, i], command[SAYS + SAID_CLOCK, i], command[SAYS + SAID_PACE, i] = rate, clock, pace
-    memory[S, i] = min(s + dt * rate, 1.0) if variant == VIRTUAL else s
+    target, abscissa = command.target, place(road, path, s)
+    target.x, target.y, target.heading, curvature = at(road, path, abscissa)
+    target.v, target.w, target.s = length * rate, length * rate * curvature, abscissa
+    v, w = track(robot, target, gain.tracker)
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    say = command.say
+    command.progress, say.s, say.s_rate, say.clock, say.pace = s, s, rate, clock, pace
+    memory.s = min(s + dt * rate, 1.0) if gain.variant == VARIANT.virtual else s
     clock = clock + dt * pace
-    memory[CLOCK, i] = slowest_clock(clock, i, known) if variant == WAITING else clock
+    memory.clock = slowest_clock(clock, i, known) if gain.variant == VARIANT.waiting else clock
 
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualStructure(EquationLaw):
     """Virtual structure: gains of the coordination, and the tracker."""
 
-    variant: Literal["virtual", "measured", "waiting"] = "waiting"
+    variant: Variant = "waiting"
     kappa: float = quantity(1.0, "1/s", above=0)  # κ
     gamma: float = quantity(0.5, "1/s", least=0)  # γ; 0: without (4.11). Only of the variant "virtual"
     leader: float = quantity(1.0, "1", least=0)  # b_i of every robot
@@ -151,9 +178,8 @@ class VirtualStructure(EquationLaw):
     catch_up: float = quantity(1.0, "1", least=1, most=5)  # pace of a clock that is late; "waiting"
     coupling: Literal["corrected", "literal"] = "corrected"  # literal: a_ij = l_ij, as (4.10) prints it
 
-    message = ("s", "s_rate", "clock", "pace")
-
     equation = virtual_structure
+    says, remembers, derived = StructureMessage, StructureMemory, StructureDerived
     aims = True
     progresses = True
 
@@ -171,17 +197,14 @@ class VirtualStructure(EquationLaw):
         """After how long [s] without a new command a robot stops."""
         return OUTAGE if self.variant == "waiting" else inf
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The gains of the coordination, and those of the tracker."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The weights of the graph, and when the leader arrives."""
         ends = setting.references.ends
         links = weights(setting.radio.adjacency(len(setting.robots))).max(axis=1)
-        return (
-            VARIANTS.index(self.variant),
-            np.broadcast_to(-links if self.coupling == "literal" else links, ends.shape),
-            np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape),
-            *(self.kappa, self.gamma, self.leader, self.v_most, self.slack, self.catch_up),
-            *self.tracker.gain_rows(setting),
-        )
+        return {
+            "a_ij": np.broadcast_to(-links if self.coupling == "literal" else links, ends.shape),
+            "end": np.broadcast_to(ends.max(axis=-1, keepdims=True), ends.shape),
+        }
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin at the start of the paths. Raises ControllerError where the graph or the gains do not suit (4.10)."""
@@ -195,13 +218,13 @@ class VirtualStructure(EquationLaw):
                 f"reaches robots {', '.join(map(str, unreached(a, b > 0)))}: give leader > 0, or a connected graph"
             )
         self._check_gains(weights(a), b)
-        paths, rows = setting.references.joined, np.zeros((3, runs, robots))
+        paths, memory = setting.references.joined, StructureMemory.zeros(runs, robots)
         start = paths.share(setting.references.at(0.0).s)
-        rows[S] = start
+        memory.s = start
         if self.variant != "virtual":
             pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * paths.lengths
-            rows[S] = paths.share(paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach))
-        return rows
+            memory.s = paths.share(paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach))
+        return memory.array
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
         """Raise ControllerError unless the gains fulfil the condition of theorem 4.1, with λ_min."""

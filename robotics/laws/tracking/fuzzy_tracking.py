@@ -38,25 +38,15 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
+from fuzzy.compiled.columns import Columns, codes, column, several, within
+from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.laws.equation import (
-    FIRST,
-    HEADING,
-    SAYS,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    X,
-    Y,
-    equation,
-)
+from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
@@ -67,6 +57,9 @@ from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import velocity_limits
 
 INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
+Steering = Literal["bearing", "heading"]
+Lateral = Literal["none", "path", "world"]
+STEERING, LATERAL = codes(Steering), codes(Lateral)
 RULE_BASES = Path(__file__).parents[2] / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
@@ -80,111 +73,101 @@ class Toward(NamedTuple):
     inputs: np.ndarray  # (inputs, runs, robots): those of FuzzyTracking.fuzzy_systems
 
 
-# Places of the equation's numbers, in known.gains
-BEGIN, LATERAL_BEGIN = 0, 1  # where the tracking rule base and λ begin in known.rules
-LOOK_AHEAD, STEERING_DISTANCE, DEADBAND = 2, 3, 4
-BEARING, LATERAL, COUNT, PLACES = 5, 6, 7, 8  # LATERAL: 0 none, 1 path, 2 world; COUNT: of inputs, at PLACES of INPUTS
-NUMBERS = PLACES + len(INPUTS)
-# Places in what it works in: the inputs of the rule base, y_err, all of INPUTS, and what the rule bases answer
-_ASKED, _Y_ERR, _ALL, _SAID, WORK = 0, 4, 5, 9, 12
+class TrackingDerived(Columns):
+    """What the law makes of its rule bases."""
+
+    lateral_begin = column("", "where λ begins in the packed rule bases")
+    count = column("", "of the inputs of the tracking rule base")
+    places = several(len(INPUTS), "", "of these in INPUTS")
 
 
-@inner
-def toward(  # type: ignore[no-untyped-def]
-    x, y, heading, to_x, to_y, to_heading, to_v, to_w, x_err, turn, no_lateral, gains, at, g, rules, work
-):
-    """v [m/s] and ω [rad/s] by which one robot drives towards a target, and what was wrong, as of evaluate_packed.
+class TrackingWork(Columns):
+    """What the law works in."""
 
-    The inputs are left at the beginning of ``work``, y_err at place 4.
+    aim = within(AimColumns)  # that it drives towards
+    asked = several(len(INPUTS), "", "the inputs of the tracking rule base")
+    y_err = several(1, "m", "the input of λ")
+    known = several(len(INPUTS), "", "all of INPUTS")
+    said = several(2, "", "what a rule base answers")
+    rest = several(0)
+
+
+class TowardColumns(SeenColumns):
+    """The arguments of :func:`toward`: a robot, an aim, and what follows."""
+
+    x_err = column("m")
+    turn = column("rad")
+    no_lateral = column("", "1: y_err is taken as 0")
+
+
+@compiled_only
+def toward(robot, aim, x_err, turn, no_lateral, gain, rules, work):  # type: ignore[no-untyped-def]
+    """v [m/s] and ω [rad/s] by which one robot drives towards an aim, and what was wrong, as of evaluate_packed.
+
+    The inputs are left in ``work``.
 
     Args:
-        x, y, heading: Its posture [m, m, rad].
-        to_x, to_y, to_heading, to_v, to_w: The target [m, m, rad, m/s, rad/s].
-        x_err: How far it is behind [m]; not-a-number: the target's x in its frame (5.9).
+        robot: Its posture.
+        aim: Where it drives.
+        x_err: How far it is behind [m]; not-a-number: the aim's x in its frame (5.9).
         turn: Added to α [rad], such as η of (6.4).
         no_lateral: Whether y_err is taken as 0.
-        gains: Whose rows from ``at`` on, in column ``g``, are the law's numbers.
+        gain: The numbers of FuzzyTracking.
         rules: The packed rule bases.
-        work: What it works in.
+        work: What it works in, TrackingWork.
     """
-    dx, dy = to_x - x, to_y - y
-    cos, sin = math.cos(heading), math.sin(heading)
-    lateral = gains[at + LATERAL, g]
-    if lateral > 0:
-        y_err = dy if lateral > 1 else math.cos(to_heading) * dy - math.sin(to_heading) * dx
-        work[_Y_ERR] = 0.0 if no_lateral else y_err
-        system = rules[int(gains[at + LATERAL_BEGIN, g]) :]
-        evaluate_packed(system, work[_Y_ERR : _Y_ERR + 1], work[_SAID:WORK], work[WORK:])
-        turn = work[_SAID] + turn  # (2.36)
+    dx, dy = aim.x - robot.x, aim.y - robot.y
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+    if gain.lateral != LATERAL.none:
+        y_err = dy if gain.lateral == LATERAL.world else math.cos(aim.heading) * dy - math.sin(aim.heading) * dx
+        work.y_err[0] = 0.0 if no_lateral else y_err
+        evaluate_packed(rules[int(gain.lateral_begin) :], work.y_err, work.said, work.rest)
+        turn = work.said[0] + turn  # (2.36)
     distance = math.hypot(dx, dy)  # d_RP
-    heading_err = wrapped_compiled(to_heading - heading)
+    heading_err = wrapped_compiled(aim.heading - robot.heading)
     ahead = cos * dx + sin * dy  # (5.9)
-    nearest = gains[at + STEERING_DISTANCE, g]
+    nearest = gain.steering_distance
     beyond = nearest - distance
-    if not gains[at + BEARING, g] > 0:
+    if gain.steering == STEERING.heading:
         alpha = heading_err
     elif beyond > 0:
-        chord = heading_err - to_w * RULE_TIME / 2
+        chord = heading_err - aim.w * RULE_TIME / 2
         aside = cos * dy - sin * dx
         alpha = math.atan2(aside + beyond * math.sin(chord), ahead + beyond * math.cos(chord))
-    elif distance < gains[at + DEADBAND, g]:
+    elif distance < gain.deadband:
         alpha = 0.0
     else:
-        alpha = wrapped_compiled(math.atan2(dy, dx) - heading)
+        alpha = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
     if math.isnan(x_err):
-        x_err = min(ahead, -AHEAD) if ahead < 0 and to_v == 0 and nearest > 0 else ahead
-    work[_ALL], work[_ALL + 1], work[_ALL + 2], work[_ALL + 3] = distance, alpha + turn, x_err, heading_err
-    for n in range(int(gains[at + COUNT, g])):
-        work[_ASKED + n] = work[_ALL + int(gains[at + PLACES + n, g])]
-    wrong = evaluate_packed(rules[int(gains[at + BEGIN, g]) :], work[_ASKED:_Y_ERR], work[_SAID:WORK], work[WORK:])
-    return work[_SAID], work[_SAID + 1], wrong  # (2.35)
+        x_err = min(ahead, -AHEAD) if ahead < 0 and aim.v == 0 and nearest > 0 else ahead
+    known = work.known
+    known[0], known[1], known[2], known[3] = distance, alpha + turn, x_err, heading_err
+    for n in range(int(gain.count)):
+        work.asked[n] = known[int(gain.places[n])]
+    wrong = evaluate_packed(rules, work.asked, work.said, work.rest)
+    return work.said[0], work.said[1], wrong  # (2.35)
 
 
 @equation
-def track_by_rules(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def track_by_rules(robot, gain, command, work, time, road, path, rules):  # type: ignore[no-untyped-def]
     """Drive towards the point ``look_ahead`` seconds from now by (2.35), (2.36)."""
-    seen, g, gains = known.seen, known.column[i], known.gains
-    to_x, to_y, to_heading, to_v, to_w, _ = moving(known.road, known.path[i], known.time + gains[LOOK_AHEAD, g])
-    v, w, _ = toward(
-        seen[X, i], seen[Y, i], seen[HEADING, i], to_x, to_y, to_heading, to_v, to_w,
-        math.nan, 0.0, False, gains, 0, g, known.rules[known.base[i]], work,
-    )  # fmt: skip
-    command[FIRST, i], command[WISH_V, i] = v, v
-    command[SECOND, i], command[WISH_W, i] = w, w
-    told(i, command, SAYS, gains, 0, g, work)
+    aim = work.aim
+    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path, time + gain.look_ahead)
+    v, w, _ = toward(robot, aim, math.nan, 0.0, False, gain, rules, work)
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    tell_inputs(command.inputs, gain, work)
 
 
-@inner
-def told(i, command, first, gains, at, g, work):  # type: ignore[no-untyped-def]
-    """Put the inputs of the rule bases, which :func:`toward` left in ``work``, into a command from row ``first`` on.
-
-    Returns the row after them.
-    """
-    count = int(gains[at + COUNT, g])
+@compiled_only
+def tell_inputs(inputs, gain, work):  # type: ignore[no-untyped-def]
+    """Write the inputs of the rule bases, which :func:`toward` left in ``work``, and return how many they are."""
+    count = int(gain.count)
     for n in range(count):
-        command[first + n, i] = work[_ASKED + n]
-    if gains[at + LATERAL, g] > 0:
-        command[first + count, i] = work[_Y_ERR]
+        inputs[n] = work.asked[n]
+    if gain.lateral != LATERAL.none:
+        inputs[count] = work.y_err[0]
         count += 1
-    return first + count
-
-
-@kernel(nogil=True)
-def _toward_all(rows, gains, rules, work, out):  # type: ignore[no-untyped-def]
-    """Evaluate :func:`toward` for every column of its first arguments ``rows``; return what was wrong anywhere."""
-    wrong = 0
-    for i in range(rows.shape[1]):
-        out[0, i], out[1, i], told = toward(
-            rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i], rows[5, i], rows[6, i], rows[7, i],
-            rows[8, i], rows[9, i], rows[10, i] > 0, gains, 0, 0, rules, work,
-        )  # fmt: skip
-        wrong |= told
-        count = int(gains[COUNT, 0])
-        for n in range(count):
-            out[2 + n, i] = work[_ASKED + n]
-        if gains[LATERAL, 0] > 0:
-            out[2 + count, i] = work[_Y_ERR]
-    return wrong
+    return count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,8 +178,8 @@ class FuzzyTracking(EquationLaw):
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
     deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only
-    steering: Literal["bearing", "heading"] = "bearing"  # α is the angle to the target point, or to the path's heading
-    lateral: Literal["none", "path", "world"] = "none"  # the frame of y_err for λ; "world" is the thesis's
+    steering: Steering = "bearing"  # α is the angle to the target point, or to the path's heading
+    lateral: Lateral = "none"  # the frame of y_err for λ; "world" is the thesis's
     lateral_rule_base: str | Sugeno = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
@@ -259,31 +242,29 @@ class FuzzyTracking(EquationLaw):
 
     knows = ("reference", "reference velocity", "preview")
     equation = track_by_rules
+    derived, works = TrackingDerived, TrackingWork
 
-    def gain_rows(self, setting: Setting | None = None) -> Sequence[Any]:
-        """The numbers of the equation, in the order of the places above."""
-        return self._numbers
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """Where λ begins, and which inputs the tracking rule base has."""
+        unused = [0] * (len(INPUTS) - len(self.inputs))
+        return {"lateral_begin": len(self._packed[0]), "count": len(self.inputs), "places": [*self.inputs, *unused]}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The tracking rule base and λ(y_err)."""
         return self._packed
 
-    @property
+    @cached_property
     def working(self) -> int:
         """The numbers that the two rule bases are evaluated in."""
-        return WORK + max(packed_work(system) for system in self._packed)
+        return self.works.size + max(packed_work(system) for system in self.rule_rows())
 
     @cached_property
     def _packed(self) -> tuple[np.ndarray, np.ndarray]:
         return packed(self.tracking), packed(self.turn)
 
     @cached_property
-    def _numbers(self) -> tuple[float, ...]:
-        laterals = ("none", "path", "world")
-        places = [*self.inputs, *(0,) * (len(INPUTS) - len(self.inputs))]
-        own = self.look_ahead, self.steering_distance, self.deadband
-        options = self.steering == "bearing", laterals.index(self.lateral), len(self.inputs)
-        return (0.0, float(len(self._packed[0])), *own, *map(float, options), *map(float, places))
+    def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.gain_array(), np.concatenate(self._packed)
 
     def toward(
         self,
@@ -318,18 +299,35 @@ class FuzzyTracking(EquationLaw):
                 default.
         """
         shape = seen.x.shape
-        extra = (np.nan if x_err is None else x_err, 0.0 if turn is None else turn)
-        given = (seen.x, seen.y, seen.heading, *target[:5], *extra, no_lateral is not None and no_lateral)
-        rows = np.empty((len(given), *shape))
-        for row, values in zip(rows, given, strict=True):
-            row[...] = values
-        gains, rules = np.array(self._numbers)[:, None], np.concatenate(self._packed)
-        count = len(self.inputs) + (self.lateral != "none")
-        out = np.empty((2 + count, rows[0].size))
-        if _toward_all(rows.reshape(len(rows), -1), gains, rules, np.empty(self.working), out):
+        given = TowardColumns.zeros(*shape)
+        robot, aim = given.robot, given.aim
+        robot.x, robot.y, robot.heading = seen.x, seen.y, seen.heading
+        aim.x, aim.y, aim.heading, aim.v, aim.w = target[:5]
+        given.x_err, given.turn = np.nan if x_err is None else x_err, 0.0 if turn is None else turn
+        given.no_lateral = no_lateral is not None and no_lateral
+        rows, (gains, rules) = given.array.reshape(given.size, -1), self._numbers
+        out = np.empty((2 + len(self.inputs) + (self.lateral != "none"), rows.shape[1]))
+        if _toward_all(rows, gains, rules, np.empty(self.working), out):
             self.tracking(out[2 : 2 + len(self.inputs)].T)  # which says what was wrong
         out = out.reshape(-1, *shape)
         return Toward(out[0], out[1], out[2:])
+
+
+Gain = gain_columns(FuzzyTracking)
+
+
+@kernel(nogil=True)
+def _toward_all(rows, gains, rules, work, out):  # type: ignore[no-untyped-def]
+    """Evaluate :func:`toward` for every column of ``rows``, TowardColumns; return what was wrong anywhere."""
+    wrong, gain, places = 0, Gain(gains, 0), TrackingWork(work)
+    for i in range(rows.shape[1]):
+        one = TowardColumns(rows, i)
+        out[0, i], out[1, i], told = toward(
+            one.robot, one.aim, one.x_err, one.turn, one.no_lateral > 0, gain, rules, places
+        )
+        wrong |= told
+        tell_inputs(out[2:, i], gain, places)
+    return wrong
 
 
 def rule_base_files() -> dict[str, Path]:

@@ -30,45 +30,39 @@ the latency, or what the path does ahead.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner, kernel
-from robotics.laws.equation import (
-    AT_HEADING,
-    AT_V,
-    AT_W,
-    AT_X,
-    AT_Y,
-    FIRST,
-    HEADING,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import compiled_only, kernel
+from robotics.laws.equation import EquationLaw, equation, gain_columns
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
+from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
 
-# Places of the gains: the weights of the errors and of the commands, and the rest
-Q_X, Q_Y, Q_HEADING, R_V, R_W, SLOWEST, CATCH_UP, FULL = range(8)
 DOUBLINGS = 60  # at most: 2^60 periods
 ENOUGH = 1e-15  # the share of its trace by which P changes in a step that is the last one
+
+
+class WeightColumns(Columns):
+    """The weights of the errors, Q, and of the commands, R."""
+
+    q_x = column("1/m²")
+    q_y = column("1/m²")
+    q_heading = column("1/rad²")
+    r_v = column("s²/m²")
+    r_w = column("s²/rad²")
 
 
 # 3 x 3 matrices are tuples of their nine entries, row by row -------------------------------------------------------
 
 
-@inner
+@compiled_only
 def _times(a, b):  # type: ignore[no-untyped-def]
     return (
         a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
@@ -83,13 +77,13 @@ def _times(a, b):  # type: ignore[no-untyped-def]
     )
 
 
-@inner
+@compiled_only
 def _turned(a):  # type: ignore[no-untyped-def]
     """The transpose."""
     return a[0], a[3], a[6], a[1], a[4], a[7], a[2], a[5], a[8]
 
 
-@inner
+@compiled_only
 def _plus(a, b):  # type: ignore[no-untyped-def]
     """a + b, made symmetric."""
     xy, xz, yz = 0.5 * (b[1] + b[3]), 0.5 * (b[2] + b[6]), 0.5 * (b[5] + b[7])
@@ -97,7 +91,7 @@ def _plus(a, b):  # type: ignore[no-untyped-def]
     return a[0] + b[0], xy, xz, xy, a[4] + b[4], yz, xz, yz, a[8] + b[8]
 
 
-@inner
+@compiled_only
 def _inverse_of_one_plus(a):  # type: ignore[no-untyped-def]
     """(I + a)⁻¹."""
     a0, a4, a8 = 1 + a[0], 1 + a[4], 1 + a[8]
@@ -113,7 +107,7 @@ def _inverse_of_one_plus(a):  # type: ignore[no-untyped-def]
 # The regulator ----------------------------------------------------------------------------------------------------
 
 
-@inner
+@compiled_only
 def discretised(v, w, dt):  # type: ignore[no-untyped-def]
     """F and G, each row by row, of the error model about v [m/s] and ω [rad/s], held for ``dt`` [s].
 
@@ -135,12 +129,12 @@ def discretised(v, w, dt):  # type: ignore[no-untyped-def]
     return (cos, sin, v * c1, -sin, cos, v * s1, 0.0, 0.0, 1.0), (-s1, -v * s2, c1, -v * c2, 0.0, -dt)
 
 
-@inner
-def gain(v, w, dt, gains, g):  # type: ignore[no-untyped-def]
-    """K, row by row, of the regulator about v [m/s], not 0, and ω [rad/s], with the weights in column ``g``."""
+@compiled_only
+def feedback(v, w, dt, gain):  # type: ignore[no-untyped-def]
+    """K, row by row, of the regulator about v [m/s], not 0, and ω [rad/s], with the weights of ``gain``."""
     a, b = discretised(v, w, dt)
-    p = (gains[Q_X, g], 0.0, 0.0, 0.0, gains[Q_Y, g], 0.0, 0.0, 0.0, gains[Q_HEADING, g])
-    per_v, per_w = 1 / gains[R_V, g], 1 / gains[R_W, g]
+    p = (gain.q_x, 0.0, 0.0, 0.0, gain.q_y, 0.0, 0.0, 0.0, gain.q_heading)
+    per_v, per_w = 1 / gain.r_v, 1 / gain.r_w
     b0, b1, b2, b3, b5 = b[0], b[1], b[2], b[3], b[5]  # G R⁻¹ Gᵀ; the last row of G is (0, −T)
     xy, xh, yh = per_v * b0 * b2 + per_w * b1 * b3, per_w * b1 * b5, per_w * b3 * b5
     c = (per_v * b0 * b0 + per_w * b1 * b1, xy, xh, xy, per_v * b2 * b2 + per_w * b3 * b3, yh, xh, yh, per_w * b5 * b5)
@@ -159,8 +153,8 @@ def gain(v, w, dt, gains, g):  # type: ignore[no-untyped-def]
     w0 = b1 * p[0] + b3 * p[3] + b5 * p[6]
     w1 = b1 * p[1] + b3 * p[4] + b5 * p[7]
     w2 = b1 * p[2] + b3 * p[5] + b5 * p[8]
-    vv, vw = gains[R_V, g] + u0 * b0 + u1 * b2, u0 * b1 + u1 * b3 + u2 * b5
-    ww = gains[R_W, g] + w0 * b1 + w1 * b3 + w2 * b5
+    vv, vw = gain.r_v + u0 * b0 + u1 * b2, u0 * b1 + u1 * b3 + u2 * b5
+    ww = gain.r_w + w0 * b1 + w1 * b3 + w2 * b5
     per = 1 / (vv * ww - vw * vw)
     k0, k1, k2 = (ww * u0 - vw * w0) * per, (ww * u1 - vw * w1) * per, (ww * u2 - vw * w2) * per
     l0, l1, l2 = (vv * w0 - vw * u0) * per, (vv * w1 - vw * u1) * per, (vv * w2 - vw * u2) * per
@@ -173,32 +167,29 @@ def gain(v, w, dt, gains, g):  # type: ignore[no-untyped-def]
 @kernel
 def _gains_at(v, w, dt, gains):  # type: ignore[no-untyped-def]
     """K (n, 6) about ``v`` (n,) and ``w`` (n,)."""
-    found = np.empty((len(v), 6))
+    found, weights = np.empty((len(v), 6)), Gain(gains, 0)
     for n in range(len(v)):
-        k = gain(v[n], w[n], dt, gains, 0)
+        k = feedback(v[n], w[n], dt, weights)
         for m in range(6):
             found[n, m] = k[m]
     return found
 
 
 @equation
-def regulate(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def regulate(robot, aim, gain, dt):  # type: ignore[no-untyped-def]
     """Command the reference's velocities minus K e."""
-    seen, gains, g = known.seen, known.gains, known.column[i]
-    dx, dy = seen[AT_X, i] - seen[X, i], seen[AT_Y, i] - seen[Y, i]
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
+    dx, dy = aim.x - robot.x, aim.y - robot.y
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     x_e, y_e = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
-    psi_e = wrapped_compiled(seen[AT_HEADING, i] - seen[HEADING, i])
-    v_d, w_d = seen[AT_V, i], seen[AT_W, i]
-    forwards = v_d if v_d != 0 else seen[V, i]
-    speed = math.copysign(max(abs(v_d), min(abs(seen[V, i]), gains[CATCH_UP, g])), forwards)
-    slowest = gains[SLOWEST, g]
-    about = speed if abs(speed) >= slowest else math.copysign(slowest, speed)
-    k = gain(about, w_d, known.dt, gains, g)
-    v = gains[FULL, g] * v_d * math.cos(psi_e) - (k[0] * x_e + k[1] * y_e + k[2] * psi_e)
-    w = gains[FULL, g] * w_d - (k[3] * x_e + k[4] * (speed / about) * y_e + k[5] * psi_e)
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+    psi_e = wrapped_compiled(aim.heading - robot.heading)
+    forwards = aim.v if aim.v != 0 else robot.v
+    speed = math.copysign(max(abs(aim.v), min(abs(robot.v), gain.catch_up)), forwards)
+    about = speed if abs(speed) >= gain.slowest else math.copysign(gain.slowest, speed)
+    k = feedback(about, aim.w, dt, gain)
+    full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
+    v = full * aim.v * math.cos(psi_e) - (k[0] * x_e + k[1] * y_e + k[2] * psi_e)
+    w = full * aim.w - (k[3] * x_e + k[4] * (speed / about) * y_e + k[5] * psi_e)
+    return v, w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,22 +207,24 @@ class LinearQuadratic(EquationLaw):
     w_scale: float = quantity(1.0, "rad/s", above=0)
     slowest: float = quantity(0.05, "m/s", least=1e-3)  # below it the gain of y_e fades
     catch_up: float = quantity(0.3, "m/s", least=0)  # up to it a robot's own speed counts, where it is the greater
-    feed_forward: Literal["full", "none"] = "full"  # none: without v_d cos ψ_e and ω_d in the commands
+    feed_forward: FeedForward = "full"  # none: without v_d cos ψ_e and ω_d in the commands
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
-    equation = regulate
+    equation, derived = regulate, WeightColumns
     knows = ("reference", "reference velocity", "wheel speeds")
 
     def gains_at(self, v: np.ndarray, w: np.ndarray, period: float) -> np.ndarray:
         """K (n, 2, 3) about speeds ``v`` (n,) [m/s], none of them 0, and ``w`` (n,) [rad/s], for a period [s]."""
-        gains = np.array(self.gain_rows(), dtype=float)[:, None]
         v, w = (np.ascontiguousarray(part, dtype=float) for part in (v, w))
-        found: np.ndarray = _gains_at(v, w, float(period), gains)
+        found: np.ndarray = _gains_at(v, w, float(period), self.gain_array())
         return found.reshape(-1, 2, 3)
 
-    def gain_rows(self, setting: Setting | None = None) -> Sequence[float]:
-        """The weights, and the rest, in the order of the places above."""
+    def derive(self, setting: Setting | None = None) -> Mapping[str, Any]:
+        """The weights by Bryson's rule."""
         scales = self.x_scale, self.y_scale, self.heading_scale, self.v_scale, self.w_scale
-        return *(scale**-2 for scale in scales), self.slowest, self.catch_up, float(self.feed_forward == "full")
+        return dict(zip(WeightColumns.columns, (scale**-2 for scale in scales), strict=True))
+
+
+Gain = gain_columns(LinearQuadratic)

@@ -11,44 +11,57 @@ was trained on, anything may come of it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import FIRST, SECOND, WISH_V, WISH_W, EquationLaw, V, W, equation
+from fuzzy.compiled.columns import Columns, codes, column, several
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import entries, observe
-from robotics.laws.tracking.policyfile import Policy, load_policy
+from robotics.laws.tracking.observed import LastColumns, entries, observe
+from robotics.laws.tracking.policyfile import Policy, PolicyColumns, load_policy
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import Level
 
-FACTORS = 3  # gains before the limits of the observation: two factors, and whether velocities are commanded
-CLIP, MOST_1, MOST_2, LAYERS, SIZES = range(5)  # places of a packed policy
+LEVEL = codes(Level)
 
 
-@inner
-def answer(rules, row, work):  # type: ignore[no-untyped-def]
-    """Answer the observation that begins ``work`` by the policy in a ``row`` of ``rules``: two numbers within ±1."""
-    layers, clip = int(rules[row, LAYERS]), rules[row, CLIP]
-    count = int(rules[row, SIZES])
-    at = SIZES + layers + 1
+class NeuralDerived(Columns):
+    """What the law makes of its policy and its setting."""
+
+    level = column("", "what is commanded")
+    high = several(0, "", "the limits of what is observed")
+
+
+class NeuralWork(Columns):
+    """What the equation works in."""
+
+    units = several(0, "1", "two layers; the first begins as the observation")
+
+
+@compiled_only
+def answer(policy: PolicyColumns, work):  # type: ignore[no-untyped-def]
+    """Answer the observation that begins ``work`` by a ``policy``, as PolicyColumns: two numbers within ±1."""
+    layers, clip, rest = int(policy.layers), policy.clip, policy.rest
+    count = int(rest[0])
+    at = layers + 1
     for n in range(count):
-        z = (work[n] - rules[row, at + n]) * rules[row, at + count + n]
+        z = (work[n] - rest[at + n]) * rest[at + count + n]
         work[n] = min(max(z, -clip), clip)
     at += 2 * count
     half = len(work) // 2
     here, there = 0, half
     for k in range(layers):
-        before, units = int(rules[row, SIZES + k]), int(rules[row, SIZES + k + 1])
+        before, units = int(rest[k]), int(rest[k + 1])
         for u in range(units):
-            total = rules[row, at + units * before + u]
+            total = rest[at + units * before + u]
             for n in range(before):
-                total += rules[row, at + u * before + n] * work[here + n]
+                total += rest[at + u * before + n] * work[here + n]
             work[there + u] = math.tanh(total) if k + 1 < layers else min(max(total, -1.0), 1.0)
         at += units * before + units
         here, there = there, here
@@ -56,17 +69,16 @@ def answer(rules, row, work):  # type: ignore[no-untyped-def]
 
 
 @equation
-def neural(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def neural(robot, aim, gain, memory, command, work, rules, known, lane, time, road, path):  # type: ignore[no-untyped-def]
     """Command what the policy answers."""
-    g, gains, row = known.column[i], known.gains, known.base[i]
-    observe(i, known.time, known.seen, known.ranges, known.road, known.path[i], memory, gains[FACTORS:], g, work)
-    one, two = answer(known.rules, row, work)
-    one, two = one * known.rules[row, MOST_1] * gains[0, g], two * known.rules[row, MOST_2] * gains[1, g]
-    memory[0, i], memory[1, i] = one, two
-    command[FIRST, i], command[SECOND, i] = one, two
-    velocities = gains[2, g] > 0
-    command[WISH_V, i] = one if velocities else known.seen[V, i]
-    command[WISH_W, i] = two if velocities else known.seen[W, i]
+    observe(robot, aim, memory, time, known.ranges, lane, road, path, gain.high, work.units)
+    policy = PolicyColumns(rules)
+    one, two = answer(policy, work.units)
+    memory.first, memory.second = one * policy.first * gain.first, two * policy.second * gain.second
+    command.first, command.second = memory.first, memory.second
+    velocities = gain.level == LEVEL.velocity
+    command.wish_v = memory.first if velocities else robot.v
+    command.wish_w = memory.second if velocities else robot.w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +95,7 @@ class NeuralPolicy(EquationLaw):
 
     knows = ("reference", "reference velocity", "curvature", "preview", "wheel speeds")
     equation = neural
+    remembers, works, derived = LastColumns, NeuralWork, NeuralDerived
 
     @cached_property
     def network(self) -> Policy:
@@ -114,8 +127,8 @@ class NeuralPolicy(EquationLaw):
         """The network."""
         return (self.network.packed,)
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The factors, and the limits of what each robot observes."""
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The limits of what each robot observes. Raises ControllerError where it was trained on other observations."""
         highs = []
         for robot in range(len(setting.robots)):
             found = entries(setting, self.level, self.needs, robot)
@@ -127,12 +140,11 @@ class NeuralPolicy(EquationLaw):
                     "train it anew with this version"
                 )
             highs.append([entry.high for entry in found])
-        velocities = float(self.level == "velocity")
-        return [self.first, self.second, velocities, *np.array(highs).T]
+        return {"level": LEVEL._fields.index(self.level), "high": np.array(highs).T}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """It remembers its last command. Raises ControllerError where it was trained on other observations."""
         if setting.kind != "tracking":
             raise ControllerError(f"{setting.name} is a {setting.kind}; a learnt policy drives tracking scenarios")
-        self.gain_rows(setting)
-        return np.zeros((2, runs, len(setting.robots)))
+        self.derive(setting)
+        return super().begin(setting, runs)

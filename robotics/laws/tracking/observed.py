@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import AT_HEADING, AT_V, AT_W, AT_X, AT_Y, HEADING, V, W, X, Y
+from fuzzy.compiled.columns import Columns, column, several
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import AimColumns, RobotColumns
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import at, timed
@@ -22,6 +23,32 @@ AHEAD = (0.2, 0.5, 1.0)  # s: how far it looks ahead along its reference
 SHARPEST = 20.0  # 1/m: a curvature beyond is told as this
 _FASTER = 2.0  # times the robot's greatest speed: what quantised encoders may tell
 _AHEAD = np.array(AHEAD)
+
+
+class ObservedColumns(Columns):
+    """The numbers of an observation."""
+
+    x_error = column("m", "the reference lies so far ahead, in the robot's frame, as measured")
+    y_error = column("m", "the reference lies so far to the left, as measured")
+    heading_error = column("rad", "the reference's heading minus the measured one")
+    v = column("m/s", "speed by the encoders over the last period")
+    w = column("rad/s", "turn rate by the encoders over the last period")
+    v_reference = column("m/s", "speed of the reference")
+    w_reference = column("rad/s", "turn rate of the reference")
+    command_1 = column("m/s (N m)", "commanded in the period before")
+    command_2 = column("rad/s (N m)", "commanded in the period before")
+    ahead = several(2 * len(AHEAD), "m/s, 1/m", "speed and curvature of the reference, at each time in turn")
+    ranges = several(0, "m", "what the range sensors read")
+
+
+FIXED = ObservedColumns.size  # entries before those of the range sensors
+
+
+class LastColumns(Columns):
+    """The command of the period before."""
+
+    first = column("m/s (N m)")
+    second = column("rad/s (N m)")
 
 
 class Entry(NamedTuple):
@@ -53,14 +80,11 @@ def entries(setting: Setting, level: Level, sensors: Sequence[str] = (), robot: 
     first, second = command_limits(one, level)
     units = ("N m", "N m") if level == "torque" else ("m/s", "rad/s")
     what = ("right wheel's torque", "left wheel's torque") if level == "torque" else ("speed", "turn rate")
-    found = [
-        Entry("x_error", "m", far, "the reference lies so far ahead, in the robot's frame, as measured"),
-        Entry("y_error", "m", far, "the reference lies so far to the left, as measured"),
-        Entry("heading_error", "rad", math.pi, "the reference's heading minus the measured one"),
-        Entry("v", "m/s", v, "speed by the encoders over the last period"),
-        Entry("w", "rad/s", w, "turn rate by the encoders over the last period"),
-        Entry("v_reference", "m/s", v, "speed of the reference"),
-        Entry("w_reference", "rad/s", w, "turn rate of the reference"),
+    highs = {"x_error": far, "y_error": far, "heading_error": math.pi, "v": v, "w": w}
+    highs |= {"v_reference": v, "w_reference": w}
+    columns = ObservedColumns.columns
+    found = [Entry(name, columns[name].unit, high, columns[name].meaning) for name, high in highs.items()]
+    found += [
         Entry("command_1", units[0], first, f"the {what[0]} commanded in the period before"),
         Entry("command_2", units[1], second, f"the {what[1]} commanded in the period before"),
     ]
@@ -77,43 +101,43 @@ def entries(setting: Setting, level: Level, sensors: Sequence[str] = (), robot: 
     return tuple(found)
 
 
-FIXED = 9 + 2 * len(AHEAD)  # entries before those of the range sensors
-
-
-@inner
+@compiled_only
 def within_limit(value, high):  # type: ignore[no-untyped-def]
     """A value between -``high`` and ``high``."""
     return min(max(value, -high), high)
 
 
-@inner
-def observe(i, time, seen, ranges, road, path, last, highs, g, out):  # type: ignore[no-untyped-def]
-    """Write what robot ``i`` observes at ``time`` [s] into ``out`` (entries,).
+@compiled_only
+def observe(  # type: ignore[no-untyped-def]
+    robot: RobotColumns, aim: AimColumns, last: LastColumns, time, ranges, lane, road, path, high, out
+):
+    """Write what a robot observes at ``time`` [s] into ``out`` (entries,).
 
     Args:
-        i: The lane.
+        robot, aim: What the robot knows of itself, and its reference, as of :mod:`robotics.laws.equation`.
+        last: The command of the period before, as LastColumns.
         time: Since the run's start [s].
-        seen: As of :class:`robotics.laws.equation.Known` (SEEN, lanes).
         ranges: What the range sensors read that are observed (sensors, lanes) [m].
+        lane: The robot's among them.
         road, path: The references, and the path of the lane.
-        last: The command of the period before (2, lanes).
-        highs: The limits of the entries (entries, columns), of which the lane's is the column ``g``.
+        high: The limits of the entries (entries,).
         out: What is written.
     """
-    dx, dy = seen[AT_X, i] - seen[X, i], seen[AT_Y, i] - seen[Y, i]
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
-    out[0], out[1] = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
-    out[2] = wrapped_compiled(seen[AT_HEADING, i] - seen[HEADING, i])
-    out[3], out[4] = seen[V, i], seen[W, i]
-    out[5], out[6] = seen[AT_V, i], seen[AT_W, i]
-    out[7], out[8] = last[0, i], last[1, i]
+    observed = ObservedColumns(out)
+    dx, dy = aim.x - robot.x, aim.y - robot.y
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+    observed.x_error, observed.y_error = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
+    observed.heading_error = wrapped_compiled(aim.heading - robot.heading)
+    observed.v, observed.w = robot.v, robot.w
+    observed.v_reference, observed.w_reference = aim.v, aim.w
+    observed.command_1, observed.command_2 = last.first, last.second
     for n in range(len(_AHEAD)):
         s, v = timed(road, path, time + _AHEAD[n])
-        out[9 + 2 * n], out[10 + 2 * n] = v, at(road, path, s)[3]
+        observed.ahead[2 * n], observed.ahead[2 * n + 1] = v, at(road, path, s)[3]
     for n in range(FIXED):
-        out[n] = within_limit(out[n], highs[n, g])
+        out[n] = within_limit(out[n], high[n])
     for n in range(len(ranges)):
-        out[FIXED + n] = min(ranges[n, i], highs[FIXED + n, g])
+        observed.ranges[n] = min(ranges[n, lane], high[FIXED + n])
 
 
 def highs_of(found: Sequence[Entry]) -> np.ndarray[Any, Any]:

@@ -28,33 +28,20 @@ Where the reference rests nearer than the smallest operating distance, the targe
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
+from fuzzy.compiled.columns import Columns, column, several
+from fuzzy.compiled.jit import without_refcounts
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Sugeno, Variable
-from robotics.laws.equation import (
-    AT_HEADING,
-    AT_V,
-    AT_W,
-    AT_X,
-    AT_Y,
-    FIRST,
-    HEADING,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    X,
-    Y,
-    equation,
-)
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -62,37 +49,45 @@ from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import moving
 from robotics.quantity import check_quantities, quantity
 
-LOOK_AHEAD, NEAREST = range(2)  # places of the gains; NEAREST: the smallest operating distance [m]
-GAINS = 6  # entries of K^j: those of v, and those of ω
-_STATE, _GAIN, _WORK = 0, 2, 2 + GAINS  # places in what the equation works in
+
+class CompensationDerived(Columns):
+    """What the law makes of its rule base."""
+
+    nearest = column("m", "the smallest operating distance")
 
 
-@uncounted
-def seen_from(x, y, heading, to_x, to_y, to_heading):  # type: ignore[no-untyped-def]
-    """The distance [m], the bearing [rad] and the heading [rad] of a target, from a posture."""
-    dx, dy = to_x - x, to_y - y
-    return math.hypot(dx, dy), wrapped_compiled(math.atan2(dy, dx) - heading), wrapped_compiled(to_heading - heading)
+class CompensationWork(Columns):
+    """What the equation works in."""
+
+    state = several(2, "m, rad", "the distance and the bearing")
+    gains = several(6, "1", "entries of K^j: those of v, and those of ω")
+    rest = several(0, "1", "what blending works in")
+
+
+@without_refcounts
+def seen_from(robot, x, y, heading):  # type: ignore[no-untyped-def]
+    """The distance [m], the bearing [rad] and the heading [rad] of a target, from where a robot is, or shall be."""
+    dx, dy = x - robot.x, y - robot.y
+    alpha = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
+    return math.hypot(dx, dy), alpha, wrapped_compiled(heading - robot.heading)
 
 
 @equation
-def compensate(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def compensate(robot, aim, gain, work, rules, time, road, path):  # type: ignore[no-untyped-def]
     """Command (2.41)."""
-    seen, gains, g = known.seen, known.gains, known.column[i]
-    now_x, now_y = seen[AT_X, i], seen[AT_Y, i]
-    x, y, to_heading, _, _, _ = moving(known.road, known.path[i], known.time + gains[LOOK_AHEAD, g])
-    lead = max(gains[NEAREST, g] - math.hypot(x - now_x, y - now_y), 0.0)
-    x += lead * math.cos(to_heading)
-    y += lead * math.sin(to_heading)
-    d, alpha, psi = seen_from(seen[X, i], seen[Y, i], seen[HEADING, i], x, y, to_heading)
-    d_d, alpha_d, psi_d = seen_from(now_x, now_y, seen[AT_HEADING, i], x, y, to_heading)
+    x, y, heading, _, _, _ = moving(road, path, time + gain.look_ahead)
+    lead = max(gain.nearest - math.hypot(x - aim.x, y - aim.y), 0.0)
+    x += lead * math.cos(heading)
+    y += lead * math.sin(heading)
+    d, alpha, psi = seen_from(robot, x, y, heading)
+    d_d, alpha_d, psi_d = seen_from(aim, x, y, heading)
     e_d, e_alpha, e_psi = d - d_d, wrapped_compiled(alpha - alpha_d), wrapped_compiled(psi - psi_d)
-    work[_STATE], work[_STATE + 1] = d, alpha
-    k = work[_GAIN:_WORK]
-    evaluate_packed(known.rules[known.base[i]], work[_STATE:_GAIN], k, work[_WORK:])  # Σ_j h_j K^j
-    v = seen[AT_V, i] - (k[0] * e_d + k[1] * e_alpha + k[2] * e_psi)
-    w = seen[AT_W, i] - (k[3] * e_d + k[4] * e_alpha + k[5] * e_psi)
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+    state, k = work.state, work.gains
+    state[0], state[1] = d, alpha
+    evaluate_packed(rules, state, k, work.rest)  # Σ_j h_j K^j
+    v = aim.v - (k[0] * e_d + k[1] * e_alpha + k[2] * e_psi)
+    w = aim.w - (k[3] * e_d + k[4] * e_alpha + k[5] * e_psi)
+    return v, w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,7 +173,7 @@ class ParallelCompensation(EquationLaw):
             Variable(name, (points[0], points[-1]), {f"{name}{n}": mf for n, mf in enumerate(sets)})
             for name, points, sets in zip(("d", "alpha"), (self.distances, self.alphas), self.sets, strict=True)
         )
-        gains = self.gains.reshape(-1, GAINS)
+        gains = self.gains.reshape(-1, CompensationWork.gains.rows)
         outputs = [
             Variable(f"k{m}", (row.min(), row.max()), {f"k{m} {j}": Constant(k) for j, k in enumerate(row)})
             for m, row in enumerate(gains.T)
@@ -191,11 +186,11 @@ class ParallelCompensation(EquationLaw):
         return Sugeno([near, side], outputs, rules, name="gains", out_of_range="clip")
 
     knows = ("reference", "reference velocity", "preview")
-    equation = compensate
+    equation, derived, works = compensate, CompensationDerived, CompensationWork
 
-    def gain_rows(self, setting: Setting) -> Sequence[float]:
-        """How far ahead it looks, and the smallest operating distance."""
-        return self.look_ahead, self.distances[0]
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The smallest operating distance."""
+        return {"nearest": self.distances[0]}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The gains, blended."""
@@ -204,7 +199,7 @@ class ParallelCompensation(EquationLaw):
     @property
     def working(self) -> int:
         """The state, the blended gain, and what blending works in."""
-        return _WORK + packed_work(self._packed)
+        return self.works.size + packed_work(self._packed)
 
     @cached_property
     def _packed(self) -> np.ndarray:

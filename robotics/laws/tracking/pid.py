@@ -30,40 +30,36 @@ or what the path does ahead.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import (
-    AT_HEADING,
-    AT_V,
-    AT_W,
-    AT_X,
-    AT_Y,
-    FIRST,
-    HEADING,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, column, within
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
+from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import velocity_limits, within
+from robotics.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
-# Places of the gains: first the limits of the velocities
-LIMITS, KX, IX, KY, IY, KPSI, DPSI, FILTER, BAND, MOST_V, MOST_W, SLOWEST, CATCH_UP, FULL = 0, *range(4, 17)
-# Places of what is remembered: the integrals [m s], the heading error of the period before [rad], and its rate [rad/s]
-ALONG, ASIDE, BEFORE, RATE = range(4)
+
+class PIDMemory(Columns):
+    """What the law remembers."""
+
+    along = column("m s", "∫ x_e dt")
+    aside = column("m s", "∫ y_e dt")
+    before = column("rad", "the heading error of the period before; not-a-number: there was none")
+    rate = column("rad/s", "of the heading error, filtered")
+
+
+class PIDDerived(Columns):
+    """What the law reads of its robot."""
+
+    limit = within(LimitColumns)
 
 
 def placed(p: float, speed: float, dpsi: float = 0.5) -> dict[str, float]:
@@ -78,7 +74,7 @@ def placed(p: float, speed: float, dpsi: float = 0.5) -> dict[str, float]:
     }
 
 
-@inner
+@compiled_only
 def integrated(integral, error, gain, most, band, dt, free):  # type: ignore[no-untyped-def]
     """An integral [m s] a period on, its part of the command held to ``most``; it stands unless the command is free."""
     if not free or abs(error) > band or gain == 0:
@@ -88,31 +84,29 @@ def integrated(integral, error, gain, most, band, dt, free):  # type: ignore[no-
 
 
 @equation
-def pid(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def pid(robot, aim, gain, memory, dt):  # type: ignore[no-untyped-def]
     """Command the sums of the terms."""
-    seen, gains, g, dt = known.seen, known.gains, known.column[i], known.dt
-    dx, dy = seen[AT_X, i] - seen[X, i], seen[AT_Y, i] - seen[Y, i]
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
+    dx, dy = aim.x - robot.x, aim.y - robot.y
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     x_e, y_e = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
-    psi_e = wrapped_compiled(seen[AT_HEADING, i] - seen[HEADING, i])
-    v_d, w_d = gains[FULL, g] * seen[AT_V, i], gains[FULL, g] * seen[AT_W, i]
-    if not math.isnan(memory[BEFORE, i]):
-        rate = wrapped_compiled(psi_e - memory[BEFORE, i]) / dt
-        memory[RATE, i] += dt / (gains[FILTER, g] + dt) * (rate - memory[RATE, i])
-    memory[BEFORE, i] = psi_e
-    forwards = seen[AT_V, i] if seen[AT_V, i] != 0 else seen[V, i]
-    speed = max(abs(seen[AT_V, i]), min(abs(seen[V, i]), gains[CATCH_UP, g]))
-    share = math.copysign(min(speed / gains[SLOWEST, g], 1.0), forwards)
-    v = v_d * math.cos(psi_e) + gains[KX, g] * x_e + gains[IX, g] * memory[ALONG, i]
-    w = w_d + share * (gains[KY, g] * y_e + gains[IY, g] * memory[ASIDE, i])
-    w += gains[KPSI, g] * psi_e + gains[DPSI, g] * memory[RATE, i]
-    can_v, can_w = within(gains, g, v, w)
+    psi_e = wrapped_compiled(aim.heading - robot.heading)
+    forward = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
+    v_d, w_d = forward * aim.v, forward * aim.w
+    if not math.isnan(memory.before):
+        rate = wrapped_compiled(psi_e - memory.before) / dt
+        memory.rate += dt / (gain.filter_time + dt) * (rate - memory.rate)
+    memory.before = psi_e
+    forwards = aim.v if aim.v != 0 else robot.v
+    speed = max(abs(aim.v), min(abs(robot.v), gain.catch_up))
+    share = math.copysign(min(speed / gain.slowest, 1.0), forwards)
+    v = v_d * math.cos(psi_e) + gain.kx * x_e + gain.ix * memory.along
+    w = w_d + share * (gain.ky * y_e + gain.iy * memory.aside)
+    w += gain.kpsi * psi_e + gain.dpsi * memory.rate
+    can_v, can_w = within_limits(gain.limit, v, w)
     free = can_v == v and can_w == w
-    memory[ALONG, i] = integrated(memory[ALONG, i], x_e, gains[IX, g], gains[MOST_V, g], gains[BAND, g], dt, free)
-    aside = abs(share) * y_e
-    memory[ASIDE, i] = integrated(memory[ASIDE, i], aside, gains[IY, g], gains[MOST_W, g], gains[BAND, g], dt, free)
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+    memory.along = integrated(memory.along, x_e, gain.ix, gain.most_v, gain.band, dt, free)
+    memory.aside = integrated(memory.aside, abs(share) * y_e, gain.iy, gain.most_w, gain.band, dt, free)
+    return v, w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,22 +129,21 @@ class PID(EquationLaw):
     most_w: float = quantity(0.1, "rad/s", least=0)  # I_y ∫ y_e dt is held within it
     slowest: float = quantity(0.05, "m/s", least=1e-3)  # below it the terms of y_e fade
     catch_up: float = quantity(0.3, "m/s", least=0)  # up to it a robot's own speed counts, where it is the greater
-    feed_forward: Literal["full", "none"] = "full"  # none: without v_d cos ψ_e and ω_d
+    feed_forward: FeedForward = "full"  # none: without v_d cos ψ_e and ω_d
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
     equation = pid
+    remembers, derived = PIDMemory, PIDDerived
     knows = ("reference", "reference velocity", "wheel speeds")
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The limits and the gains, in the order of the places above."""
-        gains = self.kx, self.ix, self.ky, self.iy, self.kpsi, self.dpsi, self.filter_time
-        rest = self.band, self.most_v, self.most_w, self.slowest, self.catch_up
-        return *velocity_limits(setting.robots), *gains, *rest, float(self.feed_forward == "full")
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The limits of the velocities."""
+        return {"limit": velocity_limits(setting.robots)}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with integrals of 0, and nothing known of a period before."""
-        rows = np.zeros((4, runs, len(setting.robots)))
-        rows[BEFORE] = np.nan
-        return rows
+        memory = PIDMemory.zeros(runs, len(setting.robots))
+        memory.before = np.nan
+        return memory.array

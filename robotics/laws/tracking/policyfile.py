@@ -15,6 +15,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.errors import quoted
 from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
@@ -25,6 +26,16 @@ FORMAT = 1
 MOST_BYTES = 20_000_000
 MOST_UNITS = 4096  # of a layer
 _KEYS = ("format", "level", "inputs", "offset", "scale", "clip", "layers", "most")
+
+
+class PolicyColumns(Columns):
+    """A policy as a row of numbers."""
+
+    clip = column("1", "how far from 0 an input can be")
+    first = column("m/s (N m)", "the command of an output 1")
+    second = column("rad/s (N m)", "the same")
+    layers = column("1", "how many there are")
+    rest = several(0, "", "the layers' sizes, offset, scale, and the weights and biases of each layer")
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +53,7 @@ class Policy:
 
     @property
     def packed(self) -> np.ndarray:
-        """The network as a row of numbers: clip, most, layers, their sizes, offset, scale, weights and biases."""
+        """The network as PolicyColumns."""
         sizes = [self.layers[0][0].shape[1], *(len(bias) for _, bias in self.layers)]
         parts: list[Any] = [[self.clip, *self.most, len(self.layers)], sizes, self.offset, self.scale]
         for weights, bias in self.layers:

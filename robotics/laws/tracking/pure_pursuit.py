@@ -31,29 +31,31 @@ It knows the posture, the speed by the encoders, the reference and the path ahea
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import inner
-from robotics.laws.equation import AT_S, AT_V, FIRST, HEADING, SECOND, WISH_V, WISH_W, EquationLaw, V, X, Y, equation
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
+from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.road import at, nearest
 from robotics.quantity import check_quantities, quantity
 
-# Places of the gains
-TIME, LEAST, MOST, KX, RADIUS, ROTATE_FROM, TURN_RATE, FULL = range(8)
-NEAR, TURNING = range(
-    2
-)  # places of what is remembered: the nearest point's abscissa [m], how it turns in place [rad/s]
 REACH = 1.0  # m: how far from the last nearest point the next one is looked for
 NEAREST = 0.05  # m: the bearing of a carrot that is nearer is noise
 
 
-@inner
+class PursuitMemory(Columns):
+    """What the law remembers."""
+
+    near = column("m", "the abscissa of the nearest point; not-a-number: none is known")
+    turning = column("rad/s", "how it turns in place; 0: it does not")
+
+
+@compiled_only
 def carrot(road, path, x, y, near, reach):  # type: ignore[no-untyped-def]
     """The point [m, m] of a path that lies ``reach`` [m] from (x, y), on from the nearest point's abscissa ``near``."""
     to_x, to_y, _, _ = at(road, path, near)
@@ -65,32 +67,28 @@ def carrot(road, path, x, y, near, reach):  # type: ignore[no-untyped-def]
 
 
 @equation
-def pursue(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def pursue(robot, aim, gain, memory, road, path):  # type: ignore[no-untyped-def]
     """Drive along the arc through the carrot, at the regulated speed, or turn towards it."""
-    seen, gains, g, road, path = known.seen, known.gains, known.column[i], known.road, known.path[i]
-    x, y, s_d, v_d = seen[X, i], seen[Y, i], seen[AT_S, i], seen[AT_V, i]
-    around = s_d if math.isnan(memory[NEAR, i]) else memory[NEAR, i]
-    near = nearest(road, path, x, y, around, REACH)
-    memory[NEAR, i] = near
-    reach = max(min(gains[TIME, g] * abs(seen[V, i]), gains[MOST, g]), gains[LEAST, g])
-    to_x, to_y = carrot(road, path, x, y, near, reach)
-    cos, sin = math.cos(seen[HEADING, i]), math.sin(seen[HEADING, i])
-    dx, dy = to_x - x, to_y - y
+    around = aim.s if math.isnan(memory.near) else memory.near
+    near = nearest(road, path, robot.x, robot.y, around, REACH)
+    memory.near = near
+    reach = max(min(gain.look_ahead * abs(robot.v), gain.look_ahead_most), gain.look_ahead_least)
+    to_x, to_y = carrot(road, path, robot.x, robot.y, near, reach)
+    cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+    dx, dy = to_x - robot.x, to_y - robot.y
     ahead, aside = cos * dx + sin * dy, cos * dy - sin * dx
     angle = math.atan2(aside, ahead)
-    if abs(angle) > gains[ROTATE_FROM, g]:
-        turning = memory[TURNING, i] if memory[TURNING, i] != 0 and abs(angle) > math.pi / 2 else angle
-        v, w = 0.0, math.copysign(gains[TURN_RATE, g], turning)
-        memory[TURNING, i] = w
-    else:
-        memory[TURNING, i] = 0.0
-        curvature = 2 * aside / max(dx * dx + dy * dy, NEAREST * NEAREST)
-        v = max(gains[FULL, g] * v_d + gains[KX, g] * (s_d - near), 0.0)
-        regulated = v / max(abs(curvature) * gains[RADIUS, g], 1.0)
-        v = max(regulated, min(v, v_d))
-        w = v * curvature
-    command[FIRST, i] = command[WISH_V, i] = v
-    command[SECOND, i] = command[WISH_W, i] = w
+    if abs(angle) > gain.rotate_from:
+        turning = memory.turning if memory.turning != 0 and abs(angle) > math.pi / 2 else angle
+        memory.turning = math.copysign(gain.turn_rate, turning)
+        return 0.0, memory.turning
+    memory.turning = 0.0
+    curvature = 2 * aside / max(dx * dx + dy * dy, NEAREST * NEAREST)
+    full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
+    v = max(full * aim.v + gain.kx * (aim.s - near), 0.0)
+    regulated = v / max(abs(curvature) * gain.radius, 1.0)
+    v = max(regulated, min(v, aim.v))
+    return v, v * curvature
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,22 +102,16 @@ class PurePursuit(EquationLaw):
     radius: float = quantity(0.9, "m", least=0)  # r_min; regulated_linear_scaling_min_radius
     rotate_from: float = quantity(0.785, "rad", above=0, most=math.pi)  # θ; rotate_to_heading_min_angle
     turn_rate: float = quantity(1.8, "rad/s", above=0)  # rotate_to_heading_angular_vel
-    feed_forward: Literal["full", "none"] = "full"  # none: v = K (s_d − s)
+    feed_forward: FeedForward = "full"  # none: v = K (s_d − s)
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
 
-    equation = pursue
+    equation, remembers = pursue, PursuitMemory
     knows = ("reference", "reference velocity", "preview", "wheel speeds")
-
-    def gain_rows(self, setting: Setting) -> Sequence[float]:
-        """The numbers of the equation, in the order of the places above."""
-        full = float(self.feed_forward == "full")
-        ahead = self.look_ahead, self.look_ahead_least, self.look_ahead_most
-        return *ahead, self.kx, self.radius, self.rotate_from, self.turn_rate, full
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with no nearest point known, and not turning."""
-        rows = np.zeros((2, runs, len(setting.robots)))
-        rows[NEAR] = np.nan
-        return rows
+        memory = PursuitMemory.zeros(runs, len(setting.robots))
+        memory.near = np.nan
+        return memory.array

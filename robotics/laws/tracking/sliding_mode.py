@@ -26,48 +26,50 @@ Chosen here: ∫ e dt stops while the demand is beyond the wheels (anti-windup),
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.jit import uncounted
-from robotics.laws.equation import (
-    AT_HEADING,
-    AT_V,
-    AT_W,
-    AT_X,
-    AT_Y,
-    FIRST,
-    HEADING,
-    SECOND,
-    WISH_V,
-    WISH_W,
-    EquationLaw,
-    V,
-    W,
-    X,
-    Y,
-    equation,
-)
+from fuzzy.compiled.columns import Columns, codes, column, within
+from fuzzy.compiled.jit import without_refcounts
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.inverse_dynamics import InverseDynamics, wheel_torques
-from robotics.vehicle.plant import Level, velocity_limits, within
+from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
+from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
-MODES = ("csm", "assm", "qssm", "esm")
-READINGS = ("integrated", "algebraic", "memory")
-CSM, ASSM, QSSM, ESM = range(4)  # places in MODES
-INTEGRATED, ALGEBRAIC, AS_MEMORY = range(3)  # places in READINGS
-# Places of the gains: first the limits of the velocities, last those of the outer loop
-LIMITS, MASS, INERTIA, RADIUS, HALF_AXLE = 0, 4, 5, 6, 7
-MODE, READING, K, LAMBDA, MU0, ALPHA, TORQUE, LEAD, OUTER = range(8, 17)
-# Places of what is remembered, for v and, behind it, for ω
-INTEGRAL, S, PUSH, DESIRED, COMMAND = range(0, 10, 2)  # ∫ e dt, S, the reaching law's push, u_d, the velocity command
-REMEMBERED = 10
+Mode = Literal["csm", "assm", "qssm", "esm"]
+Reading = Literal["integrated", "algebraic", "memory"]  # of (2.20) and (2.21), in steps
+Realisation = Literal["torque", "velocity"]
+MODE, READING, REALISATION = codes(Mode), codes(Reading), codes(Realisation)
+
+
+class AxisMemory(Columns):
+    """What the law remembers of v, or of ω."""
+
+    integral = column("m (rad)", "∫ e dt")
+    s = column("m/s (rad/s)", "the surface S of the period before; not-a-number: there was none")
+    push = column("m/s² (rad/s²)", "of the reaching law")
+    desired = column("m/s (rad/s)", "u_d of the period before")
+    command = column("m/s (rad/s)", "the velocity command")
+
+
+class SlidingMemory(Columns):
+    """What the law remembers."""
+
+    v = within(AxisMemory)
+    w = within(AxisMemory)
+
+
+class SlidingDerived(Columns):
+    """What the law reads of its robot."""
+
+    limit = within(LimitColumns)
+    dynamics = within(DynamicsColumns)
 
 
 # The reaching laws ------------------------------------------------------------------------------------------------
@@ -79,88 +81,86 @@ def attraction(s: Any, mu0: Any, alpha: Any) -> Any:
     return mu0 + (1 - mu0) * np.exp(-alpha * np.abs(s))
 
 
-attraction_compiled = uncounted(attraction)  # the same, for one robot in a compiled loop
+attraction_compiled = without_refcounts(attraction)  # the same, for one robot in a compiled loop
 
 
-@uncounted
+@without_refcounts
 def sign(s):  # type: ignore[no-untyped-def]
     """1, 0 or −1."""
     return 1.0 if s > 0 else -1.0 if s < 0 else s
 
 
-@uncounted
+@without_refcounts
 def conventional(s, k):  # type: ignore[no-untyped-def]
     """K sign S   thesis (2.16)."""
     return k * sign(s)
 
 
-@uncounted
+@without_refcounts
 def exponential(s, k, mu0, alpha):  # type: ignore[no-untyped-def]
     """K / Q(S) sign S   thesis (2.22), (2.23)."""
     return k / attraction_compiled(s, mu0, alpha) * sign(s)
 
 
-@uncounted
+@without_refcounts
 def arbitrary_second_order(s, s_dot, push, k, reading, dt):  # type: ignore[no-untyped-def]
     """∫ K sign(S' + |S|^½ sign S) dt if integrated; else (2.20) as printed, with S' on the left.
 
-    ``push`` is that of the period before, ``reading`` a place in READINGS, and ``dt`` the control period [s].
+    ``push`` is that of the period before, ``reading`` one of READING, and ``dt`` the control period [s].
     """
     root = math.sqrt(abs(s))
-    if reading == INTEGRATED:
+    if reading == READING.integrated:
         return push + dt * k * sign(s_dot + root * sign(s))
-    if reading == AS_MEMORY:
+    if reading == READING.memory:
         return k * sign(s_dot + root * sign(s))
     # As printed, (2.20) is an equation for S' with the solution S' = −min(K, |S|^½) sign S.
     return min(k, root) * sign(s)
 
 
-@uncounted
+@without_refcounts
 def quasi_continuous(s, s_dot, push, k, reading, dt):  # type: ignore[no-untyped-def]
     """∫ K (S' + |S|^½ sign S)/(|S'| + |S|^½) dt if integrated; else (2.21) as printed.
 
     The arguments are those of :func:`arbitrary_second_order`.
     """
     root = math.sqrt(abs(s))
-    if reading == ALGEBRAIC:
+    if reading == READING.algebraic:
         # S' = −w sign S with w² + (|S|^½ + K) w = K |S|^½
         b = root + k
         return (math.sqrt(b * b + 4 * k * root) - b) / 2 * sign(s)
     size = abs(s_dot) + root
     quotient = (s_dot + root * sign(s)) / (size if size > 0 else 1.0)
-    return push + dt * k * quotient if reading == INTEGRATED else k * quotient
+    return push + dt * k * quotient if reading == READING.integrated else k * quotient
 
 
 # The law ----------------------------------------------------------------------------------------------------------
 
 
-@uncounted
-def slide(axis, desired, u, feasible, memory, i, gains, g, dt):  # type: ignore[no-untyped-def]
-    """The acceleration u' that (2.18) asks for along an ``axis``: 0 of v [m/s²], 1 of ω [rad/s²].
+@without_refcounts
+def slide(desired, u, feasible, memory: AxisMemory, gain, dt):  # type: ignore[no-untyped-def]
+    """The acceleration u' that (2.18) asks for: of v [m/s²], or of ω [rad/s²].
 
     ``desired`` is u_d and ``u`` the speed, both in m/s or rad/s. ∫ e dt stops where u_d is not ``feasible``.
     """
     e = desired - u  # (2.13)
-    integral = memory[INTEGRAL + axis, i] + dt * (e if feasible else 0.0)
-    s = e + gains[LAMBDA, g] * integral  # (2.14)
-    first = math.isnan(memory[S + axis, i])
-    s_dot = 0.0 if first else (s - memory[S + axis, i]) / dt
-    rate = 0.0 if first else (desired - memory[DESIRED + axis, i]) / dt
-    mode, k, push = gains[MODE, g], gains[K, g], memory[PUSH + axis, i]
-    if mode == CSM:
-        push = conventional(s, k)
-    elif mode == ESM:
-        push = exponential(s, k, gains[MU0, g], gains[ALPHA, g])
-    elif mode == ASSM:
-        push = arbitrary_second_order(s, s_dot, push, k, gains[READING, g], dt)
+    memory.integral += dt * (e if feasible else 0.0)
+    s = e + gain.lam * memory.integral  # (2.14)
+    first = math.isnan(memory.s)
+    s_dot = 0.0 if first else (s - memory.s) / dt
+    rate = 0.0 if first else (desired - memory.desired) / dt
+    if gain.mode == MODE.csm:
+        memory.push = conventional(s, gain.k)
+    elif gain.mode == MODE.esm:
+        memory.push = exponential(s, gain.k, gain.mu0, gain.alpha)
+    elif gain.mode == MODE.assm:
+        memory.push = arbitrary_second_order(s, s_dot, memory.push, gain.k, gain.discretisation, dt)
     else:
-        push = quasi_continuous(s, s_dot, push, k, gains[READING, g], dt)
-    memory[INTEGRAL + axis, i], memory[S + axis, i] = integral, s
-    memory[PUSH + axis, i], memory[DESIRED + axis, i] = push, desired
-    return rate + gains[LAMBDA, g] * e + push  # (2.18)
+        memory.push = quasi_continuous(s, s_dot, memory.push, gain.k, gain.discretisation, dt)
+    memory.s, memory.desired = s, desired
+    return rate + gain.lam * e + memory.push  # (2.18)
 
 
-@uncounted
+@without_refcounts
 def led(before, acceleration, u, lead, dt):  # type: ignore[no-untyped-def]
     """The velocity command: the integral of an acceleration, ``lead`` at most from the speed ``u``."""
     before = u if math.isnan(before) else before
@@ -168,28 +168,22 @@ def led(before, acceleration, u, lead, dt):  # type: ignore[no-untyped-def]
 
 
 @equation
-def sliding_mode(i, known, memory, command, work):  # type: ignore[no-untyped-def]
+def sliding_mode(robot, aim, gain, memory, command, dt):  # type: ignore[no-untyped-def]
     """Command (2.13)-(2.19) with the mode's reaching law."""
-    seen, gains, g, dt = known.seen, known.gains, known.column[i], known.dt
-    wish_v, wish_w = track(
-        seen[X, i], seen[Y, i], seen[HEADING, i],
-        seen[AT_X, i], seen[AT_Y, i], seen[AT_HEADING, i], seen[AT_V, i], seen[AT_W, i],
-        gains, OUTER, g,
-    )  # fmt: skip
-    v, w = within(gains, g, wish_v, wish_w)
+    wish_v, wish_w = track(robot, aim, gain.outer)
+    v, w = within_limits(gain.limit, wish_v, wish_w)
     # Anti-windup (a choice; the thesis has none): no integration while the demand is beyond what the wheels can
     # do, as it is far from the path. Otherwise the integral of the missing speed takes many seconds to decay.
     feasible = v == wish_v and w == wish_w
-    v_rate = slide(0, v, seen[V, i], feasible, memory, i, gains, g, dt)
-    w_rate = slide(1, w, seen[W, i], feasible, memory, i, gains, g, dt)
-    if gains[TORQUE, g] > 0:
-        command[FIRST, i], command[SECOND, i] = wheel_torques(v_rate, w_rate, gains, MASS, g)  # (2.19)
+    v_rate = slide(v, robot.v, feasible, memory.v, gain, dt)
+    w_rate = slide(w, robot.w, feasible, memory.w, gain, dt)
+    if gain.realisation == REALISATION.torque:
+        command.first, command.second = wheel_torques(v_rate, w_rate, gain.dynamics)  # (2.19)
     else:
-        lead, half_axle = gains[LEAD, g], gains[HALF_AXLE, g]
-        command[FIRST, i] = led(memory[COMMAND, i], v_rate, seen[V, i], lead, dt)
-        command[SECOND, i] = led(memory[COMMAND + 1, i], w_rate, seen[W, i], lead / half_axle, dt)
-        memory[COMMAND, i], memory[COMMAND + 1, i] = command[FIRST, i], command[SECOND, i]
-    command[WISH_V, i], command[WISH_W, i] = v, w
+        command.first = led(memory.v.command, v_rate, robot.v, gain.lead, dt)
+        command.second = led(memory.w.command, w_rate, robot.w, gain.lead / gain.dynamics.half_axle, dt)
+        memory.v.command, memory.w.command = command.first, command.second
+    command.wish_v, command.wish_w = v, w
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,13 +193,13 @@ class SlidingMode(EquationLaw):
     Default gains are the thesis's (2.1.3.2): K = 1 (csm), 0.8 (assm, qssm), 0.2 (esm); λ = 10; μ0 = 0.1, α = 3.
     """
 
-    mode: Literal["csm", "assm", "qssm", "esm"] = "esm"
+    mode: Mode = "esm"
     k: float = quantity(0.2, "m/s² (rad/s²)", above=0)  # m/s³ (rad/s³) for the second-order modes
     lam: float = quantity(10.0, "1/s", least=0)  # λ
     mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0, esm only
     alpha: float = quantity(3.0, "s/m (s/rad)", above=0)  # α, esm only
-    realisation: Literal["torque", "velocity"] = "torque"
-    discretisation: Literal["integrated", "algebraic", "memory"] = "integrated"  # assm and qssm only
+    realisation: Realisation = "torque"
+    discretisation: Reading = "integrated"  # assm and qssm only
     lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
     outer: Lyapunov = field(default_factory=Lyapunov)  # makes the desired velocities
 
@@ -214,6 +208,7 @@ class SlidingMode(EquationLaw):
 
     knows = ("reference", "reference velocity", "wheel speeds")
     equation = sliding_mode
+    remembers, derived = SlidingMemory, SlidingDerived
 
     @property
     def level(self) -> Level:
@@ -227,20 +222,13 @@ class SlidingMode(EquationLaw):
         gains |= {"discretisation"} if self.mode in ("csm", "esm") else set()
         return frozenset(gains | ({"lead"} if self.realisation == "torque" else set()))
 
-    def gain_rows(self, setting: Setting) -> Sequence[Any]:
-        """The limits, the nominal dynamics with d = 0, the gains, and those of the outer loop."""
-        options = MODES.index(self.mode), READINGS.index(self.discretisation)
-        return (
-            *velocity_limits(setting.robots),
-            *InverseDynamics.nominal(setting.robots),
-            *options,
-            *(self.k, self.lam, self.mu0, self.alpha),
-            *(self.realisation == "torque", self.lead),
-            *self.outer.gain_rows(setting),
-        )
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The limits, and the nominal dynamics with d = 0."""
+        return {"limit": velocity_limits(setting.robots), "dynamics": InverseDynamics.nominal(setting.robots)}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with the integrals at 0, and nothing known of a period before."""
-        rows = np.zeros((REMEMBERED, runs, len(setting.robots)))
-        rows[S : S + 2] = rows[COMMAND : COMMAND + 2] = np.nan
-        return rows
+        memory = SlidingMemory.zeros(runs, len(setting.robots))
+        for axis in (memory.v, memory.w):
+            axis.s = axis.command = np.nan
+        return memory.array

@@ -99,7 +99,7 @@ def test_pruning_keeps_fewer_rules(data, capsys):
         (["--outputs", "z", "--grid", "2"], "unknown column 'z'. Known: a, b, y"),
         ([], "exactly one of --start, --rules, --radius and --grid"),
         (["--grid", "2", "--method", "hybird"], "did you mean 'hybrid'"),
-        (["--grid", "2", "--step", "-1"], "step must be"),
+        (["--grid", "2", "--step", "-1"], "--step: must be >= 0"),
         (["--grid", "2", "--mf", "gausmf"], "gaussmf"),
         (["--start", "none.fis"], "none.fis"),
         (["--grid", "2", "--resume", "none.pt"], "none.pt"),

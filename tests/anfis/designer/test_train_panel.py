@@ -24,15 +24,17 @@ from anfis.designer.task import (
     Generator,
     Task,
     TaskError,
-    TrainingProcess,
     guessed,
     learn,
     split,
     starting_system,
     task_of,
+    train_task,
 )
 from anfis.methods.catalogue import METHODS
+from fuzzy.designer import longtask
 from fuzzy.designer.columns import Columns, read_columns
+from fuzzy.designer.longtask import TaskProcess
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
@@ -271,31 +273,44 @@ def test_a_generator_may_ask_before_it_makes_data(tmp_path: Path) -> None:
 # The process ----------------------------------------------------------------------------------------------------
 
 
-def until_over(process: TrainingProcess) -> list[tuple[str, Any]]:
+def until_over(process: TaskProcess) -> list[tuple[str, Any]]:
     news, end = [], time.monotonic() + 120
     while process.alive:
         assert time.monotonic() < end
         news += process.news()
         time.sleep(0.02)
-    return news
+    return [(what, about["message"] if what == "problem" else about) for what, about in news]
+
+
+def begun(task: Task) -> TaskProcess:
+    return TaskProcess(task, train_task, "training")
 
 
 def test_what_goes_wrong_in_the_process_is_news() -> None:
-    process = TrainingProcess(task_of(TABLE, {n: n for n in "abyz"}, replace(START, rules=())))
+    process = begun(task_of(TABLE, {n: n for n in "abyz"}, replace(START, rules=())))
     assert until_over(process) == [
         ("problem", "start has no rule in force, so there is nothing to learn: start from clusters")
     ]
     process.close()
-    killed = TrainingProcess(task_of(TABLE, {n: n for n in "abyz"}, START, epochs=10_000))
+    killed = begun(task_of(TABLE, {n: n for n in "abyz"}, START, epochs=10_000))
     assert killed._process.pid is not None
     os.kill(killed._process.pid, signal.SIGKILL)
     assert until_over(killed) == [("problem", "the training ended unexpectedly (exit code -9)")]
     killed.stop()  # nobody hears it, and nothing happens
     killed.close()
-    closed = TrainingProcess(task_of(TABLE, {n: n for n in "abyz"}, START, epochs=10_000))
+    closed = begun(task_of(TABLE, {n: n for n in "abyz"}, START, epochs=10_000))
     closed.close()
     assert not closed._process.is_alive()
     assert closed.news() == []
+
+
+def test_too_little_memory_is_said_with_what_helps(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any) -> Any:
+        raise MemoryError
+
+    monkeypatch.setattr(task_module, "learn", fails)
+    with pytest.raises(TaskError, match="needs more memory than there is: fewer rules or samples"):
+        train_task(task_of(TABLE, {n: n for n in "abyz"}, START), quiet)
 
 
 # The session ----------------------------------------------------------------------------------------------------
@@ -423,7 +438,7 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
 class Idle:
     """A process that says nothing until it is told to end."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, *_: Any) -> None:
         self.task, self.alive, self.heard = task, True, ""
 
     def news(self) -> list[Any]:
@@ -437,7 +452,7 @@ class Idle:
 
 
 def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(designpanel, "TrainingProcess", Idle)
+    monkeypatch.setattr(longtask, "TaskProcess", Idle)
 
     async def scene() -> None:
         bench = Bench(START, tmp_path)
@@ -467,7 +482,7 @@ def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.
 def test_rows_without_a_number_are_left_out_by_a_click(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "log.csv").write_text(LOG, encoding="utf-8")
     monkeypatch.setattr(designpanel, "generators", list)
-    monkeypatch.setattr(designpanel, "TrainingProcess", Idle)
+    monkeypatch.setattr(longtask, "TaskProcess", Idle)
 
     async def scene() -> None:
         bench = Bench(START, tmp_path)
@@ -504,7 +519,7 @@ class Slow(Idle):
 
     started: ClassVar[list["Slow"]] = []
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, *_: Any) -> None:
         super().__init__(task)
         time.sleep(0.05)
         self.started.append(self)
@@ -515,7 +530,7 @@ def test_two_wishes_to_train_at_once_start_one_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, end: str
 ) -> None:
     (tmp_path / "made.csv").write_text(TEXT)
-    monkeypatch.setattr(designpanel, "TrainingProcess", Slow)
+    monkeypatch.setattr(longtask, "TaskProcess", Slow)
     monkeypatch.setattr(designpanel, "generators", list)
     Slow.started.clear()
 
@@ -548,10 +563,10 @@ def test_two_wishes_to_train_at_once_start_one_process(
 def test_a_process_that_cannot_be_started_leaves_the_way_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "made.csv").write_text(TEXT)
 
-    def refuses(task: Task) -> Any:
+    def refuses(task: Task, *_: Any) -> Any:
         raise WorkError("no more processes")
 
-    monkeypatch.setattr(designpanel, "TrainingProcess", refuses)
+    monkeypatch.setattr(longtask, "TaskProcess", refuses)
     monkeypatch.setattr(designpanel, "generators", list)
 
     async def scene() -> None:

@@ -15,7 +15,7 @@ from anfis.commands.application import main
 from anfis.designer.panel import methods
 from anfis.designer.task import TaskError, learn, task_of
 from anfis.methods.catalogue import Listed
-from anfis.methods.method import Problem, make_method
+from anfis.methods.method import LearningProblem, make_method
 from fuzzy.designer.columns import Columns
 from fuzzy.files.fisfile import format_fis
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
@@ -95,7 +95,7 @@ def test_a_method_says_which_options_it_reads(name):
     state = anfis.checkpoint.restore(run.state, run.options, run.state["fingerprint"], array=network.array)
     options.__dict__["_seen"] = set()
     method.first_step(options)
-    assert method.advance(Problem(network, data, options), state) is not None
+    assert method.advance(LearningProblem(network, data, options), state) is not None
     assert options.__dict__["_seen"] | ({"ridge", "batch"} if method.solves else set()) == set(method.reads)
 
 

@@ -1,7 +1,7 @@
 """A method of learning as CONTRIBUTING.md says it: one file, and a line in METHODS for who wants it."""
 
-from anfis.methods.method import Method, Problem
-from anfis.state import State
+from anfis.methods.method import LearningProblem, Method
+from anfis.state import TrainingState
 
 
 class Halving(Method):
@@ -13,7 +13,7 @@ class Halving(Method):
     def first_step(self, options):
         return options.step
 
-    def advance(self, problem: Problem, state: State) -> State | None:
+    def advance(self, problem: LearningProblem, state: TrainingState) -> TrainingState | None:
         pull = state.memory["gradient"]
         largest = max(float(g.abs().max()) for g in pull)
         if not largest > 0:

@@ -9,7 +9,7 @@ import pytest
 from fuzzy.commands.application import main
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.table import write_table
-from fuzzy.fitting.clustering import Options
+from fuzzy.fitting.clustering import ClusteringOptions
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import search_clusters
 
@@ -51,7 +51,7 @@ def test_identify_writes_the_system(capsys) -> None:
     assert fis.name == "net"
     assert [(v.name, v.unit) for v in fis.inputs] == [("x", "m"), ("t", "")]
     assert [(v.name, v.unit) for v in fis.outputs] == [("v", "m/s"), ("w", "")]
-    expected = identify(X, Y, "subtractive", radius=0.6, options=Options(squash=1.0))
+    expected = identify(X, Y, "subtractive", radius=0.6, options=ClusteringOptions(squash=1.0))
     assert np.asarray(fis(X)) == pytest.approx(np.asarray(expected(X)), rel=1e-9)
     rmse = np.sqrt(np.mean((np.asarray(fis(X)) - Y) ** 2, axis=0))
     count = len(fis.rules)

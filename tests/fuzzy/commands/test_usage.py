@@ -19,6 +19,7 @@ from robotics.commands.application import main as robotics
         (robotics, "run lyapunov-sine --seeds 0", "robotics run: --seeds: must be >= 1"),
         (robotics, "stress crossing --class C", "--class: 'C' is not one of 'A', 'B'"),
         (robotics, "list foo", "SECTION: 'foo' is not one of 'scenarios', 'robots'"),
+        (robotics, "certify --form 2.33", "robotics certify: --form: '2.33' is not one of '2.31', '2.32'"),
         (robotics, "certify --speed 0.4 0.2", "--speed: LOW must be at most HIGH; got 0.4 and 0.2 m/s"),
         (
             robotics,

@@ -17,9 +17,7 @@ from numba import njit
 from fuzzy.compiled.degrees import exp_nonpositive, log1p_unit
 from fuzzy.compiled.kernel import FEW, LANES
 from fuzzy.compiled.packed import (
-    LOGARITHMIC,
-    SEGMENT_KIND,
-    SEGMENTS,
+    PackedColumns,
     evaluate_packed,
     packed_work,
 )
@@ -100,7 +98,7 @@ def test_compiled_equals_infer(drawn):
 def test_compiled_equals_infer_where_strengths_are_logarithms(drawn):
     fis, x = drawn
     compiled = compile_sugeno(fis)
-    assert compiled.system[LOGARITHMIC]
+    assert PackedColumns(compiled.system).logs
     assert_same(fis, compiled(x), x)
 
 
@@ -442,11 +440,12 @@ def test_an_unknown_number_gives_not_a_number_and_never_another_function():
         for number in (-1, len(NUMBERS), 99):
             for unknown in (slice(None), slice(1)):  # every term, and only those of the first input
                 system = compiled.system.copy()
-                first = int(system[SEGMENT_KIND])
-                system[first : first + int(system[SEGMENTS])][unknown] = number
+                header = PackedColumns(system)
+                first = int(header.segment_kind)
+                system[first : first + int(header.segments)][unknown] = number
                 wrong = replace(compiled, system=system)
                 pairs.append((wrong, np.random.default_rng(0).uniform(0, 1, (3, len(fis.inputs)))))
-    assert len({compiled.system[LOGARITHMIC] for compiled, _ in pairs}) == 2
+    assert len({PackedColumns(compiled.system).logs for compiled, _ in pairs}) == 2
     for (compiled, x), plain in zip(pairs, interpreted(pairs), strict=True):
         assert np.isnan(compiled(x)).all()
         assert np.isnan(plain).all()

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fuzzy.compiled.packed import INPUTS, NO_RULE, OUTPUTS, OUTSIDE, RULES, TERMS, evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import NO_RULE, OUTSIDE, PackedColumns, evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.membership import FUNCTIONS, LinearS, Triangle
 from fuzzy.rule import Clause, Rule
@@ -48,7 +48,8 @@ def test_sizes_stand_in_the_header_and_a_compiled_system_can_be_packed():
     x = Variable("x", (0, 1), {"low": Triangle(0, 0, 1), "high": LinearS(0, 1), "mid": Triangle(0, 0.5, 1)})
     fis = Sugeno((x,), (Variable("y", (0, 5), {"a": 1, "b": 5}),), ["x is low => y = a", "x is high => y = b"])
     system = packed(fis)
-    assert [int(system[field]) for field in (INPUTS, OUTPUTS, TERMS, RULES)] == [1, 1, 3, 2]
+    header = PackedColumns(system)
+    assert [header.inputs, header.outputs, header.terms, header.rules] == [1, 1, 3, 2]
     np.testing.assert_array_equal(packed(compile_sugeno(fis)), system)
     assert by_point(fis, np.array([[0.25]]))[0, 0] == pytest.approx(0.75 * 1 + 0.25 * 5)
 

@@ -8,6 +8,7 @@ from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import apply
 from fuzzy.designer.views import design_data, findings_data, functions_data, refusal_data, surface_data, viewer_data
 from fuzzy.errors import InputError
+from tests.browsers import rest
 from tests.fuzzy.designer.module_page import ModulePage
 
 STATIC = "fuzzy/designer/static"
@@ -71,9 +72,7 @@ class Bench(ModulePage):
         return traits
 
     def settled(self) -> None:
-        self.page.evaluate(
-            "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))"
-        )
+        rest(self.page)
 
     def parameters(self, term: str) -> list[float]:
         return [

@@ -13,7 +13,10 @@ PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>modu
 <body><main id="here"></main><script type="module">
 // The other side of the model is the function "python", if the test has one; held = true keeps its answers back.
 class Model {
-  constructor(traits) { this.traits = traits; this.hands = new Map(); this.sent = []; this.held = false; }
+  constructor(traits) {
+    this.traits = traits; this.hands = new Map(); this.sent = []; this.held = false;
+    this.asked = 0;  // messages that Python has yet to answer
+  }
   get(name) { return this.traits[name]; }
   set(name, value) { this.traits[name] = value; for (const f of [...(this.hands.get(`change:${name}`) ?? [])]) f(); }
   save_changes() {}
@@ -28,7 +31,13 @@ class Model {
   }
   async send(content) {
     this.sent.push(structuredClone(content));
-    if (!this.held && window.python) this.take(await window.python(content));
+    if (this.held || !window.python) return;
+    this.asked++;
+    try {
+      this.take(await window.python(content));
+    } finally {
+      this.asked--;
+    }
   }
 }
 const drawn = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
@@ -107,31 +116,3 @@ class ModulePage:
         """Take the module away: how many elements and how many listeners it left behind."""
         elements, listeners = self.page.evaluate("window.leave()")
         return elements, listeners
-
-
-def drag(page: Any, handle: Any, *by: tuple[float, float], release: bool = False) -> None:
-    """Press the mouse on ``handle`` and move it by each of ``by`` [pixels] from there."""
-    handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    for dx, dy in by:
-        page.mouse.move(x + dx, y + dy, steps=3)
-    if release:
-        page.mouse.up()
-
-
-def touch(page: Any, handle: Any, dx: float) -> None:
-    """Drag ``handle`` to the right by ``dx`` pixels with a finger."""
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    session = page.context.new_cdp_session(page)
-    for kind, places in [
-        ("touchStart", [x]),
-        *(("touchMove", [x + dx * k / 5]) for k in range(1, 6)),
-        ("touchEnd", []),
-    ]:
-        points = [{"x": place, "y": y} for place in places]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-    session.detach()

@@ -9,6 +9,7 @@ import pytest
 from fuzzy.designer.panel import GROUP
 from fuzzy.files.fisfile import write_fis
 from fuzzy.files.table import write_table
+from tests.browsers import rest
 from tests.fuzzy.designer.test_designer_everywhere import SCREENS, grave
 from tests.fuzzy.designer.test_designer_page import Server, Watched, tipper
 
@@ -104,7 +105,7 @@ def test_the_pictures_fit_every_screen(browser: Any, server: Any, scheme: Any) -
     wrong = []
     for width, height in SCREENS:
         page.set_viewport_size({"width": width, "height": height})
-        page.wait_for_timeout(500)
+        rest(page)
         wide = page.evaluate("document.documentElement.scrollWidth")
         wrong += [f"{width}: the page is {wide} px wide"] if wide > width else []
         wrong += [f"{width}: {sentence}" for sentence in grave(page)]

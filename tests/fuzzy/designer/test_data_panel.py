@@ -25,6 +25,7 @@ from fuzzy.designer.latest import Latest
 from fuzzy.designer.panel import Place, Workbench
 from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.files.table import write_table
+from tests.browsers import place_of, rest
 from tests.fuzzy.designer.module_page import ROOT, ModulePage
 
 STATIC = "fuzzy/designer/static"
@@ -469,7 +470,7 @@ def test_a_file_an_edit_and_a_row_on_the_page(shown: Page) -> None:
     looked = lambda: shown.bench.document.design.point  # noqa: E731
     page.locator(".dp-worst tbody button").nth(1).press("Enter")
     page.wait_for_function("window.model.sent.some((m) => m.do === 'look')")
-    page.wait_for_timeout(50)
+    rest(page)
     assert looked() == tuple(table[worst[1], 1:3])
     assert shown.bench.brought == ["Viewer"]
     shown.forget()
@@ -479,15 +480,15 @@ def test_a_file_an_edit_and_a_row_on_the_page(shown: Page) -> None:
     cursor.press("Shift+ArrowLeft")
     cursor.press("Enter")
     page.wait_for_function("window.model.sent.length === 1")
-    page.wait_for_timeout(50)
+    rest(page)
     assert looked() == tuple(table[289, 1:3])
-    mark = page.locator(".dp-mark").nth(2).bounding_box()
+    mark = place_of(page.locator(".dp-mark").nth(2))
     page.mouse.click(mark["x"] + mark["width"] / 2 + 1, mark["y"] + mark["height"] / 2)
     page.wait_for_function("window.model.sent.length === 2")
     assert shown.sent()[1] == {"do": "look", "row": 289}
     for width in (1100, 390):
         page.set_viewport_size({"width": width, "height": 900})
-        page.wait_for_timeout(100)
+        rest(page)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 

@@ -12,8 +12,8 @@ import fuzzy
 from fuzzy.designer.design import design_of
 from fuzzy.designer.views import design_data, surface_data, viewer_data
 from fuzzy.membershipfunction import MATLAB_NAMES, register
+from tests.browsers import drag, touch
 from tests.fuzzy.designer.design_bench import Bench, system
-from tests.fuzzy.designer.module_page import drag, touch
 
 MODULES = ("terms", "tree", "rules", "check", "viewer", "surface")
 
@@ -383,6 +383,7 @@ def test_of_many_rules_those_in_view_are_drawn(bench: Bench) -> None:
     first.focus()
     page.evaluate(f"scrollTo(0, {height} / 2)")
     page.wait_for_selector("[aria-posinset='150']")
+    bench.settled()
     assert rows.count() < 80
     # The row with the focus stays, and keys reach it; a row knows its place among all.
     assert page.evaluate("document.activeElement.ariaLabel") == "rule 1"
@@ -392,18 +393,22 @@ def test_of_many_rules_those_in_view_are_drawn(bench: Bench) -> None:
     assert "c is m1" in bench.texts()[0]
     page.get_by_role("button", name="Add rule").click()  # it is at the end, in view, and has the focus
     page.wait_for_function("document.activeElement.ariaLabel === 'rule 301'")
-    assert page.evaluate("document.activeElement.getBoundingClientRect().bottom <= innerHeight")
+    page.wait_for_function("document.activeElement.getBoundingClientRect().bottom <= innerHeight")
     page.get_by_role("button", name="Table").click()
+    bench.settled()
     assert page.get_by_role("table").get_attribute("aria-rowcount") == "302"
     assert rows.count() < 80
     # What one looks for: words, and what fires at the point
     page.get_by_label("find rules").fill("m5 M2")
+    bench.settled()
     shown = int(page.get_by_text("of 301 rules").inner_text().split()[0])
     page.wait_for_function(f"document.querySelectorAll('.fd-rule').length === {shown}")  # some in each frame
     fires = {row["key"] for row in viewer_data(bench.design)["rules"] if row["firing"] > 0}
     page.get_by_label("find rules").fill("")
+    bench.settled()
     bench.give(point=[0.2, 0.5, 0.5], viewer=viewer_data(bench.design, [0.2, 0.5, 0.5]))
     page.get_by_label("fires now").check()
+    bench.settled()
     fires = {row["key"] for row in viewer_data(bench.design, [0.2, 0.5, 0.5])["rules"] if row["firing"] > 0}
     assert {int(key) for key in rows.evaluate_all("(rows) => rows.map((row) => row.dataset.key)")} == fires != set()
     assert bench.leave() == (0, 0)

@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import zipfile
 from pathlib import Path
 
@@ -17,7 +16,7 @@ import pytest
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.membership import Triangle
 from fuzzy.system import Constant, Sugeno, Variable
-from tests.fuzzy.designer.module_page import drag
+from tests.browsers import drag, rest
 
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
 PATIENCE = 60_000  # ms that a condition may take on a loaded machine; nothing waits longer than it must
@@ -147,12 +146,13 @@ def menu(page, entry):
     page.get_by_role("menuitem", name=entry).click()
 
 
+PIXELS = """() => [...document.querySelectorAll(".fd-surface canvas")].map((c) => c.toDataURL()).join("")
+  + [...document.querySelectorAll(".fd-surface path")].map((p) => p.getAttribute("d")).join("")"""
+
+
 def pixels(page):
     """What stands on the surface's canvas or in its drawing, as one text."""
-    return page.evaluate(
-        """() => [...document.querySelectorAll(".fd-surface canvas")].map((c) => c.toDataURL()).join("")
-           + [...document.querySelectorAll(".fd-surface path")].map((p) => p.getAttribute("d")).join("")"""
-    )
+    return page.evaluate(PIXELS)
 
 
 def until_changed(page, show, before):
@@ -185,12 +185,7 @@ def test_mouse_moves_a_vertex_and_everything_follows_and_undo_restores_the_bytes
     seen = pixels(page)
     drag(page, foot(page), (-80, 0), release=True)
     page.wait_for_function("() => !document.querySelector('.state').innerText.startsWith('saved')")
-    for _ in range(100):
-        if pixels(page) != seen:
-            break
-        page.evaluate("new Promise(requestAnimationFrame)")
-    else:
-        pytest.fail("the surface did not change")
+    until_changed(page, PIXELS, seen)
     # A drag is one edit.
     page.keyboard.press("Control+z")
     page.wait_for_selector(".state:not(.unsaved)")
@@ -755,7 +750,7 @@ def test_a_request_that_is_cut_off_by_ctrl_c_is_no_error(tmp_path):
         lines = [head, f"Host: 127.0.0.1:{server.port}", f"Origin: {server.url.rstrip('/')}", "Content-Length: 100"]
         lines += [f"Cookie: fuzzy-design-{server.port}={TOKEN}"]
         half.sendall("\r\n".join([*lines, "", "[System]"]).encode())  # and no more
-        time.sleep(0.5)
+        assert answer(server)[0] == 200  # so it has read what came before
         assert server.end() == (0, "")
 
 
@@ -784,7 +779,7 @@ def test_what_one_looks_at_stays_in_sight(tab):
         assert look["bottom"] <= height
         assert page.locator(".fd-tree").is_visible() == (width == 1600)
         page.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
-        page.wait_for_timeout(50)
+        rest(page)
         assert page.get_by_role("tab", name="Surface").bounding_box()["y"] < 150, width  # it does not scroll away
     page.evaluate("scrollTo(0, 0)")
     page.get_by_role("tab", name="Viewer").click()

@@ -19,9 +19,10 @@ from robotics.designer.tryout import TryoutTrial, choices, course_data, place_da
 from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.scenario.reading import scenario_names
+from tests.browsers import drag, rest
 from tests.fuzzy.designer.design_bench import STATIC, system
 from tests.fuzzy.designer.membership_cases import cases
-from tests.fuzzy.designer.module_page import ModulePage, drag
+from tests.fuzzy.designer.module_page import ModulePage
 from tests.robotics.designer.tried import on_page
 
 
@@ -717,7 +718,7 @@ def test_keys_on_widgets_stay_from_the_notebook(browser: Any) -> None:
     drag(page, handle, (60, 0))
     page.keyboard.press("Escape")  # is heard before all others, and takes the vertex back
     page.mouse.up()
-    page.wait_for_timeout(60)
+    rest(page)
     assert page.locator("[data-curve='near']").get_attribute("d") == before
     bench.forget()
     for key in ("d", "d", "a", "x", "z", "Enter", "ArrowRight"):

@@ -19,6 +19,7 @@ from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.starts.grid import grid
 from fuzzy.starts.packaged import packaged
 from fuzzy.starts.samples import example_table
+from tests.browsers import rest
 from tests.fuzzy.designer.test_designer_page import Server, Watched, menu, tipper
 
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
@@ -237,7 +238,7 @@ def test_the_dialog_and_small_surfaces_are_accessible_on_every_screen(tab, serve
     page.wait_for_selector(".fd-multiple")
     for width, height in SCREENS:
         page.set_viewport_size({"width": width, "height": height})
-        page.wait_for_timeout(500)
+        rest(page)
         assert grave(page) == []
         menu(page, "New from …")
         card(page, "clusters").click()

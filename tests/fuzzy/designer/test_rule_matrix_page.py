@@ -9,8 +9,8 @@ import pytest
 
 import fuzzy
 from fuzzy.designer.views import viewer_data
+from tests.browsers import Finger, drag, place_of, touch
 from tests.fuzzy.designer.design_bench import Bench
-from tests.fuzzy.designer.module_page import drag, touch
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_a_matrix_is_read_and_filled_by_the_mouse(bench: Bench) -> None:
     assert bench.texts()[-1] == "if e is P and c is Z and mode is a then u is huge"
     bench.forget()
     page.get_by_role("radio", name="low").click()
-    away = cell(bench, "Z", "P").bounding_box(), cell(bench, "Z", "N").bounding_box()
+    away = place_of(cell(bench, "Z", "P")), place_of(cell(bench, "Z", "N"))
     drag(page, cell(bench, "Z", "N"), (away[0]["x"] - away[1]["x"], 0))
     assert cell(bench, "Z", "P").get_attribute("data-term") == "low"  # at once
     assert bench.sent() == []
@@ -218,9 +218,10 @@ def test_fifteen_by_fifteen_is_filled_and_scrolls_inside_itself(bench: Bench) ->
     page.locator(".fd-mcell[tabindex='0']").focus()
     page.keyboard.press("Control+End")
     assert page.evaluate("document.activeElement.ariaLabel").startswith("e t14, c t14: high")
-    left, box = page.locator(".fd-mleft").last.bounding_box(), page.locator(".fd-matrix").bounding_box()
+    bench.settled()
+    left, box = place_of(page.locator(".fd-mleft").last), place_of(page.locator(".fd-matrix"))
     assert left["x"] == pytest.approx(box["x"] + 1, abs=1)  # the headings stay
-    assert page.locator(".fd-mtop").last.bounding_box()["y"] == pytest.approx(box["y"] + 1, abs=1)
+    assert place_of(page.locator(".fd-mtop").last)["y"] == pytest.approx(box["y"] + 1, abs=1)
     # A finger taps to fill, and scrolls where it moves.
     page.get_by_role("radio", name="low").click()
     one = page.locator("[data-cell='13,13']")
@@ -230,8 +231,8 @@ def test_fifteen_by_fifteen_is_filled_and_scrolls_inside_itself(bench: Bench) ->
     before = page.evaluate("document.querySelector('.fd-matrix').scrollLeft")
     bench.forget()
     touch(page, page.locator("[data-cell='12,12']"), 80)
+    page.wait_for_function("(before) => document.querySelector('.fd-matrix').scrollLeft < before", arg=before)
     bench.settled()
-    assert page.evaluate("document.querySelector('.fd-matrix').scrollLeft") < before
     assert [m for m in bench.sent() if "edit" in m] == []
     # One that rests first fills where it goes.
     rest_and_move(page, page.locator("[data-cell='11,11']"), -60)
@@ -242,17 +243,14 @@ def test_fifteen_by_fifteen_is_filled_and_scrolls_inside_itself(bench: Bench) ->
 
 
 def rest_and_move(page: Any, node: Any, dx: float) -> None:
-    """Lay a finger on an element, let it rest, and move it."""
-    node.scroll_into_view_if_needed()
-    box = node.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    session = page.context.new_cdp_session(page)
-    for kind, places in (("touchStart", [x]), ("touchMove", [x + dx / 2]), ("touchMove", [x + dx]), ("touchEnd", [])):
-        points = [{"x": place, "y": y} for place in places]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-        if kind == "touchStart":
-            page.wait_for_timeout(450)
-    session.detach()
+    """Lay a finger on a cell, let it rest until the cell is filled, and move it."""
+    finger, brush = Finger(page, node), page.locator(".fd-brush[aria-checked=true]").inner_text()
+    page.wait_for_function(
+        "([cell, brush]) => document.querySelector(`[data-cell='${cell}']`)?.dataset.term === brush",
+        arg=[node.get_attribute("data-cell"), brush],
+    )
+    finger.move(dx, 2)
+    finger.lift()
 
 
 def test_colours_are_ordered_and_their_text_is_readable(bench: Bench) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.loop.controller import Scale
-from fuzzy.loop.plantfile import EXAMPLES
+from fuzzy.loop.plantfile import PLANT_EXAMPLES
 from fuzzy.loop.response import step_response
 from fuzzy.starts.control import rule_table
 from tests.fuzzy.designer.test_designer_page import PATIENCE, Server, Watched
@@ -44,7 +44,7 @@ SAME = "(d) => document.querySelectorAll('.fd-step path.st-design')[1]?.getAttri
 def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, tmp_path: Path) -> None:
     page = tab.page
     page.wait_for_selector(".fd-step tbody tr")
-    example = EXAMPLES["integrating"]
+    example = PLANT_EXAMPLES["integrating"]
     done = step_response(
         read_fis(tmp_path / "tipper.fis"), example.plant, duration=example.duration, scale=Scale(*example.scale),
         limits=example.limits, disturbance=example.disturbance,

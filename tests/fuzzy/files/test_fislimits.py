@@ -146,7 +146,7 @@ def test_of_many_warnings_some_are_shown_and_the_rest_is_counted():
 
 
 def test_the_limits_hold_for_a_file_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(fisfile, "MOST_RULES", 2)
+    monkeypatch.setattr(fisfile, "_MOST_RULES", 2)
     (tmp_path / "a.fis").write_text(text(rules=3))
     with pytest.raises(FisFileError, match="at most 2 are read"):
         read_fis(tmp_path / "a.fis")

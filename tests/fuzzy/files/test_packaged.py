@@ -9,7 +9,14 @@ import pytest
 
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import FisFileError, read_fis, write_fis
-from fuzzy.files.packaged import GROUP, FisNameError, find_fis, fis_title, packaged_fis_files, unusable_rule_bases
+from fuzzy.files.packaged import (
+    RULE_BASE_GROUP,
+    FisNameError,
+    find_fis,
+    fis_title,
+    packaged_fis_files,
+    unusable_rule_bases,
+)
 from robotics.laws.law import ControllerError
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
 from tests.conftest import declare
@@ -31,7 +38,11 @@ def boats(site):
     (site / "boats" / "__init__.py").write_text("raise RuntimeError('imported')\n", encoding="utf-8")
     for name in ("helm", "deep/keel", "tracking"):
         write_fis(load_rule_base("lateral"), rules / f"{name}.fis", f"The {name}.")
-    declare(site, "boats", {GROUP: {"a-boats": "boats.rules", "gone": "boats.no.such", "void": "no_such_package.x"}})
+    declare(
+        site,
+        "boats",
+        {RULE_BASE_GROUP: {"a-boats": "boats.rules", "gone": "boats.no.such", "void": "no_such_package.x"}},
+    )
     return rules
 
 

@@ -12,9 +12,9 @@ from hypothesis.extra.numpy import arrays
 import fuzzy.fitting.clustering
 from fuzzy.fitting.clustering import (
     ClusteringError,
+    ClusteringOptions,
     Clusters,
     DataWarning,
-    Options,
     densities,
     select_centers,
     subtractive_clusters,
@@ -47,12 +47,12 @@ def direct(data, radius, squash, accept, reject) -> tuple[list[int], np.ndarray]
         p = np.maximum(0, p - p[k] * np.exp(-4 * np.sum((u - u[k]) ** 2, axis=1) / (squash * radius) ** 2))
 
 
-def setting(path: Path) -> tuple[float, Options]:
+def setting(path: Path) -> tuple[float, ClusteringOptions]:
     first = path.read_text().splitlines()[0]
     numbers = re.search(r"=\((.*)\)", first)
     assert numbers is not None
     radius, *ratios = map(float, numbers[1].split(","))
-    return radius, Options(*ratios)
+    return radius, ClusteringOptions(*ratios)
 
 
 def test_there_are_nine_references() -> None:
@@ -87,7 +87,7 @@ def test_equals_the_paper(seed, samples, columns, radius, squash, ratios) -> Non
     reject, accept = sorted(ratios)
     data = np.random.default_rng(seed).normal(size=(samples, columns)) * [1e-3, 1, 1e6][:columns]
     rows, sigma = direct(data, radius, squash, accept, reject)
-    found = subtractive_clusters(data, radius, options=Options(squash, accept, reject))
+    found = subtractive_clusters(data, radius, options=ClusteringOptions(squash, accept, reject))
     assert found.rows.tolist() == rows
     assert found.sigma == pytest.approx(sigma, rel=1e-13)
 
@@ -147,15 +147,15 @@ def test_of_equally_dense_samples_the_first_is_taken() -> None:
 
 def test_the_first_center_stands_whatever_the_ratios() -> None:
     data = np.random.default_rng(3).random((20, 2))
-    found = subtractive_clusters(data, 0.5, options=Options(1.25, 2.0, 1.5))
+    found = subtractive_clusters(data, 0.5, options=ClusteringOptions(1.25, 2.0, 1.5))
     assert found.rows.tolist() == [int(np.argmax(densities(data, 0.5).density))]
 
 
 def test_the_search_ends_at_most() -> None:
     data = np.random.default_rng(4).random((100, 2))
     found = densities(data, 0.2)
-    everything = select_centers(found, Options())
-    some = select_centers(found, Options(), most=3)
+    everything = select_centers(found, ClusteringOptions())
+    some = select_centers(found, ClusteringOptions(), most=3)
     assert len(everything.rows) > 3
     assert some.rows.tolist() == everything.rows[:3].tolist()
 
@@ -179,7 +179,7 @@ def test_extreme_radii() -> None:
     data = np.random.default_rng(6).random((50, 2))
     assert len(subtractive_clusters(data, 1e6).rows) == 1
     assert len(subtractive_clusters(data, 1e-6).rows) == 50
-    assert len(subtractive_clusters(data, 1e-6, options=Options(1e-6)).rows) == 50
+    assert len(subtractive_clusters(data, 1e-6, options=ClusteringOptions(1e-6)).rows) == 50
 
 
 @pytest.mark.parametrize(
@@ -222,4 +222,4 @@ def test_refusals_say_what_is_wrong(arguments, message) -> None:
 )
 def test_options_refuse(ratios, message) -> None:
     with pytest.raises(ClusteringError, match=re.escape(message)):
-        Options(*ratios)
+        ClusteringOptions(*ratios)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import fuzzy
 from fuzzy.files.fisfile import format_fis, parse_fis
-from fuzzy.fitting.clustering import ClusteringError, DataWarning, Options, subtractive_clusters
+from fuzzy.fitting.clustering import ClusteringError, ClusteringOptions, DataWarning, subtractive_clusters
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, least_squares
 from fuzzy.fitting.identification import grid_terms, identify
 from fuzzy.inference import infer
@@ -115,8 +115,8 @@ def test_a_plane_needs_no_more_than_a_grid(order) -> None:
 
 def test_subtractive_antecedents_are_the_clusters_of_inputs_and_outputs() -> None:
     y = np.column_stack([Y, Y**2])
-    found = subtractive_clusters(np.column_stack([X, y]), 0.6, options=Options(1.0, 0.4, 0.1))
-    fis = identify(X, y, "subtractive", radius=0.6, options=Options(1.0, 0.4, 0.1))
+    found = subtractive_clusters(np.column_stack([X, y]), 0.6, options=ClusteringOptions(1.0, 0.4, 0.1))
+    fis = identify(X, y, "subtractive", radius=0.6, options=ClusteringOptions(1.0, 0.4, 0.1))
     assert len(fis.rules) == len(found.rows) > 2
     for i, variable in enumerate(fis.inputs):
         assert list(variable.terms) == [f"in{i + 1}cluster{k + 1}" for k in range(len(found.rows))]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import fuzzy
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting import search
-from fuzzy.fitting.clustering import ClusteringError, DataWarning, Options
+from fuzzy.fitting.clustering import ClusteringError, ClusteringOptions, DataWarning
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import ACCEPTS, RADII, REJECTS, SQUASHES, SearchResult, search_clusters, search_table
@@ -81,7 +81,7 @@ def test_the_best_is_the_best(result) -> None:
 
 
 def test_a_system_is_found_that_fits_exactly_what_such_a_system_made() -> None:
-    options = Options(1.25, 0.5, 0.15)
+    options = ClusteringOptions(1.25, 0.5, 0.15)
     made = identify(X, Y, "subtractive", radius=0.5, options=options)
     y = np.asarray(made(X))[:, 0]
     # Clustering sees [x y]: the same centers appear again because the fit is close.

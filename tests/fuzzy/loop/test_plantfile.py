@@ -7,7 +7,7 @@ import pytest
 
 from fuzzy import Scale, step_response
 from fuzzy.loop.plant import PlantError
-from fuzzy.loop.plantfile import EXAMPLES, TEMPLATE, plant_of_text, read_plant
+from fuzzy.loop.plantfile import PLANT_EXAMPLES, TEMPLATE, plant_of_text, read_plant
 from fuzzy.starts.control import rule_table
 
 
@@ -25,9 +25,11 @@ def test_the_template_is_a_pendulum(tmp_path):
     assert done.control[-1] == pytest.approx(9.81 * np.sin(0.3), rel=1e-2)  # what holds it there
 
 
-@pytest.mark.parametrize(("name", "kind"), [(n, "pid") for n in EXAMPLES] + [("motor", "pd"), ("integrating", "pd")])
+@pytest.mark.parametrize(
+    ("name", "kind"), [(n, "pid") for n in PLANT_EXAMPLES] + [("motor", "pd"), ("integrating", "pd")]
+)
 def test_each_example_is_controlled_by_a_template(name, kind):
-    example = EXAMPLES[name]
+    example = PLANT_EXAMPLES[name]
     about: dict[str, Any] = {"duration": example.duration, "scale": Scale(*example.scale), "limits": example.limits}
     done = step_response(rule_table(kind, 7), example.plant, disturbance=example.disturbance, **about)
     assert not done.stopped

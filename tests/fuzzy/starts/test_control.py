@@ -5,7 +5,7 @@ import pytest
 
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.insight.diagnosis import check
-from fuzzy.starts.control import KINDS, TERMS, RuleTableError, rule_table
+from fuzzy.starts.control import CONTROL_KINDS, CONTROL_TERMS, RuleTableError, rule_table
 
 # The 7 x 7 table as textbooks print it, rows error NB ... PB, columns its rate NB ... PB.
 PRINTED = """
@@ -22,15 +22,15 @@ PRINTED = """
 def test_the_table_of_seven_is_the_printed_one():
     fis = rule_table("pd", 7)
     at = {(r.when[0].term, r.when[1].term): r.then[0][1] for r in fis.rules}
-    names = TERMS[7]
+    names = CONTROL_TERMS[7]
     assert [[at[a, b] for b in names] for a in names] == [row.split() for row in PRINTED.strip().splitlines()]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("terms", TERMS)
+@pytest.mark.parametrize("kind", CONTROL_KINDS)
+@pytest.mark.parametrize("terms", CONTROL_TERMS)
 def test_it_is_monotone_antisymmetric_complete_and_survives_its_file(kind, terms):
     fis = rule_table(kind, terms)
-    assert (len(fis.rules), tuple(v.name for v in fis.outputs)) == (terms**2, KINDS[kind])
+    assert (len(fis.rules), tuple(v.name for v in fis.outputs)) == (terms**2, CONTROL_KINDS[kind])
     axis = np.linspace(-1.2, 1.2, 49)  # clipped outside the universe
     x = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1)
     z = fis(x)

@@ -20,7 +20,7 @@ OWN = {start.name: start for start in starts()}
 
 
 def only(monkeypatch, *values):
-    points = [EntryPoint(value.split(":")[0].rpartition(".")[2], value, catalogue.GROUP) for value in values]
+    points = [EntryPoint(value.split(":")[0].rpartition(".")[2], value, catalogue.START_GROUP) for value in values]
     monkeypatch.setattr(catalogue, "entry_points", lambda group: points)
 
 

@@ -8,15 +8,15 @@ from hypothesis.extra.numpy import arrays
 
 from fuzzy.tuning.engines import ENGINES, engine_of
 from fuzzy.tuning.journal import open_journal
-from fuzzy.tuning.parameter import Parameter, TuningError, start_of, values_at
+from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of, values_at
 from fuzzy.tuning.search import Evaluations, pareto_front, search
 
 SPACE = (
-    Parameter(name="a", start=1.0, lower=0.1, upper=10.0, scale="log"),
-    Parameter(name="b", start=0.0, lower=-2.0, upper=3.0),
-    Parameter(name="c", start=2.0, lower=0.0, upper=4.0),
+    SearchParameter(name="a", start=1.0, lower=0.1, upper=10.0, scale="log"),
+    SearchParameter(name="b", start=0.0, lower=-2.0, upper=3.0),
+    SearchParameter(name="c", start=2.0, lower=0.0, upper=4.0),
 )
-MIXED = (*SPACE, Parameter(name="d", start=1.0, choices=("low", "middle", "high")))
+MIXED = (*SPACE, SearchParameter(name="d", start=1.0, choices=("low", "middle", "high")))
 
 
 def bowl(values):
@@ -27,7 +27,7 @@ def bowl(values):
 
 @given(st.floats(1e-3, 1e3), st.floats(1.001, 1e3), st.floats(0, 1), st.sampled_from(["linear", "log"]))
 def test_a_value_comes_back_from_its_unit_coordinate(lower, factor, unit, scale):
-    parameter = Parameter(name="p", start=lower, lower=lower, upper=lower * factor, scale=scale)
+    parameter = SearchParameter(name="p", start=lower, lower=lower, upper=lower * factor, scale=scale)
     value = parameter.value_of(unit)
     assert parameter.lower <= value <= parameter.upper
     assert parameter.unit_of(value) == pytest.approx(unit, abs=1e-9)
@@ -47,7 +47,7 @@ def test_a_value_comes_back_from_its_unit_coordinate(lower, factor, unit, scale)
 )
 def test_a_parameter_that_makes_no_sense_is_refused(fields, message):
     with pytest.raises(TuningError, match=message):
-        Parameter(name="p", start=1.0, **fields)
+        SearchParameter(name="p", start=1.0, **fields)
 
 
 @pytest.mark.parametrize("engine", ["cmaes", "random"])
@@ -67,7 +67,7 @@ def test_engines_choose(engine):
 
 @pytest.mark.parametrize("engine", ["cmaes", "random"])
 def test_choices_alone_are_searched(engine):
-    space = tuple(Parameter(name=f"c{k}", start=0.0, choices=("a", "b", "c", "d")) for k in range(4))
+    space = tuple(SearchParameter(name=f"c{k}", start=0.0, choices=("a", "b", "c", "d")) for k in range(4))
     found = search(lambda v: (v != 3).sum(axis=1), space, evaluations=500, seed=1, engine=engine)
     assert found.costs.min() == 0
 

@@ -8,9 +8,9 @@ import pandas as pd
 
 from robotics.arena.changes import CHANGES
 from robotics.arena.description import Arena, parse_arena
-from robotics.arena.outcome import Entry, Outcome
+from robotics.arena.outcome import ArenaEntry, Outcome
 from robotics.arena.work import SHOWN, Search
-from robotics.tuning.cost import TERMS
+from robotics.tuning.cost import COST_TERMS
 
 SCENARIOS, SEEDS = 3, 40
 SHAPE = (SCENARIOS, SEEDS)
@@ -50,8 +50,10 @@ def table(costs: np.ndarray) -> pd.DataFrame:
     scenario, seed = np.meshgrid(np.arange(costs.shape[0]), np.arange(costs.shape[1]), indexing="ij")
     failed = np.isinf(costs)
     columns = {"candidate": np.zeros(costs.size, dtype=int), "scenario": scenario.ravel(), "seed": seed.ravel()}
-    columns |= {term.metric: np.zeros(costs.size) for term in TERMS} | {name: np.zeros(costs.size) for name in SHOWN}
-    columns[TERMS[0].metric] = np.where(failed, 1.0, costs * TERMS[0].scale / TERMS[0].weight).ravel()
+    columns |= {term.metric: np.zeros(costs.size) for term in COST_TERMS} | {
+        name: np.zeros(costs.size) for name in SHOWN
+    }
+    columns[COST_TERMS[0].metric] = np.where(failed, 1.0, costs * COST_TERMS[0].scale / COST_TERMS[0].weight).ravel()
     return pd.DataFrame(columns | {"stopped": failed.ravel().astype(int)})
 
 
@@ -81,7 +83,7 @@ def outcome(
         levels = np.array([2.0, 1.0, 1.0]) if choosing is None else choosing[law]
         chosen = float(np.mean(costs[np.isfinite(costs)])) if np.isfinite(costs).any() else 1.0
         entries.append(
-            Entry(
+            ArenaEntry(
                 law=law,
                 parameters=("gain",),
                 chosen=(chosen,),

@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from robotics.arena.answer import MOST, answer, compared
-from robotics.statistics.bootstrap import Interval
+from robotics.arena.answer import MOST_SENTENCES, answer, compared
+from robotics.statistics.intervals import Interval
 from tests.robotics.arena.synthetic import SHAPE, noisy, outcome
 
 
 def said(found):
     sentences = answer(found)
-    assert len(sentences) <= MOST
+    assert len(sentences) <= MOST_SENTENCES
     for sentence in sentences:
         assert re.fullmatch(r"[A-Z].*[.]", sentence), sentence
         assert not re.search(r"\bnan\b|\binf\b|None|  ", sentence), sentence

@@ -8,7 +8,7 @@ import pytest
 import robotics
 from robotics.arena.changes import CHANGES, changed
 from robotics.arena.computing import Nothing
-from robotics.laws.setting import Truth
+from robotics.laws.setting import TrueParameters
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
@@ -27,7 +27,7 @@ def driven(scenario, truth=None):
 def test_larger_wheels_go_farther_than_their_loops_believe(factor):
     scenario = straight()
     robot = scenario.robots[0].robot
-    truth = Truth(robots=(replace(robot, wheel_radius=factor * robot.wheel_radius),), latency=0.0)
+    truth = TrueParameters(robots=(replace(robot, wheel_radius=factor * robot.wheel_radius),), latency=0.0)
     speed = driven(scenario, truth)["v"][0, 0, -1]
     assert speed == pytest.approx(factor * 0.3, rel=2e-3)  # the loop holds the wheel's speed, not the robot's
     assert driven(scenario)["v"][0, 0, -1] == pytest.approx(0.3, rel=2e-3)
@@ -50,7 +50,7 @@ def test_a_heavier_robot_takes_up_speed_more_slowly():
 
 def test_what_is_as_told_changes_no_bit():
     scenario = straight()
-    same = Truth(robots=tuple(m.robot for m in scenario.robots), latency=scenario.latency)
+    same = TrueParameters(robots=tuple(m.robot for m in scenario.robots), latency=scenario.latency)
     assert np.array_equal(driven(scenario, same)["x"], driven(scenario)["x"])
 
 

@@ -7,10 +7,12 @@ import pandas as pd
 import pytest
 
 import robotics
+from robotics.arena.answer import answer
 from robotics.arena.changes import CHANGES
 from robotics.arena.description import parse_arena, with_laws
 from robotics.arena.families import ArenaError
 from robotics.arena.running import held
+from robotics.commands.templatefiles import template_text
 from robotics.report.arena import pairs_table, results_table, summary_table, write_laws
 
 TEXT = """
@@ -118,6 +120,27 @@ def test_changes_are_driven_on_the_seeds_of_the_test(whole):
     noise = pd.read_csv(next(Path(folder).glob("runs/pid/noise*.csv")))
     assert len(noise) == 2 * 3
     assert np.isfinite(outcome.robustness.value).all()
+
+
+def test_a_law_of_which_nothing_moves_takes_part_as_published(tmp_path):
+    (tmp_path / "mylaw.py").write_text(template_text("law"), encoding="utf-8")
+    text = TEXT.replace('"pid"', '"mylaw.py:MyLaw"').replace("evaluations = 12", "evaluations = 3")
+    arena, told = parse_arena(text, "small", folder=tmp_path), list[str]()
+    outcome = held(arena, tmp_path / "out", clocked=False, told=told.append)
+    assert told == [
+        "mylaw.py:MyLaw: nothing of it moves, of gains, memberships, consequents; it takes part as published"
+    ]
+    entry = outcome.entries[1]
+    assert (entry.parameters, entry.chosen, entry.by, entry.searches, arena.budget(entry.law)) == ((), None, "", (), 0)
+    assert (outcome.published[1] == outcome.tuned[1]).all()
+    assert (outcome.curves.value[1] == entry.choosing.mean()).all()
+    assert outcome.by_engine[0, 1] == outcome.by_engine[1, 1] == pytest.approx(entry.choosing.mean())
+    row = summary_table(outcome).set_index("law").loc[entry.law]
+    assert (row["numbers_tuned"], row["evaluations"], row["chosen"]) == (0, 0, "published")
+    assert "of which nothing moves, took part as published" in answer(outcome)[-1]
+    assert write_laws(outcome, tmp_path / "out")[1] == entry.law
+    with pytest.raises(ArenaError, match="laws: none has anything that moves"):
+        with_laws(arena, [entry.law])
 
 
 @pytest.mark.parametrize(

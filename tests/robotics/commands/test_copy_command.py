@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fuzzy.files.fisfile import read_fis, write_fis
-from fuzzy.files.packaged import GROUP
+from fuzzy.files.packaged import RULE_BASE_GROUP
 from robotics.commands.application import main
 from robotics.laws.formation.leader_follower import load_networks
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
@@ -92,14 +92,6 @@ def test_a_folder_of_networks_is_copied_whole(capsys):
     assert capsys.readouterr().out == "thesis/v_l.fis\n  fuzzy show thesis/v_l.fis\n"
 
 
-def test_an_old_name_copies_the_present_scenario(capsys):
-    assert main(["copy", "chapter-6-test-2"]) == 0
-    out, err = capsys.readouterr()
-    assert out.startswith("three-cross.toml\n")
-    assert "the scenario chapter-6-test-2 is now called three-cross" in err
-    assert present() == ["three-cross.toml"]
-
-
 def test_nothing_is_overwritten_without_force_and_nothing_is_half_done(capsys):
     Path("reference.toml").write_text("mine", encoding="utf-8")
     said = fails(capsys, "copy", "tracking", "reference")
@@ -128,7 +120,7 @@ def test_unknown_names_and_names_of_two_things(site, capsys):
     (site / "boats").mkdir()
     (site / "boats" / "__init__.py").touch()
     write_fis(load_rule_base("eta"), site / "boats" / "reference.fis", "Steer a boat.")
-    declare(site, "boats", {GROUP: {"boats": "boats"}})
+    declare(site, "boats", {RULE_BASE_GROUP: {"boats": "boats"}})
     assert "did you mean 'tracking'? Known: " in fails(capsys, "copy", "eta", "trakking")
     assert "unknown rule base, scenario or robot 'tracking.toml'" in fails(capsys, "copy", "tracking.toml")
     said = fails(capsys, "copy", "reference")

@@ -50,12 +50,12 @@ def test_a_wedge_of_ones_own_becomes_a_scenario_a_table_and_a_card(tmp_path, cap
     [
         (["--kind", "literal", "--followers", "3"], "is of a formation of one's own, --kind of the thesis's"),
         (["--scenario", "x.toml", "--spacing", "1"], "give --scenario or --spacing, not both"),
-        (["--followers", "0"], "followers must be a whole number from 1 to 30"),
+        (["--followers", "0"], "--followers must be a whole number >= 1 and <= 30; got 0"),
         (["--path", "circel"], "did you mean 'circle'"),
         (["--path", "circle:radius"], "a path is SHAPE:name=value"),
         (["--path", "circle:radius=0.2"], "offset"),
         (["--path", "eight:widht=2"], "did you mean 'width'"),
-        (["--arrangement", "wedges"], "did you mean 'wedge'"),
+        (["--arrangement", "wedges"], "--arrangement: 'wedges' is not one of 'wedge', 'abreast'"),
         (["--followers", "2", "--save-scenario", "a.txt"], "must end in .toml"),
     ],
 )

@@ -41,7 +41,7 @@ def test_it_prints_what_happened_and_the_same_seed_prints_the_same_bytes(capsys)
 def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
     monkeypatch.setattr("robotics.experiments.stress.crew.CHUNK", 6)
     options = ("--robots", "3", "--lanes", "crossing", "--freeze", "3", "--controller", "cooperation")
-    arguments = ("stress", "obstacles", *options, "--runs", "3", "--jobs")
+    arguments = ("stress", "obstacles", *options, "--runs", "3", "--workers")
     assert printed(capsys, *arguments, "1") == printed(capsys, *arguments, "2")
 
 

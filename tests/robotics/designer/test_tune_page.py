@@ -3,12 +3,12 @@
 import json
 import re
 import signal
-import time
 from collections.abc import Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from fuzzy.files.fisfile import read_fis, write_fis
@@ -102,8 +102,9 @@ def test_a_killed_server_keeps_the_best_and_goes_on(tab: Watched, server: Any) -
     begin(page, 100_000)
     page.wait_for_selector(".pn-views svg[aria-label*='with the best so far']", timeout=LONG)
     tab.forgiven = True
+    workers = psutil.Process(server.process.pid).children(recursive=True)
     server.end(signal.SIGKILL)
-    time.sleep(2)  # what searched ends by itself
+    assert not psutil.wait_procs(workers, timeout=30)[1]  # what searched ends by itself
     best = json.loads((place / "best.json").read_text())
     rows = len((place / "history.csv").read_text().splitlines()) - 1
     assert best["cost"] < best["before"]

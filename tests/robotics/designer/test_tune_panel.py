@@ -11,12 +11,14 @@ from typing import Any
 
 import pytest
 
+from fuzzy.designer import longtask
 from fuzzy.designer.document import Document
+from fuzzy.designer.longtask import do_task
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis, parse_fis, write_fis
 from fuzzy.system import Constant, Sugeno
 from fuzzy.tuning.parameter import TuningError
-from robotics.designer import tunepanel
+from robotics.designer import tunetask
 from robotics.designer.tunepanel import TuneSession
 from robotics.designer.tunetask import TuneTask, checked, found_at, offered, place_of, search_best, terms_of, write_task
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -87,7 +89,7 @@ def test_a_search_leaves_its_best_and_goes_on_to_the_same(tmp_path: Path) -> Non
         ours, theirs = Pipe()
         if stop:
             ours.send("stop")
-        search_best(task, theirs)
+        do_task(task, search_best, theirs)
         found = []
         while ours.poll():
             found.append(ours.recv())
@@ -114,6 +116,16 @@ def test_a_search_leaves_its_best_and_goes_on_to_the_same(tmp_path: Path) -> Non
     assert first["cost"] == first["before"]  # after the first generation, which is the system as it was
     assert searched(part, stop=False)[-1] == news[-1]
     assert (tmp_path / "b" / "x" / "history.csv").read_bytes() == (tmp_path / "a" / "x" / "history.csv").read_bytes()
+
+
+def test_too_little_memory_is_said_where_it_can_be_helped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any) -> Any:
+        raise MemoryError
+
+    monkeypatch.setattr(tunetask, "simulate", fails)
+    with pytest.raises(TuningError, match="needs more memory than there is: fewer runs") as caught:
+        search_best(task_in(tmp_path), lambda what, about: True)
+    assert caught.value.at == ("runs",)
 
 
 class Scripted:
@@ -175,8 +187,8 @@ def candidate(value: float, cost: float) -> tuple[str, Any]:
 def scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, play: Callable[[Bench, TuneSession], Awaitable[None]]
 ) -> None:
-    monkeypatch.setattr(tunepanel, "TrainingProcess", Scripted)
-    monkeypatch.setattr(tunepanel, "_EVERY", 0.001)
+    monkeypatch.setattr(longtask, "TaskProcess", Scripted)
+    monkeypatch.setattr(longtask, "EVERY", 0.001)
 
     async def whole() -> None:
         bench = Bench(tmp_path)

@@ -248,7 +248,6 @@ def test_command_prints_what_it_certifies(tmp_path, capsys):
         (["--decay", "0.5"], ["decay rate 0.5 1/s", "<= 0.106 1/s"]),
         (["--speed", "0", "0.4"], ["speed_low", "> 0"]),
         (["--ky", "-1"], ["ky must be a finite number in 1/m²", "got -1"]),
-        (["--form", "2.33"], ["--form must be 2.31 or 2.32"]),
         (["--plot", "region.bmp"], ["region.bmp", ".png, .pdf or .svg"]),
     ],
 )

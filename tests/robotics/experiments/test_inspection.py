@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robotics.experiments.inspection import Finding, acceleration, inspect_survey
+from robotics.experiments.inspection import ScenarioFinding, acceleration, inspect_survey
 from robotics.scenario.robots import load_robot
 from robotics.scenario.survey import survey_text
 
@@ -18,7 +18,7 @@ timing = {{ duration = 40.0, ramp = 2.0 }}
 """
 
 
-def found(text: str, controller: str = "") -> dict[str, Finding]:
+def found(text: str, controller: str = "") -> dict[str, ScenarioFinding]:
     return {f.kind: f for f in inspect_survey(survey_text(text, "t"), controller).findings}
 
 

@@ -20,8 +20,7 @@ from robotics.figures.arena import (
     plot_robustness,
 )
 from robotics.figures.drawing import PlotError
-from robotics.statistics.bootstrap import Interval
-from robotics.statistics.shares import wilson
+from robotics.statistics.intervals import Interval, wilson
 from tests.drawn import faults_of, x_of, y_of
 
 LAWS = (

@@ -1,14 +1,17 @@
 """Laws that are derived from laws with an equation, and laws that are called by hand."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fuzzy.compiled.columns import ColumnError, Columns, column
 from robotics.laws.catalogue import CATALOGUE, make_controller
-from robotics.laws.equation import EquationLaw
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.pid import PID
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.opening import has_equation
@@ -56,3 +59,58 @@ def test_the_laws_of_the_catalogue_that_have_an_equation():
     assert without == {"fuzzy-team", "fuzzy-team-planned", "hierarchy-literal", "leader-follower"}
     for name in set(CATALOGUE) - without:
         assert isinstance(make_controller(name), EquationLaw)
+
+
+class Count(Columns):
+    """What laws here remember."""
+
+    turns = column("1")
+
+
+def test_a_misspelt_column_is_an_error_where_the_law_is_defined():
+    def counts(gain, memory):
+        memory.trns = 1.0
+        return gain.v, 0.0
+
+    def asks(robot, gain):
+        return robot.sped, gain.v
+
+    def commands(command):
+        command.target.headin = 0.0
+
+    def adjusts(gain):
+        return gain.w, 0.0
+
+    cases: list[tuple[Any, str]] = [
+        (counts, "Count: unknown column 'trns'; did you mean 'turns'"),
+        (asks, "RobotColumns: unknown column 'sped'. Known: x, y, heading, v, w"),
+        (commands, "AimColumns: unknown column 'headin'; did you mean 'heading'"),
+        (adjusts, "Wrong.gain: unknown column 'w'. Known: v"),
+    ]
+    for wrong, says in cases:
+        line = wrong.__code__.co_firstlineno + 1
+        with pytest.raises(ColumnError, match=rf"test_equation\.py:{line}: {says}"):
+
+            class Wrong(EquationLaw):
+                v: float = 1.0
+                equation, remembers = equation(wrong), Count
+
+
+def test_an_equation_asks_only_for_what_there_is():
+    with pytest.raises(ControllerError, match="steer: unknown argument of an equation 'goal'; did you mean 'road'"):
+
+        @equation
+        def steer(robot, goal):
+            return robot.v, 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Later(PID):
+    """A gain before the numbers that the law derives: its rows are others."""
+
+    patience: float = 1.0
+
+
+def test_a_derived_law_with_a_gain_more_drives_as_before():
+    mine, its = (simulate(SCENARIO, law, (1,)).samples for law in (Later(), PID()))
+    assert mine.tobytes() == its.tobytes()

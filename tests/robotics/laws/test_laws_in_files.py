@@ -226,7 +226,7 @@ def test_the_number_of_processes_changes_nothing(folder, capsys):
     told = []
     for jobs in ("1", "2"):
         line = ["stress", "crossing", "--controller", "laws/mylaw.py:Carrot", "--runs", "60", "--json", "-q"]
-        assert main([*line, "--jobs", jobs]) == 0
+        assert main([*line, "--workers", jobs]) == 0
         told.append(json.loads(capsys.readouterr().out))
     assert told[0] == told[1]
 

@@ -9,7 +9,7 @@ from robotics.experiments.stress.single import single_run
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.modes import MODES, STOPPED, StateDiagram
-from robotics.laws.teams.cooperation import PHASE
+from robotics.laws.teams.cooperation import CooperationMemory
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import Run
@@ -86,7 +86,9 @@ def test_right_of_way_goes_through_its_diagram() -> None:
 
 def phases(law: str, text: str) -> np.ndarray:
     scenario = load_scenario(text) if "\n" not in text else parse_scenario(text, "pair")
-    found = [state.memory[PHASE].copy() for state in drive(scenario.setting, make_controller(law), (0,))]
+    found = [
+        CooperationMemory(state.memory).phase.copy() for state in drive(scenario.setting, make_controller(law), (0,))
+    ]
     return np.array(found[1:])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotics.logs.drive import Commands, Drive, Plan, Track
+from robotics.logs.drive import Commands, Drive, PlannedPath, Track
 from robotics.logs.resampling import pieces
 from robotics.logs.typestore import LogError
 
@@ -98,7 +98,7 @@ def test_what_stands_still_before_and_after_is_left_out():
 
 def test_another_path_begins_another_piece():
     time = np.arange(100) * 0.05
-    plans = (Plan(0.0, np.zeros((2, 2))), Plan(2.0, np.ones((2, 2))))
+    plans = (PlannedPath(0.0, np.zeros((2, 2))), PlannedPath(2.0, np.ones((2, 2))))
     one, two = pieces(drive(time, time, np.ones(100), plans=plans))
     assert (one.plan, two.plan) == plans
     assert two.start + two.time[0] == pytest.approx(2.0)

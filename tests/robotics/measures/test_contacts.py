@@ -22,7 +22,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.channels import CHANNELS, RECORDS
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import About, Recorded, Run
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns as Truth
 from tests.robotics.vehicle.etsro import ETSRO
 
 PERIOD = 0.05
@@ -315,7 +315,7 @@ def test_the_watch_of_a_simulation_as_it_goes_on_says_what_its_run_says(blind):
     setting = load_scenario("obstacles-on-two-paths").setting
     watch, ended = None, list[np.ndarray]()
     for state in drive(setting, make_controller("cooperation"), range(3)):
-        poses, here = state.truth[: p.W + 1], setting.world.at(state.time)
+        poses, here = state.truth[: Truth.w.row + 1], setting.world.at(state.time)
         if watch is None:
             watch = Watch.opened(setting.robots, state.time, poses, here)
             begin = watch

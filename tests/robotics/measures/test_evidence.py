@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from robotics.measures.evidence import Estimate, Part, compared, exact, judge, mean_of, rate_of, wilson
+from robotics.measures.evidence import Estimate, Part, compared, exact, judge, mean_of, rate_of
 from robotics.measures.leading import lead
 from robotics.report.chapter import Claim
 from robotics.report.wording import reading, sentence, shown
@@ -29,10 +29,11 @@ HOLDS, FAILS, OPEN = (dataclasses.replace(PART, bound=bound) for bound in (1.0, 
 
 
 @given(st.integers(1, 500), st.data())
-def test_wilsons_interval_is_scipys(trials: int, data: st.DataObject) -> None:
+def test_a_rate_has_wilsons_interval_as_scipy_has_it(trials: int, data: st.DataObject) -> None:
     count = data.draw(st.integers(0, trials))
     theirs = stats.binomtest(count, trials).proportion_ci(0.95, method="wilson")
-    assert wilson(count, trials) == pytest.approx((theirs.low, theirs.high), abs=1e-12)
+    found = rate_of(np.arange(trials) < count)
+    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=1e-12)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=30))

@@ -130,8 +130,8 @@ def test_a_field_that_a_metric_has_not_is_refused_at_the_decorator():
 
 def test_another_package_brings_a_metric(monkeypatch, run, capsys):
     entries = [
-        EntryPoint(name="top", value=f"{__name__}:top", group=own.GROUP),
-        EntryPoint(name="gone", value="nowhere_at_all:top", group=own.GROUP),
+        EntryPoint(name="top", value=f"{__name__}:top", group=own.METRIC_GROUP),
+        EntryPoint(name="gone", value="nowhere_at_all:top", group=own.METRIC_GROUP),
     ]
     monkeypatch.setattr(own, "entry_points", lambda group: entries)
     own.installed_metrics.cache_clear()

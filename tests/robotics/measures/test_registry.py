@@ -3,7 +3,7 @@
 import pytest
 
 from robotics.measures.registry import ALL_METRICS, headlines, metrics_of, tried
-from robotics.measures.tracking import KINDS
+from robotics.measures.tracking import SCENARIO_KINDS
 
 SHORT = {
     "tracking": [
@@ -20,7 +20,7 @@ SHORT = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SCENARIO_KINDS)
 def test_a_short_table_has_its_metrics_with_their_short_titles(kind):
     assert [metric.short for metric in headlines(kind, others=False).values()] == SHORT[kind]
     touching = [*SHORT[kind], "contacts", "least clearance"]
@@ -45,7 +45,7 @@ def test_try_it_shows_arrivals_first_of_a_team_and_the_own_places_of_a_formation
 def test_an_entry_says_all_and_nothing_that_cannot_be():
     for name, metric in ALL_METRICS.items():
         assert metric.kinds, name
-        assert set(metric.kinds) <= set(KINDS), name
+        assert set(metric.kinds) <= set(SCENARIO_KINDS), name
         assert set(metric.headline) <= set(metric.kinds), name
         assert set(metric.tried) <= set(metric.kinds), name
         assert bool(metric.short) == bool(metric.headline), name
@@ -54,11 +54,11 @@ def test_an_entry_says_all_and_nothing_that_cannot_be():
 
 
 def test_kinds_share_what_every_robot_has():
-    common = set.intersection(*(set(metrics_of(kind)) for kind in KINDS))
+    common = set.intersection(*(set(metrics_of(kind)) for kind in SCENARIO_KINDS))
     assert set(metrics_of("tracking")) == common
     assert len(common) == 18
     assert set(metrics_of("tracking", others=True)) - common == {"contacts", "min_clearance_m"}
-    assert {name for kind in KINDS for name in metrics_of(kind, guard=True)} == set(ALL_METRICS)
+    assert {name for kind in SCENARIO_KINDS for name in metrics_of(kind, guard=True)} == set(ALL_METRICS)
 
 
 def test_only_laws_with_an_emergency_rule_are_measured_by_it():

@@ -13,7 +13,7 @@ from robotics.reinforcement.choosing import chosen_scenarios
 from robotics.sensing.carried import sensor_names
 from robotics.sensing.posture import Sensing
 from robotics.tuning.cost import Cost, costs_of
-from robotics.vehicle import plant
+from robotics.vehicle.plant import TruthColumns as Truth
 
 pytest.importorskip("gymnasium", reason="needs gymnasium")
 from robotics.reinforcement.single import TrackingEnv
@@ -33,7 +33,13 @@ def driven(env, run, place=0, seed=0):
     observed, _ = env.reset(seed=seed)
     lanes, rewards, infos = env.lane.episodes.lanes, [], {}
     for k in range(len(run.time)):
-        for row, name in ((plant.X, "x"), (plant.Y, "y"), (plant.HEADING, "heading"), (plant.V, "v"), (plant.W, "w")):
+        for row, name in (
+            (Truth.x.row, "x"),
+            (Truth.y.row, "y"),
+            (Truth.heading.row, "heading"),
+            (Truth.v.row, "v"),
+            (Truth.w.row, "w"),
+        ):
             assert lanes.truth[row, 0] == run[name][place, 0, k], (name, k)
         for row, name in enumerate(("x_measured", "y_measured", "heading_measured")):
             assert lanes.seen[row, 0] == run[name][place, 0, k], (name, k)

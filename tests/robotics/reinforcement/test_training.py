@@ -35,12 +35,20 @@ def test_the_command_writes_a_policy_that_drives_and_the_same_again(tmp_path, mo
 
 @pytest.mark.long
 def test_a_learner_learns():
-    before = train([LINE], Learning(steps=1024, lanes=32), seed=1)
-    after = train([LINE], Learning(steps=600_000, lanes=256), seed=1)
-    costs = costs_of(Cost(), [LINE], [NeuralPolicy(policy=t.policy) for t in (before, after)], range(3)).sum(axis=-1)
-    assert costs[0].mean() > 50
-    assert costs[1].mean() < 20
-    assert after.curve[-1][1] < after.curve[0][1]
+    """A driver that follows the path to its end comes of one seed like of another, on any processor.
+
+    What decides is the number of updates and the size of their gradients, not the number of steps. With 64 lanes and
+    batches of 256 samples there are 146 updates of 8 gradients an epoch, and the first drives to the end come after
+    40 to 80 of them; with 256 lanes and batches of 2048 there would be 73 of 4, and they end as it begins to learn.
+    """
+    learning = Learning(steps=300_000, lanes=64, batch=256, rate=3e-3)
+    before = train([LINE], replace(learning, steps=1024), seed=1)
+    after = [train([LINE], learning, seed=seed) for seed in range(1, 6)]
+    policies = [NeuralPolicy(policy=each.policy) for each in (before, *after)]
+    untrained, *trained = costs_of(Cost(), [LINE], policies, range(3)).sum(axis=-1).mean(axis=(1, 2))
+    assert untrained > 50
+    assert sum(cost < 20 for cost in trained) >= 4
+    assert sum(each.curve[-1][1] < each.curve[0][1] for each in after) >= 4
 
 
 def test_scenarios_to_learn_on_are_in_no_block_of_an_arena():

@@ -17,7 +17,7 @@ from robotics.scenario.reading import parse_scenario, scenario_from_table, scena
 from robotics.scenario.survey import survey_text
 from robotics.tables.keys import KeyUnknownError, Placed, find, walk
 from robotics.tables.schema import schema_of
-from robotics.tables.template import commented_file, uncommented
+from robotics.tables.template import commented_file
 
 ROOT = Path(__file__).parents[3]
 LINE = {"shape": "line", "start": [0.0, 0.0], "end": [5.0, 0.0]}
@@ -180,7 +180,7 @@ def test_a_commented_file_runs_and_all_its_optional_lines_at_once_do_too(name):
             continue
         text = commented_file(kind.table(), values, kind.read, kind.title)
         assert tomllib.loads(text) == tomllib.loads(commented_file(kind.table(), values, kind.read, minimal=True))
-        full = uncommented(text)
+        full = re.sub(r"^#(?!#|or |:)", "", text, flags=re.MULTILINE)  # every optional line set
         kind.read(full)
         assert len(full) < len(text)
         assert tomllib.loads(full) != tomllib.loads(text)

@@ -9,23 +9,22 @@ import pytest
 from robotics.environment.collision import footprints
 from robotics.environment.world import Disc, Wall
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble
-from robotics.laws.equation import FIRST, SECOND, WISH_V, WISH_W, EquationLaw, equation
+from robotics.laws.equation import EquationLaw, equation
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
 from robotics.scenario.reading import load_scenario
-from robotics.sensing.carried import exact_echoes
 from robotics.sensing.sonar import SONAR, RangeSensor
 from robotics.simulation.loop import drive, driven, record_run
-from robotics.simulation.opening import Driver, Opening
+from robotics.simulation.opening import Driver, PreparedRuns
 from robotics.simulation.recorder import Recorder
+from tests.robotics.sensing.echoes import exact_echoes
 
 
 @equation
-def brake(i, known, memory, command, work):
+def brake(known, lane):
     """Drive straight on, the slower the less the sensors read."""
-    nearest = min(known.ranges[0, i], known.ranges[1, i], 2.0)
-    command[FIRST, i] = command[WISH_V, i] = 0.2 * nearest
-    command[SECOND, i] = command[WISH_W, i] = 0.0
+    nearest = min(known.ranges[0, lane], known.ranges[1, lane], 2.0)
+    return 0.2 * nearest, 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +33,6 @@ class Brake(EquationLaw):
 
     needs: ClassVar[tuple[str, ...]] = ("right", "front-left")
     equation: ClassVar = brake
-
-    def gain_rows(self, setting):
-        return ()
 
 
 CROSSING = Disc(radius=0.2, path=Line(start=(1.0, -1.5), end=(1.0, 1.5)), timing=Timing(speed=0.5), orientation="fixed")
@@ -78,7 +74,7 @@ def ranges_of(seeds, threads=None):
     """What robots on courses of their own, whose obstacles move, read in 20 periods."""
     setting = replace(obstacle_ensemble(seeds, "A", 3, moving=2), ticks=20)
     recorder = Recorder(setting, Brake(), len(seeds))
-    driven(Opening.of([Driver(setting, Brake())], seeds), recorder.kept, lambda more: None, threads)
+    driven(PreparedRuns.of([Driver(setting, Brake())], seeds), recorder.observer, lambda more: None, threads)
     return recorder.arrays["ranges"]
 
 

@@ -4,12 +4,12 @@ import io
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fuzzy.files import arrays
+from fuzzy.files.sealed import sealed_archive
 from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
 from robotics.measures.clearance import clearances
@@ -21,7 +21,6 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import ChannelError, RunError, load_run
 from tests.robotics.vehicle.etsro import ETSRO
 
-OLD = Path(__file__).parents[2] / "data" / "runs"
 BROAD = replace(ETSRO, length=0.5, width=0.45)
 
 
@@ -35,34 +34,15 @@ def mixed():
     return simulate(scenario, make_controller("obstacles"), (0, 7), name="obstacles", links=True)
 
 
-def test_a_run_of_version_0_1_loads_with_its_numbers():
-    """Written by version 0.1; the numbers beside it were read from the run in memory then."""
-    run = load_run(OLD / "format-1-team.npz")
-    assert (run.scenario, run.controller, run.level, run.seeds) == (
-        "chapter-6-simulation-1", "obstacles", "velocity", (3, 5),
-    )  # fmt: skip
-    assert run["x"][1, 2, -1] == 0.2446579317859804
-    assert run.links[30, 0, 1, 0] == np.float32(0.05)
-    assert run["progress"][0, 1, -1] == 0.03442474249800465
-    assert run.modes.shape == (41, 2, 3)
-    assert run.ranges.shape == (41, 2, 3, 4)
-    assert run.obstacles is not None
-    assert run.about.kind == "team"
-    assert run.about.robots == (ETSRO,) * 3  # it did not say; they are taken to be standard ones
-    assert run.about.sensors == (SONAR,) * 3
-    alone = load_run(OLD / "format-1-tracking.npz")
-    assert alone["effort"][0, 0, -1] == 0.017601415197980117
-    assert (alone.about.kind, alone.level, alone.team, alone.about.sensors) == ("tracking", "torque", None, ({},))
-
-
-def test_an_old_run_saves_as_a_new_one(tmp_path):
-    old = load_run(OLD / "format-1-team.npz")
-    old.save(tmp_path / "new.npz")
-    with np.load(tmp_path / "new.npz") as file:
-        assert json.loads(str(file["about"]))["format"] == 3
-    new = load_run(tmp_path / "new.npz")
-    assert new.about == old.about
-    assert all(np.array_equal(new.recorded[name].values, old.recorded[name].values) for name in old.recorded)
+def test_a_file_of_another_format_is_refused_by_the_number_of_the_format(saved, tmp_path):
+    with np.load(io.BytesIO(saved)) as file:
+        arrays = dict(file)
+    for number in (2, 4, "three"):
+        told = json.loads(str(arrays["about"])) | {"format": number}
+        np.savez(tmp_path / "run.npz", **arrays | {"about": np.array(json.dumps(told))})
+        said = rf"run\.npz: a saved run of format '?{number}'?; this version reads format 3$"
+        with pytest.raises(RunError, match=said):
+            load_run(tmp_path / "run.npz")
 
 
 def test_a_file_says_which_robots_ran_and_what_they_carried(mixed, tmp_path):
@@ -158,15 +138,16 @@ WRONG = {
 
 @pytest.mark.parametrize(("name", "change", "said"), WRONG.values(), ids=WRONG)
 def test_arrays_that_are_not_those_of_one_run_are_refused(saved, tmp_path, name, change, said):
-    """As an older file, which has no checksum, may hold them."""
+    """As a program that knows how to make a checksum may write them."""
     with np.load(io.BytesIO(saved)) as file:
         arrays = dict(file)
-    arrays["about"] = np.array(str(arrays["about"]).replace('"format": 3', '"format": 2'))
     if change is None:
         del arrays[name]
     else:
         arrays[name] = change(arrays[name])
-    np.savez(tmp_path / "run.npz", **arrays)
+    content = io.BytesIO()
+    np.savez(content, **arrays)
+    (tmp_path / "run.npz").write_bytes(sealed_archive(content.getvalue()))
     with pytest.raises(RunError, match=re.escape("run.npz: this saved run is damaged: ")) as caught:
         load_run(tmp_path / "run.npz")
     assert said in str(caught.value)

@@ -9,18 +9,18 @@ import pytest
 import robotics.simulation.loop
 from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
-from robotics.laws.equation import AT_S, AT_X, FIRST, HEADING, SECOND, TO_S, TO_X, X
+from robotics.laws.equation import CommandColumns, SeenColumns
 from robotics.laws.law import Command, Law
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
-from robotics.radio.channel import AGE, HEARD
+from robotics.radio.channel import AirColumns
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault
 from robotics.scenario.description import Member, Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import LABORATORY, Sensing
 from robotics.simulation.loop import Simulation, drive, simulate
-from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns as Truth
 
 
 @dataclass(frozen=True)
@@ -73,17 +73,18 @@ def after(simulated, *steps, k=0):
 
 def test_sense_measures_and_looks_up_the_reference_and_moves_nothing():
     simulated = simulation()
-    simulated.lanes.body.truth[p.X] = 0.3
+    simulated.lanes.body.truth[Truth.x.row] = 0.3
     before = simulated.lanes.body.truth.copy()
     lanes = after(simulated, "sense", k=10)
-    np.testing.assert_array_equal(lanes.known.seen[X : HEADING + 1], [[0.3, 0.3], [0.0, 1.0], [0.0, 0.0]])
-    np.testing.assert_allclose(lanes.known.seen[AT_X], [0.1, 0.1])  # 5 m in 25 s, after 0.5 s
+    seen = SeenColumns(lanes.known.seen)
+    np.testing.assert_array_equal(seen.robot.array[:3], [[0.3, 0.3], [0.0, 1.0], [0.0, 0.0]])
+    np.testing.assert_allclose(seen.aim.x, [0.1, 0.1])  # 5 m in 25 s, after 0.5 s
     assert lanes.body.truth.tobytes() == before.tobytes()
 
 
 def test_look_reads_the_range_sensors_and_moves_nothing():
     simulated = simulation(obstacles=(Disc(position=(0.0, 1.5), radius=0.2),))
-    simulated.lanes.body.truth[p.X] = 0.3
+    simulated.lanes.body.truth[Truth.x.row] = 0.3
     before = simulated.lanes.body.truth.copy()
     after(simulated, "sense", "look", k=10)
     assert simulated.lanes.body.truth.tobytes() == before.tobytes()
@@ -100,23 +101,25 @@ def test_hear_brings_what_was_said_a_period_ago_and_who_is_at_fault():
     simulated = simulation(faults=faults)
     lanes = after(simulated, "sense", "hear")
     assert not lanes.trouble.failed.any()
-    assert np.isnan(lanes.air.heard[HEARD:]).all()
+    assert np.isnan(AirColumns(lanes.air.heard).values).all()
     after(simulated, "decide", "obey", "say", "move")
-    told = lanes.known.seen[X].copy()
+    told = SeenColumns(lanes.known.seen).robot.x.copy()
     lanes = after(simulated, "sense", "hear", "decide", "obey", "say", "move", k=1)
-    assert lanes.air.heard[HEARD, 0].tolist()[1] == told[1]
+    assert AirColumns(lanes.air.heard, 0, 1).values[0] == told[1]
     lanes = after(simulated, "sense", "hear", k=2)
     assert lanes.trouble.failed.tolist() == [False, True]
-    assert lanes.air.heard[HEARD, 0, 1] == told[1]  # nobody hears a robot that failed: it is the old message
-    assert lanes.air.heard[AGE, 0, 1] == 2 * simulated.setting.period
+    heard = AirColumns(lanes.air.heard, 0, 1)
+    assert heard.values[0] == told[1]  # nobody hears a robot that failed: it is the old message
+    assert heard.age == 2 * simulated.setting.period
 
 
 def test_decide_asks_the_law_and_aims_at_the_reference():
     simulated = simulation()
     lanes = after(simulated, "sense", "hear", "decide")
     assert simulated.memory == 1
-    assert (lanes.command[FIRST] == 0.2).all()
-    np.testing.assert_array_equal(lanes.command[TO_X : TO_S + 1], lanes.known.seen[AT_X : AT_S + 1])
+    command = CommandColumns(lanes.command)
+    assert (command.first == 0.2).all()
+    np.testing.assert_array_equal(command.target.array, SeenColumns(lanes.known.seen).aim.array)
     assert (lanes.order == 0).all()  # not obeyed yet
 
 
@@ -146,9 +149,9 @@ def test_obey_notices_who_is_lost(far):
     simulated = simulation(divergence=0.5)
     lanes = after(simulated, "sense", "hear", "decide")
     if far:
-        lanes.body.truth[p.Y, 1] += 0.6
+        lanes.body.truth[Truth.y.row, 1] += 0.6
     else:
-        lanes.command[SECOND, 1] = np.nan
+        CommandColumns(lanes.command, 1).second = np.nan
     after(simulated, "obey")
     assert lanes.lost.tolist() == [False, True]
 
@@ -169,9 +172,13 @@ def test_move_advances_the_plant_by_the_orders_and_keeps_the_lost_at_rest():
     after(simulated, "move")
     # A kinematic robot drives the exact arc: 0.2 m/s and 0.5 rad/s for 0.05 s
     turn = 0.5 * 0.05
-    found = lanes.body.truth[[p.X, p.Y, p.HEADING], 0]
+    found = lanes.body.truth[[Truth.x.row, Truth.y.row, Truth.heading.row], 0]
     np.testing.assert_allclose(found, [0.4 * np.sin(turn), 0.4 * (1 - np.cos(turn)), turn], atol=1e-12)
-    np.testing.assert_allclose(lanes.body.truth[[p.X, p.Y, p.HEADING], 1], [0.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(
+        lanes.body.truth[[Truth.x.row, Truth.y.row, Truth.heading.row], 1],
+        [0.0, 1.0, 0.0],
+        atol=1e-12,
+    )
     assert lanes.stopped.tolist() == [-1, 0]
     assert lanes.order[:, 1].tolist() == [0.0, 0.0]
 
@@ -182,7 +189,7 @@ def test_move_delays_orders_by_the_latency():
     places = []
     for k in range(3):
         after(simulated, "move", k=k)
-        places.append(float(lanes.body.truth[p.X, 0]))
+        places.append(float(lanes.body.truth[Truth.x.row, 0]))
     np.testing.assert_allclose(places, [0.0, 0.0, 0.4 * np.sin(0.025)], atol=1e-12)
 
 
@@ -208,7 +215,7 @@ def test_both_loops_give_the_same_bits(seeds):
     )
     law = make_controller("lyapunov")
     run, states = simulate(scenario, law, seeds), list(drive(scenario.setting, law, seeds))
-    truth = np.stack([state.truth[: p.W + 1] for state in states])
+    truth = np.stack([state.truth[: Truth.w.row + 1] for state in states])
     assert np.ascontiguousarray(run.samples[:, :5]).tobytes() == truth.tobytes()
 
 

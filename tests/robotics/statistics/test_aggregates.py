@@ -6,15 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import expon, norm, trim_mean
 
-from robotics.statistics.aggregates import (
-    CVAR,
-    IQM,
-    MEAN,
-    SCENARIO_IQM,
-    QuantileMean,
-    conditional_value_at_risk,
-    interquartile_mean,
-)
+from robotics.statistics.aggregates import CVAR, IQM, MEAN, SCENARIO_IQM, QuantileMean
 from robotics.statistics.costs import StatisticsError
 
 FINE = 200_000  # points by which a distribution is cut into equal parts
@@ -26,7 +18,7 @@ def costs(shape: tuple[int, ...], seed: int = 0) -> np.ndarray:
 
 def test_the_interquartile_mean_is_scipys_trimmed_mean_where_four_divides_the_runs():
     found = costs((5, 3, 8))
-    assert interquartile_mean(found) == pytest.approx(trim_mean(found.reshape(5, -1), 0.25, axis=1), rel=1e-12)
+    assert IQM(found) == pytest.approx(trim_mean(found.reshape(5, -1), 0.25, axis=1), rel=1e-12)
 
 
 @pytest.mark.parametrize("statistic", [IQM, CVAR, QuantileMean("most", 0.13, 0.71)])
@@ -42,13 +34,14 @@ def test_runs_at_the_levels_count_in_part(statistic, seeds):
 def test_the_conditional_value_at_risk_has_the_closed_forms_of_the_normal_and_the_exponential(share):
     middles = (np.arange(FINE) + 0.5) / FINE
     normal, exponential = (law.ppf(middles).reshape(1, -1) for law in (norm, expon))
-    assert conditional_value_at_risk(normal, share) == pytest.approx(norm.pdf(norm.ppf(1 - share)) / share, rel=1e-4)
-    assert conditional_value_at_risk(exponential, share) == pytest.approx(1 - np.log(share), rel=1e-4)
+    worst = QuantileMean("mean of the worst", 1 - share, 1.0)
+    assert worst(normal) == pytest.approx(norm.pdf(norm.ppf(1 - share)) / share, rel=1e-4)
+    assert worst(exponential) == pytest.approx(1 - np.log(share), rel=1e-4)
 
 
 def test_the_worst_tenth_of_fifteen_runs_is_one_and_a_half():
     found = np.arange(15.0).reshape(3, 5)
-    assert conditional_value_at_risk(found) == pytest.approx((14 + 0.5 * 13) / 1.5)
+    assert CVAR(found) == pytest.approx((14 + 0.5 * 13) / 1.5)
 
 
 def test_failures_are_trimmed_up_to_a_quarter_and_make_the_worst_tenth_infinite():

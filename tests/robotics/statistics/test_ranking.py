@@ -3,41 +3,13 @@
 import numpy as np
 import pytest
 
-from robotics.statistics.aggregates import MEAN
 from robotics.statistics.costs import StatisticsError
-from robotics.statistics.ranking import gap_closed, pareto_front, rank_probabilities, reweighted
+from robotics.statistics.ranking import gap_closed, pareto_front, reweighted
 
 
 def runs(centres: list[float], noise: float = 0.3, seed: int = 0) -> np.ndarray:
     random = np.random.default_rng(seed)
     return np.exp(np.array(centres)[:, None, None] + noise * random.normal(size=(len(centres), 3, 20)))
-
-
-def test_a_clear_order_is_certain_and_equal_laws_share_their_ranks():
-    costs = runs([0.0, 2.0, 4.0, 0.0])
-    costs[3] = costs[0]
-    found = rank_probabilities(costs, generator=np.random.default_rng(1), draws=200)
-    assert found.tolist() == [[0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0.5, 0.5, 0, 0]]
-
-
-def test_rank_probabilities_are_counted():
-    costs = runs([0.0, 0.02, 0.05])
-    found = rank_probabilities(costs, MEAN, generator=np.random.default_rng(2), draws=4000)
-    assert found.sum(axis=0) == pytest.approx(np.ones(3))
-    assert found.sum(axis=1) == pytest.approx(np.ones(3))
-    random, counted = np.random.default_rng(3), np.zeros((3, 3))
-    for _ in range(4000):
-        chosen = random.integers(0, 20, size=(1, 3, 19))
-        order = np.argsort(np.take_along_axis(costs, chosen, axis=2).mean(axis=(1, 2)))
-        counted[order, np.arange(3)] += 1 / 4000
-    assert found == pytest.approx(counted, abs=0.04)
-
-
-def test_laws_that_all_fail_share_the_last_ranks():
-    costs = runs([0.0, 0.0, 0.0])
-    costs[1:] = np.inf
-    found = rank_probabilities(costs, generator=np.random.default_rng(1), draws=10)
-    assert found.tolist() == [[1, 0, 0], [0, 0.5, 0.5], [0, 0.5, 0.5]]
 
 
 def test_other_weights_change_the_order_where_terms_disagree():

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, mannwhitneyu
 
-from robotics.statistics.shares import failure_rate, performance_profile, probability_of_improvement, wilson
+from robotics.statistics.intervals import wilson
+from robotics.statistics.shares import failure_rate, performance_profile, probability_of_improvement
 
 
 def costs(laws: int = 3, scenarios: int = 4, seeds: int = 20, seed: int = 0) -> np.ndarray:

@@ -26,7 +26,7 @@ from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.clearance import robot_gaps
 from robotics.measures.contacts import contacts
-from robotics.measures.quantities import QUANTITIES, Quantity
+from robotics.measures.quantities import QUANTITIES, MeasuredQuantity
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
 from robotics.report.chapter import Chapter
@@ -37,13 +37,13 @@ from robotics.simulation.spans import ReplayError
 from robotics.thesis import avoidance
 from robotics.thesis.avoidance import FIGURES, chapter_of
 from robotics.thesis.avoidance_runs import (
+    AVOIDANCE_TESTS,
     CASES,
     COURSES,
     CRASH_LAWS,
-    MEETINGS,
     OBSTACLE_LAWS,
+    RANDOM_CROSSINGS,
     SIDE_BY_SIDE,
-    TESTS,
     runs_of,
 )
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
@@ -60,7 +60,7 @@ def runs(avoidance_results: dict[Any, Any]) -> dict[tuple[str, str], Run]:
 
 @pytest.fixture(scope="module")
 def planned(runs: dict[tuple[str, str], Run]) -> Run:
-    return runs[TESTS[0], "right-of-way"]
+    return runs[AVOIDANCE_TESTS[0], "right-of-way"]
 
 
 # Runs -----------------------------------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ def test_runs_of_a_pass_are_those_of_their_scenarios_alone() -> None:
 
 def test_scenarios_that_differ_in_more_are_not_driven_together() -> None:
     with pytest.raises(ValueError, match="outage-10s cannot be driven together with two-meetings"):
-        run_together([load_scenario(TESTS[0]), load_scenario("outage-10s")], "cooperation", [0])
+        run_together([load_scenario(AVOIDANCE_TESTS[0]), load_scenario("outage-10s")], "cooperation", [0])
 
 
 # Metrics -----------------------------------------------------------------------------------------------
@@ -119,14 +119,14 @@ def test_the_chapter_judges_the_claims_from_its_runs(avoidance_results: dict[Any
     assert verdicts["The crash avoidance is accurate"]["as printed"] == "does not hold"
     assert len(verdicts) == 6
     tests, crossings, courses, _ = chapter.tables
-    assert len(tests.rows) == len(TESTS) * len(CRASH_LAWS)
+    assert len(tests.rows) == len(AVOIDANCE_TESTS) * len(CRASH_LAWS)
     assert [row[0] for row in crossings.rows][::2] == ["Crash avoidance, literal", "Right of way"]
     assert crossings.rows[2][1].startswith("0 % (0 to")
     assert len(courses.rows) == (len(COURSES) + 1) * len(OBSTACLE_LAWS) - 1  # a case study is of one law
     for grid in chapter.tables:
         assert {len(row) for row in grid.rows} == {len(grid.head)}
     assert any(load_scenario(CASES[2]).title in film.caption for film in chapter.films)
-    assert [lead.scenario for lead in chapter.leads] == [*TESTS, *COURSES]
+    assert [lead.scenario for lead in chapter.leads] == [*AVOIDANCE_TESTS, *COURSES]
 
 
 def test_test_1_asks_whether_robot_1_turns(avoidance_results: dict[Any, Any]) -> None:
@@ -141,7 +141,7 @@ def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]
     """A verdict is not a sentence that stands there anyway."""
     other = dict(avoidance_results)
     for law in CRASH_LAWS:
-        other[MEETINGS, law] = avoidance_results[MEETINGS, "right-of-way"]
+        other[RANDOM_CROSSINGS, law] = avoidance_results[RANDOM_CROSSINGS, "right-of-way"]
     literal = [run for run in avoidance_results["courses", "obstacles-literal"] if run.scenario != COURSES[2]]
     stuck = next(run for run in literal if run.scenario == COURSES[0])
     about = replace(stuck.about, scenario=COURSES[2])
@@ -156,18 +156,20 @@ def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]
 def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     runs = runs_of(avoidance_results)
     rows = {row[:2]: row[2:] for row in side_by_side_table(runs).rows}
-    assert len(rows) == (len(TESTS) + len(COURSES)) * len(SIDE_BY_SIDE)
-    printed, planned = (rows[TESTS[1], label(law)] for law in (SIDE_BY_SIDE[0], SIDE_BY_SIDE[-1]))
+    assert len(rows) == (len(AVOIDANCE_TESTS) + len(COURSES)) * len(SIDE_BY_SIDE)
+    printed, planned = (rows[AVOIDANCE_TESTS[1], label(law)] for law in (SIDE_BY_SIDE[0], SIDE_BY_SIDE[-1]))
     assert printed[:4] == ("3 of 3", "0 % (0 to 56)", "–", "–")
     assert planned[:2] == ("0 of 3", "100 % (44 to 100)")
-    run = runs[TESTS[1], "right-of-way"]
+    run = runs[AVOIDANCE_TESTS[1], "right-of-way"]
     last = [max(arrival_time(run.only(seed))[0]) for seed in run.seeds]
     assert planned[3].startswith(f"{np.mean(last) / 44.4:.2f}")
     touched = sum(bool(contacts(runs[COURSES[1], "right-of-way"], place)) for place in range(3))
     assert rows[COURSES[1], "Right of way: drives blind"][:4] == (f"{touched} of 3", "–", "–", "–")
     assert touched == 3
     # Of a law without an emergency rule the share is unknown.
-    share = Quantity(lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1")
+    share = MeasuredQuantity(
+        lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1"
+    )
     monkeypatch.setattr("robotics.thesis.side_by_side.QUANTITIES", {**QUANTITIES, "emergency_share": share})
     monkeypatch.setattr("robotics.measures.quantities.QUANTITIES", {**QUANTITIES, "emergency_share": share})
     table = side_by_side_table(runs)
@@ -184,8 +186,8 @@ def test_numbers_are_recomputed_by_code_that_shares_nothing(avoidance_results: d
 
 
 def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(runs: dict[tuple[str, str], Run]) -> None:
-    laws, figures = FIGURES[TESTS[1]]
-    shown = [runs[TESTS[1], law] for law in laws]
+    laws, figures = FIGURES[AVOIDANCE_TESTS[1]]
+    shown = [runs[AVOIDANCE_TESTS[1], law] for law in laws]
     page = plot_avoidance(shown, figures=figures)
     assert len(page.axes) == 7 * 3
     named = [ax.get_title(loc="left") for ax in page.axes if ax.get_title(loc="left")]
@@ -235,19 +237,19 @@ def test_trajectories_have_a_row_a_scenario_and_a_column_a_law(avoidance_results
     picture = side_by_side_picture(runs_of(avoidance_results))
     page = picture.draw()
     assert [ax.get_title() for ax in page.axes] == [*map(label, SIDE_BY_SIDE), "", "", ""]
-    assert [ax.get_ylabel() for ax in page.axes[::3]] == [f"{test}, seed 3\ny [m]" for test in TESTS]
+    assert [ax.get_ylabel() for ax in page.axes[::3]] == [f"{test}, seed 3\ny [m]" for test in AVOIDANCE_TESTS]
     crosses = [any(line.get_marker() == CONTACT["marker"] for line in ax.lines) for ax in page.axes]
     assert [crosses[0], crosses[3], crosses[5]] == [False, True, False]
     runs = runs_of(avoidance_results)
     with pytest.raises(ValueError, match="one scenario a row, and the same laws in each row"):
-        plot_trajectories([[runs[TESTS[0], "right-of-way"]], [runs[TESTS[1], "crash-literal"]]])
+        plot_trajectories([[runs[AVOIDANCE_TESTS[0], "right-of-way"]], [runs[AVOIDANCE_TESTS[1], "crash-literal"]]])
 
 
 def test_pages_that_cannot_be(runs: dict[tuple[str, str], Run], planned: Run) -> None:
     with pytest.raises(ValueError, match="one to three runs on one scenario"):
         plot_avoidance([])
     with pytest.raises(ValueError, match="one to three runs on one scenario"):
-        plot_avoidance([planned, runs[TESTS[1], "right-of-way"]])
+        plot_avoidance([planned, runs[AVOIDANCE_TESTS[1], "right-of-way"]])
     with pytest.raises(ReplayError, match="seed 5 is not among those of the run: 3"):
         plot_avoidance([planned], seed=5)
     assert kept_distance("crash-literal:d_min=0.8", [ETSRO]) == 0.8
@@ -271,13 +273,13 @@ def test_compare_writes_the_chapter_into_the_report(
 
     monkeypatch.setattr("robotics.thesis.chapters.judging", judging)
     monkeypatch.setattr("robotics.report.page._pictures", lambda *_: [])
-    monkeypatch.setattr(avoidance, "FIGURES", {TESTS[0]: FIGURES[TESTS[0]]})
+    monkeypatch.setattr(avoidance, "FIGURES", {AVOIDANCE_TESTS[0]: FIGURES[AVOIDANCE_TESTS[0]]})
     out = tmp_path / "out"
     command = ["compare", "lyapunov-sine", "--controllers", "lyapunov", "--seeds", "1", "--claims", "--out", str(out)]
     assert main([*command, "--json", "-q"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert [claim["name"] for claim in printed["claims"]] == [c.name for c in chapter_of(avoidance_results).claims]
-    assert f"figures/avoidance-{TESTS[0]}.png" in printed["files"]
+    assert f"figures/avoidance-{AVOIDANCE_TESTS[0]}.png" in printed["files"]
     page = (out / "report.html").read_text(encoding="utf-8")
     assert 'id="chapter-avoidance"' in page
     assert "Fig 6.13" not in page  # it is in the picture

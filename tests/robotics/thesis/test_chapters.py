@@ -101,7 +101,7 @@ def test_the_printed_table_is_the_data_s() -> None:
     folder = Path(__file__).parents[3] / "datasets" / "thesis"
     with (folder / "table-2-1.csv").open(encoding="utf-8") as file:
         rows = list(csv.reader(file))[1:]
-    assert list(tracking.PRINTED.values()) == [tuple(map(float, row[1:])) for row in rows]
+    assert list(tracking.PRINTED_TRACKING.values()) == [tuple(map(float, row[1:])) for row in rows]
 
 
 @pytest.mark.parametrize("chapter", ["tracking", "teams", "avoidance", "formation"])

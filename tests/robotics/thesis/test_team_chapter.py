@@ -16,8 +16,8 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.thesis import team_runs
 from robotics.thesis.claims import Needed
-from robotics.thesis.team_runs import DUELS, TESTS, mean_errors
-from robotics.thesis.teams import PRINTED, chapter_of
+from robotics.thesis.team_runs import DUELS, TEAM_TESTS, mean_errors
+from robotics.thesis.teams import PRINTED_TEAMS, chapter_of
 from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.thesis.recomputed import check_recomputed
 
@@ -45,7 +45,7 @@ def test_the_chapter_judges_the_claims_from_its_runs(team_results):
     for k, ax in enumerate(errors.axes):
         dots = [line for line in ax.lines if line.get_marker() == "s" and round(float(y_of(line)[0])) == place]
         assert [float(x_of(dot)[0]) for dot in dots] == [pytest.approx(mean_errors(run)[:, 1, k].mean())]
-    assert [lead.scenario for lead in chapter.leads] == list(TESTS)
+    assert [lead.scenario for lead in chapter.leads] == list(TEAM_TESTS)
 
 
 def test_another_outcome_gives_another_verdict(team_results):
@@ -90,7 +90,9 @@ def test_printed_figures_are_those_of_the_tables():
             rows = list(csv.DictReader(file))
         for kind in ("nonlinear", "fuzzy"):
             columns = [tuple(row[f"{kind}_{name}"] for row in rows) for name in ("x_err", "y_err", "alpha", "MSE")]
-            assert [tuple(map(_number, c)) for c in PRINTED[test][kind]] == [tuple(map(_number, c)) for c in columns]
+            assert [tuple(map(_number, c)) for c in PRINTED_TEAMS[test][kind]] == [
+                tuple(map(_number, c)) for c in columns
+            ]
 
 
 def _number(text):

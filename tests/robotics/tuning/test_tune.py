@@ -251,8 +251,8 @@ def scenario(tmp_path_factory):
 
 def test_the_command_tunes_a_rule_base_and_its_result_can_be_driven(scenario, tmp_path, capsys):
     out = tmp_path / "tuned"
-    told = ["--scenarios", scenario, "--unseen", "lyapunov-circle", "--runs", "4", "--evaluations", "60"]
-    assert main(["tune", "fuzzy", *told, "--check-runs", "10", "-o", str(out), "--json", "-q"]) == 0
+    told = [scenario, "--unseen", "lyapunov-circle", "--seeds", "4", "--evaluations", "60"]
+    assert main(["tune", "fuzzy", *told, "--check-seeds", "10", "-o", str(out), "--json", "-q"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["after"] < said["before"]
     assert said["evaluations"] == 60
@@ -272,7 +272,7 @@ def test_the_command_tunes_a_rule_base_and_its_result_can_be_driven(scenario, tm
 
 
 def test_the_front_is_a_table_and_a_picture(scenario, tmp_path, capsys):
-    told = ["--scenarios", scenario, "--runs", "2", "--evaluations", "120", "--check-runs", "0", "--pareto"]
+    told = [scenario, "--seeds", "2", "--evaluations", "120", "--check-seeds", "0", "--pareto"]
     assert main(["tune", "lyapunov", *told, "-o", str(tmp_path / "front"), "-q"]) == 0
     assert "laws on the front" in capsys.readouterr().out
     rows = (tmp_path / "front" / "front.csv").read_text().splitlines()
@@ -287,12 +287,12 @@ def test_the_front_is_a_table_and_a_picture(scenario, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["tune", "fuzy", "--scenarios", "lyapunov-sine"], "did you mean 'fuzzy'"),
-        (["tune", "fuzzy", "--scenarios", "lyapunov-sin"], "did you mean 'lyapunov-sine'"),
-        (["tune", "fuzzy", "--scenarios", ","], "--scenarios: at least one name"),
-        (["tune", "fuzzy", "--scenarios", "lyapunov-sine", "--engine", "cma"], "cmaes"),
-        (["tune", "fuzzy", "--scenarios", "lyapunov-sine", "--space", "gone.toml"], "gone.toml: cannot be read"),
-        (["tune", "concentric", "--scenarios", "concentric-circles"], "unknown controller"),
+        (["tune", "fuzy", "lyapunov-sine"], "did you mean 'fuzzy'"),
+        (["tune", "fuzzy", "lyapunov-sin"], "did you mean 'lyapunov-sine'"),
+        (["tune", "fuzzy"], "Missing argument"),
+        (["tune", "fuzzy", "lyapunov-sine", "--engine", "cma"], "cmaes"),
+        (["tune", "fuzzy", "lyapunov-sine", "--space", "gone.toml"], "gone.toml: cannot be read"),
+        (["tune", "concentric", "concentric-circles"], "unknown controller"),
     ],
 )
 def test_a_command_that_cannot_be_is_one_sentence(arguments, message, capsys, tmp_path, monkeypatch):
@@ -304,7 +304,7 @@ def test_a_command_that_cannot_be_is_one_sentence(arguments, message, capsys, tm
 
 
 def test_another_search_in_the_same_folder_is_refused(scenario, tmp_path, capsys):
-    told = ["tune", "lyapunov", "--scenarios", scenario, "--runs", "1", "--check-runs", "0", "-o", str(tmp_path), "-q"]
+    told = ["tune", "lyapunov", scenario, "--seeds", "1", "--check-seeds", "0", "-o", str(tmp_path), "-q"]
     assert main([*told, "--evaluations", "10"]) == 0
     assert main([*told, "--evaluations", "10", "--seed", "2"]) == 2
     assert "holds another search: seed changed" in capsys.readouterr().err
@@ -317,8 +317,8 @@ def folder_bytes(folder: Path):
 
 def killed_at_random(scenario, tmp_path, moments, evaluations, seconds):
     """The folder of a search that was killed at random moments, and that of one that nothing disturbed."""
-    command = [sys.executable, "-m", "robotics", "tune", "fuzzy", "--scenarios", scenario, "--runs", "8"]
-    command += ["--evaluations", str(evaluations), "--check-runs", "0", "-q"]
+    command = [sys.executable, "-m", "robotics", "tune", "fuzzy", scenario, "--seeds", "8"]
+    command += ["--evaluations", str(evaluations), "--check-seeds", "0", "-q"]
     subprocess.run([*command, "-o", str(tmp_path / "whole")], check=True, capture_output=True)
     wait, killed = random.Random(1), 0
     for _ in range(moments):
@@ -352,13 +352,12 @@ def test_a_search_that_was_killed_goes_on(scenario, tmp_path):
     told = [
         "tune",
         "lyapunov",
-        "--scenarios",
         scenario,
-        "--runs",
+        "--seeds",
         "2",
         "--evaluations",
         "60",
-        "--check-runs",
+        "--check-seeds",
         "0",
         "-q",
     ]

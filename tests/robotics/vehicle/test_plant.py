@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns as Truth
 from robotics.vehicle.robot import RobotError
 from tests.robotics.vehicle.etsro import ETSRO
 
@@ -91,7 +92,7 @@ def full():
 
 def reduced(d):
     states = driven(replace(FREE, mass_offset=d), [torques(0.05 * k) for k in range(100)], "torque")
-    return states[:, [p.X, p.Y, p.HEADING]]
+    return states[:, [Truth.x.row, Truth.y.row, Truth.heading.row]]
 
 
 @pytest.mark.parametrize("d", [-0.02, 0.02])
@@ -114,11 +115,11 @@ def test_yaw_of_a_coasting_robot_grows_at_the_rate_of_the_linearised_model(d, gr
     """ω' = −m_c d v ω / I: with the mass behind, the rate is +m_c |d| v / I [B]."""
     robot = replace(FREE, mass_offset=d)
     state = at_rest()
-    state[p.V], state[p.W] = 0.5, 1e-6
+    state[Truth.v.row], state[Truth.w.row] = 0.5, 1e-6
     end = driven(robot, [(0, 0)] * 20, "torque", state)[-1]
     rate = -robot.body_mass * d * 0.5 / robot.effective_inertia
-    assert end[p.W] == pytest.approx(1e-6 * np.exp(rate), rel=1e-8)
-    assert (end[p.W] > 1e-6) == grows
+    assert end[Truth.w.row] == pytest.approx(1e-6 * np.exp(rate), rel=1e-8)
+    assert (end[Truth.w.row] > 1e-6) == grows
     bare = replace(robot, wheel_spin_inertia=0.0)  # the figures of [B], without the wheels' spin
     assert bare.body_mass * 0.02 * np.array([0.2, 0.5, 1.0]) / bare.effective_inertia == pytest.approx(
         [0.44, 1.1, 2.2], rel=0.02
@@ -134,7 +135,7 @@ def test_constants_are_the_published_ones():
 
 def kinetic_energy(robot, state):
     """Body at its center of mass, wheels at theirs, spin: not the reduced mass matrix."""
-    v, w, d, L = state[..., p.V], state[..., p.W], robot.mass_offset, robot.half_axle
+    v, w, d, L = state[..., Truth.v.row], state[..., Truth.w.row], robot.mass_offset, robot.half_axle
     total = robot.body_mass * (v**2 + (d * w) ** 2) / 2 + robot.body_inertia * w**2 / 2
     for side in (1, -1):
         rolling = v + side * L * w
@@ -155,9 +156,9 @@ def test_work_is_kinetic_energy_and_losses(friction, level):
     states = driven(robot, commands, level)
     energy = kinetic_energy(robot, states)
     assert np.ptp(energy) > 0.01
-    assert (np.abs(energy + states[:, p.LOSS] - states[:, p.WORK]) <= 1e-5).all()
-    assert (np.diff(states[:, p.LOSS]) >= 0).all()
-    assert (states[-1, p.LOSS] > 0.01) == (friction > 0)
+    assert (np.abs(energy + states[:, Truth.loss.row] - states[:, Truth.work.row]) <= 1e-5).all()
+    assert (np.diff(states[:, Truth.loss.row]) >= 0).all()
+    assert (states[-1, Truth.loss.row] > 0.01) == (friction > 0)
 
 
 @pytest.mark.parametrize("spin", [0.0, 2.8e-4])
@@ -169,12 +170,12 @@ def test_without_offset_constant_torques_drive_the_closed_form_of_2_10(spin):
     mass = 2.3 + 2 * 0.28 + 2 * spin / r**2
     inertia = 0.01 + 2 * 0.28 * L**2 + 2 * 0.0021 + 2 * spin * (L / r) ** 2
     a, b = (right + left) / (r * mass), L * (right - left) / (r * inertia)  # (2.12)
-    np.testing.assert_allclose(states[:, p.V], a * t, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(states[:, p.W], b * t, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(states[:, Truth.v.row], a * t, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(states[:, Truth.w.row], b * t, rtol=0, atol=1e-12)
     angle = b * t**2 / 2
-    np.testing.assert_allclose(states[:, p.HEADING], angle, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(states[:, p.X], a / b * np.sin(angle), rtol=0, atol=1e-7)
-    np.testing.assert_allclose(states[:, p.Y], a / b * (1 - np.cos(angle)), rtol=0, atol=1e-7)
+    np.testing.assert_allclose(states[:, Truth.heading.row], angle, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(states[:, Truth.x.row], a / b * np.sin(angle), rtol=0, atol=1e-7)
+    np.testing.assert_allclose(states[:, Truth.y.row], a / b * (1 - np.cos(angle)), rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("substeps", [2, 4])
@@ -183,7 +184,7 @@ def test_pose_converges_with_the_substeps(substeps):
     commands = [(0.4 + 0.2 * sin(0.1 * k), 2 * sin(0.07 * k)) for k in range(100)]
     exact = driven(replace(ROBOT, counts_per_turn=1e12), commands, substeps=20)
     coarse = driven(replace(ROBOT, counts_per_turn=1e12), commands, substeps=substeps)
-    gap = np.abs(exact - coarse)[:, [p.X, p.Y, p.HEADING]].max()
+    gap = np.abs(exact - coarse)[:, [Truth.x.row, Truth.y.row, Truth.heading.row]].max()
     assert 0 < gap < {2: 1e-5, 4: 5e-7}[substeps]
 
 
@@ -199,7 +200,7 @@ def test_wheel_loop_overshoots_6_percent_rises_in_150_ms_settles_in_350_ms(radiu
     robot = replace(ROBOT, wheel_radius=radius, filter_frequency=frequency)
     command = (radius * speed, 0.0) if motion == "forward" else (0.0, radius * speed / robot.half_axle)
     states = driven(robot, [command] * 150, steps=1)
-    wheel = (states[:, p.V] + robot.half_axle * states[:, p.W]) / radius / speed
+    wheel = (states[:, Truth.v.row] + robot.half_axle * states[:, Truth.w.row]) / radius / speed
     time = TIME_STEP * np.arange(len(wheel))
     assert wheel.max() <= 1.06
     assert time[np.argmax(wheel >= 0.9)] <= 0.15
@@ -212,10 +213,12 @@ def test_wheel_loop_overshoots_6_percent_rises_in_150_ms_settles_in_350_ms(radiu
 def test_encoder_quantum_is_0_105_rad_per_second():
     quantum = 2 * pi / 6000 / TIME_STEP
     assert quantum == pytest.approx(0.105, abs=5e-4)
-    speeds = driven(ROBOT, [(0.2, 0.3)] * 100, steps=1)[:, [p.SPEED_R, p.SPEED_L]] / quantum
+    speeds = driven(ROBOT, [(0.2, 0.3)] * 100, steps=1)[:, [Truth.speed_r.row, Truth.speed_l.row]] / quantum
     np.testing.assert_allclose(speeds, np.round(speeds), rtol=0, atol=1e-9)
     assert np.diff(np.unique(np.round(speeds))).min() == 1
-    filtered = driven(replace(ROBOT, filter_frequency=20.0), [(0.2, 0.3)] * 100, steps=1)[:, p.SPEED_R] / quantum
+    filtered = (
+        driven(replace(ROBOT, filter_frequency=20.0), [(0.2, 0.3)] * 100, steps=1)[:, Truth.speed_r.row] / quantum
+    )
     assert np.abs(filtered - np.round(filtered)).max() > 0.1
 
 
@@ -250,11 +253,11 @@ def test_saturation_keeps_the_curvature_and_the_diamond(command):
     assert [*p.saturate(limits, np.array(0.3), np.array(1.0))] == [0.3, 1.0]
     # The kinematic plant does the same at once, the dynamic one settles inside the diamond.
     glide = driven(ROBOT, [command], kinematic=True)[-1]
-    assert glide[[p.V, p.W]] == pytest.approx([v, w], abs=1e-14)
+    assert glide[[Truth.v.row, Truth.w.row]] == pytest.approx([v, w], abs=1e-14)
     end = driven(replace(ROBOT, friction_torque=0.0), [command] * 60)[-20:]
-    assert (np.abs(end[:, p.V]) + 0.1 * np.abs(end[:, p.W]) <= ROBOT.wheel_speed_limit * 1.005).all()
-    np.testing.assert_allclose(end[:, p.V], v, rtol=0, atol=0.01)
-    np.testing.assert_allclose(end[:, p.W], w, rtol=0, atol=0.1)  # at the supply's edge the loops hunt a little
+    assert (np.abs(end[:, Truth.v.row]) + 0.1 * np.abs(end[:, Truth.w.row]) <= ROBOT.wheel_speed_limit * 1.005).all()
+    np.testing.assert_allclose(end[:, Truth.v.row], v, rtol=0, atol=0.01)
+    np.testing.assert_allclose(end[:, Truth.w.row], w, rtol=0, atol=0.1)  # at the supply's edge the loops hunt a little
 
 
 @pytest.mark.parametrize(("command", "seconds"), [((0.3, 0.0), 0.6), ((0.0, -2.0), 1.0), ((0.1, 2.0), 1.0)])
@@ -265,14 +268,14 @@ def test_a_step_to_a_velocity_takes_v_over_a_seconds(command, seconds):
     time = TIME_STEP * np.arange(121)
     rates = np.array([0.5, 2.0]) * np.sign(command)
     wanted = np.sign(command) * np.minimum(np.abs(rates * time[:, None]), np.abs(command))
-    np.testing.assert_allclose(states[:, [p.V, p.W]], wanted, rtol=0, atol=1e-13)
-    reached = np.abs(states[:, [p.V, p.W]] - command).max(axis=1) < 1e-12
+    np.testing.assert_allclose(states[:, [Truth.v.row, Truth.w.row]], wanted, rtol=0, atol=1e-13)
+    reached = np.abs(states[:, [Truth.v.row, Truth.w.row]] - command).max(axis=1) < 1e-12
     assert time[np.argmax(reached)] == pytest.approx(seconds)
     # Braking is bounded as well, and the way is that of the ramps: v²/(2 a) each, and half a step's.
     if command[1] == 0.0:
         stopped = driven(slow, [command] * 60 + [(0.0, 0.0)] * 100, steps=1, kinematic=True)
-        assert stopped[-1, p.V] == 0.0
-        assert stopped[-1, p.X] == pytest.approx(0.3**2 / 0.5, abs=1e-12)
+        assert stopped[-1, Truth.v.row] == 0.0
+        assert stopped[-1, Truth.x.row] == pytest.approx(0.3**2 / 0.5, abs=1e-12)
 
 
 def test_bounds_of_acceleration_hold_for_the_wheel_loops_too_and_never_beyond_the_wheels():
@@ -280,12 +283,14 @@ def test_bounds_of_acceleration_hold_for_the_wheel_loops_too_and_never_beyond_th
     states = driven(slow, [(0.3, 0.0)] * 100, steps=1)
     time = TIME_STEP * np.arange(101)
     rising = (time > 0.3) & (time < 0.58)
-    assert np.diff(states[rising, p.V]).mean() / TIME_STEP == pytest.approx(0.5, rel=0.05)
-    assert np.abs(states[:, p.V] - np.minimum(0.5 * time, 0.3)).max() < 0.04  # the wheel loops' lag
-    np.testing.assert_allclose(states[:, p.HELD_V], np.minimum(0.5 * time, 0.3), rtol=0, atol=1e-13)
+    assert np.diff(states[rising, Truth.v.row]).mean() / TIME_STEP == pytest.approx(0.5, rel=0.05)
+    assert np.abs(states[:, Truth.v.row] - np.minimum(0.5 * time, 0.3)).max() < 0.04  # the wheel loops' lag
+    np.testing.assert_allclose(states[:, Truth.held_v.row], np.minimum(0.5 * time, 0.3), rtol=0, atol=1e-13)
     # v falls no faster than it may, so ω must wait: both together would be more than the wheels turn.
     turned = driven(slow, [(0.8, 0.0)] * 200 + [(0.0, 5.7)] * 100, steps=1, kinematic=True)
-    assert (np.abs(turned[:, p.V]) + 0.1 * np.abs(turned[:, p.W]) <= ROBOT.wheel_speed_limit * (1 + 1e-12)).all()
+    assert (
+        np.abs(turned[:, Truth.v.row]) + 0.1 * np.abs(turned[:, Truth.w.row]) <= ROBOT.wheel_speed_limit * (1 + 1e-12)
+    ).all()
     # No bounds, or bounds that are never met: the same to the last bit.
     commands = [(0.4 * sin(0.1 * k), cos(0.2 * k)) for k in range(60)]
     for settings in ({}, {"kinematic": True}):
@@ -300,12 +305,16 @@ def test_bounds_of_acceleration_hold_for_the_wheel_loops_too_and_never_beyond_th
 def test_torque_stays_within_its_limit_and_what_the_supply_reaches():
     for level, command in (("velocity", (0.8, 0.0)), ("torque", (5.0, 5.0))):
         states = driven(ROBOT, [command] * 200 + [(-command[0], 0.0)] * 100, level, steps=1)
-        assert np.abs(states[:, [p.TORQUE_R, p.TORQUE_L]]).max() == pytest.approx(ROBOT.torque_limit, abs=1e-12)
-        wheel = (states[:-1, p.V] + ROBOT.half_axle * states[:-1, p.W]) / ROBOT.wheel_radius
+        assert np.abs(states[:, [Truth.torque_r.row, Truth.torque_l.row]]).max() == pytest.approx(
+            ROBOT.torque_limit, abs=1e-12
+        )
+        wheel = (states[:-1, Truth.v.row] + ROBOT.half_axle * states[:-1, Truth.w.row]) / ROBOT.wheel_radius
         reach = ROBOT.torque_constant * (ROBOT.supply_voltage - ROBOT.back_emf * wheel)
-        assert (states[1:, p.TORQUE_R] <= reach + 1e-12).all()
+        assert (states[1:, Truth.torque_r.row] <= reach + 1e-12).all()
     first = driven(ROBOT, [(0.8, 0.0)], steps=1)[1]
-    assert first[p.V] == pytest.approx(0.01 * 2 * 0.35 / 0.045 / ROBOT.effective_mass, rel=0.1)  # a_max ≈ 5 m/s²
+    assert first[Truth.v.row] == pytest.approx(
+        0.01 * 2 * 0.35 / 0.045 / ROBOT.effective_mass, rel=0.1
+    )  # a_max ≈ 5 m/s²
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.02])
@@ -314,16 +323,16 @@ def test_back_emf_ends_at_the_no_load_speed(friction):
     end = driven(robot, [(1.0, 1.0)] * 60, "torque")[-1]
     drag = friction * 18 / np.hypot(18, 0.2)
     expected = (7.5 - drag / 0.0933) / 0.409
-    assert end[p.V] / 0.045 == pytest.approx(expected, rel=1e-4)
+    assert end[Truth.v.row] / 0.045 == pytest.approx(expected, rel=1e-4)
     assert pytest.approx(175 * 2 * pi / 60, rel=1e-3) == 7.5 / 0.409
 
 
 def test_effort_and_variation_are_the_sums_they_claim_to_be():
     commands = [(0.3 * (k % 3), 1.0) for k in range(60)]
     states = driven(ROBOT, commands, steps=1)
-    torque = states[:, [p.TORQUE_R, p.TORQUE_L]]
-    assert states[-1, p.EFFORT] == pytest.approx(0.01 * (torque[1:] ** 2).sum(), rel=1e-12)
-    assert states[-1, p.VARIATION] == pytest.approx(np.abs(np.diff(torque, axis=0)).sum(), rel=1e-12)
+    torque = states[:, [Truth.torque_r.row, Truth.torque_l.row]]
+    assert states[-1, Truth.effort.row] == pytest.approx(0.01 * (torque[1:] ** 2).sum(), rel=1e-12)
+    assert states[-1, Truth.variation.row] == pytest.approx(np.abs(np.diff(torque, axis=0)).sum(), rel=1e-12)
 
 
 # Pose -----------------------------------------------------------------------------------------------------------
@@ -335,10 +344,10 @@ def test_kinematic_mode_drives_the_exact_circle_and_returns(v, turn):
     w = turn * 2 * pi / 5  # one turn in 5 s
     states = driven(ROBOT, [(v, w)] * 100, kinematic=True)
     t = 0.05 * np.arange(101)
-    np.testing.assert_allclose(states[:, p.HEADING], w * t, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(states[:, p.X], v / w * np.sin(w * t), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(states[:, p.Y], v / w * (1 - np.cos(w * t)), rtol=0, atol=1e-12)
-    assert np.hypot(states[-1, p.X], states[-1, p.Y]) < 1e-12
+    np.testing.assert_allclose(states[:, Truth.heading.row], w * t, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(states[:, Truth.x.row], v / w * np.sin(w * t), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(states[:, Truth.y.row], v / w * (1 - np.cos(w * t)), rtol=0, atol=1e-12)
+    assert np.hypot(states[-1, Truth.x.row], states[-1, Truth.y.row]) < 1e-12
     straight = driven(ROBOT, [(v, 0.0)] * 100, kinematic=True)
     assert straight[-1, :3] == pytest.approx([v * 5, 0, 0], abs=1e-12)
 
@@ -347,30 +356,34 @@ def test_odometry_follows_the_truth_within_the_encoders_counts():
     time = 0.05 * np.arange(400)
     states = driven(ROBOT, [(0.4 * sin(0.9 * t) + 0.1, 2 * cos(0.7 * t)) for t in time])
     count = 2 * pi / 6000
-    heading = np.abs(states[:, p.ODO_HEADING] - states[:, p.HEADING])
+    heading = np.abs(states[:, Truth.odo_heading.row] - states[:, Truth.heading.row])
     bound = ROBOT.wheel_radius * count / (2 * ROBOT.half_axle)  # less than a count on either wheel, for ever
     assert bound / 2 < heading.max() <= bound * (1 + 1e-9)
-    gap = np.hypot(states[:, p.ODO_X] - states[:, p.X], states[:, p.ODO_Y] - states[:, p.Y])
-    driven_distance = np.cumsum(np.abs(states[:, p.V])) * 0.05
+    gap = np.hypot(
+        states[:, Truth.odo_x.row] - states[:, Truth.x.row], states[:, Truth.odo_y.row] - states[:, Truth.y.row]
+    )
+    driven_distance = np.cumsum(np.abs(states[:, Truth.v.row])) * 0.05
     assert gap.max() > 1e-5
     assert (gap <= bound * driven_distance + 3e-4).all()
     # A finer encoder is nearer
     fine = driven(replace(ROBOT, counts_per_turn=6e6), [(0.4 * sin(0.9 * t) + 0.1, 2 * cos(0.7 * t)) for t in time])
-    assert np.abs(fine[:, p.ODO_HEADING] - fine[:, p.HEADING]).max() <= bound / 1000 * (1 + 1e-6)
+    assert np.abs(fine[:, Truth.odo_heading.row] - fine[:, Truth.heading.row]).max() <= bound / 1000 * (1 + 1e-6)
 
 
 def test_odometry_starts_where_the_robot_believes_to_stand():
     state = p.initial_state(np.array([[1.0, 2.0, 0.5]]), np.array([[0.0, 0.0, 0.0]]))
     states = driven(replace(ROBOT, counts_per_turn=1e9), [(0.3, 0.0)] * 20, state=state, kinematic=True)
-    assert states[-1, [p.X, p.Y, p.HEADING]] == pytest.approx([1 + 0.3 * cos(0.5), 2 + 0.3 * sin(0.5), 0.5], abs=1e-9)
-    assert states[-1, [p.ODO_X, p.ODO_Y, p.ODO_HEADING]] == pytest.approx([0.3, 0, 0], abs=1e-6)
+    assert states[-1, [Truth.x.row, Truth.y.row, Truth.heading.row]] == pytest.approx(
+        [1 + 0.3 * cos(0.5), 2 + 0.3 * sin(0.5), 0.5], abs=1e-9
+    )
+    assert states[-1, [Truth.odo_x.row, Truth.odo_y.row, Truth.odo_heading.row]] == pytest.approx([0.3, 0, 0], abs=1e-6)
 
 
 @pytest.mark.parametrize("late", range(6))
 def test_late_command_takes_effect_exactly_that_many_steps_later(late):
     order, nothing = np.array([[0.5], [0.0]]), np.zeros((2, 1))
     state = machine(ROBOT, kinematic=True).advance(at_rest(), nothing, order, late, "velocity")
-    assert state[p.X, 0] == pytest.approx(0.5 * (5 - late) * TIME_STEP, abs=1e-15)
+    assert state[Truth.x.row, 0] == pytest.approx(0.5 * (5 - late) * TIME_STEP, abs=1e-15)
     # The dynamic plant: late steps with the old command, then the new one, bit by bit as single steps.
     whole = machine(ROBOT).advance(at_rest(), nothing, order, late, "velocity")
     single = machine(ROBOT, steps=1)
@@ -379,7 +392,7 @@ def test_late_command_takes_effect_exactly_that_many_steps_later(late):
         held = nothing if k < late else order
         step_by_step = single.advance(step_by_step, held, held, 0, "velocity")
     np.testing.assert_allclose(whole, step_by_step, rtol=0, atol=1e-13)
-    assert (whole[p.X, 0] != 0) == (late < 5)
+    assert (whole[Truth.x.row, 0] != 0) == (late < 5)
 
 
 # Lanes ----------------------------------------------------------------------------------------------------------
@@ -467,7 +480,7 @@ np.savez(sys.argv[2], **data)
 
 def test_interpreted_the_plant_gives_the_same_numbers(tmp_path):
     rows, state, commands = crowd(3)
-    state[p.V], state[p.W] = 0.2, 0.5
+    state[Truth.v.row], state[Truth.w.row] = 0.2, 0.5
     np.savez(tmp_path / "in.npz", rows=rows, state=state, commands=commands[:2])
     subprocess.run(
         [sys.executable, "-c", WITHOUT_COMPILER, str(tmp_path / "in.npz"), str(tmp_path / "out.npz")],

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from robotics.scenario.robots import load_robot
-from robotics.vehicle.wheel_loop import MOST_OVERSHOOT, MOTIONS, TRIED, StepResponse, step_response, top_speed, tuned
+from robotics.vehicle.wheel_loop import MOST_OVERSHOOT, MOTIONS, TRIED, WheelResponse, step_response, top_speed, tuned
 from tests.robotics.vehicle.etsro import ETSRO
 
 
@@ -44,11 +44,11 @@ def test_a_step_is_that_of_the_equations(name):
 def test_overshoot_and_settling_time_are_those_of_a_known_response():
     time = 0.01 * np.arange(200)
     damped = 1 - np.exp(-5 * time) * np.cos(10 * time)
-    step = StepResponse("spot", 3.0, time, 3.0 * damped, time)
+    step = WheelResponse("spot", 3.0, time, 3.0 * damped, time)
     assert step.overshoot == pytest.approx(damped.max() - 1)
     outside = time[np.abs(damped - 1) > 0.02]
     assert step.settling_time == pytest.approx(outside[-1] + 0.01)
-    assert StepResponse("spot", 1.0, time, 0.5 + 0 * time, time).settling_time == np.inf
+    assert WheelResponse("spot", 1.0, time, 0.5 + 0 * time, time).settling_time == np.inf
 
 
 def test_top_speeds_are_what_both_commands_and_wheels_allow():

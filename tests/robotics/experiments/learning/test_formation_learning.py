@@ -4,6 +4,7 @@ import json
 import re
 import warnings
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ import fuzzy
 from anfis.state import Epoch
 from fuzzy.figures.drawing import PAGE
 from fuzzy.files.packaged import fis_title
-from fuzzy.fitting.clustering import Options
+from fuzzy.fitting.clustering import ClusteringOptions
 from fuzzy.fitting.search import SearchResult, Trial
 from robotics.commands.application import main
 from robotics.experiments.learning.formationdata import FormationRecipe, checking_recipe, formation_data, formation_run
@@ -34,13 +35,15 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from tests.drawn import faults_of
 
-SEEDS = range(2)
+SEEDS = [0, pytest.param(1, marks=pytest.mark.long)]
 # Chapters 5-6, I: after clustering and after 60 epochs, RMSE in m/s and rad/s
 CLUSTERING = {"v_l": 7e-3, "w_l": 2.5e-3, "v_f": 1.2e-3, "w_f": 4e-3}
 LEARNING = {"v_l": 3e-3, "w_l": 1e-3, "v_f": 1e-3, "w_f": 2e-3}
 
 
+@cache
 def learnt(seed, method="hybrid"):
+    """Networks learnt from the well-posed set of a seed."""
     recipe = FormationRecipe(kind="well-posed", seed=seed)
     table, check = formation_data(recipe), formation_data(checking_recipe(recipe))
     return learn_networks(table.names, table.values, check.values, options=anfis.Options(method=method, epochs=60))
@@ -52,27 +55,22 @@ def driven(folder, experiment, correction="own-pose"):
 
 
 @pytest.fixture(scope="module")
-def networks():
-    """Networks learnt from the well-posed set of each seed."""
-    return {seed: learnt(seed) for seed in SEEDS}
+def folder_of(tmp_path_factory):
+    """The folder of the networks of a seed."""
+    return cache(lambda seed: write_networks(learnt(seed), tmp_path_factory.mktemp(f"networks-{seed}")))
 
 
-@pytest.fixture(scope="module")
-def folders(networks, tmp_path_factory):
-    return {seed: write_networks(networks[seed], tmp_path_factory.mktemp(f"networks-{seed}")) for seed in SEEDS}
-
-
-def test_eight_rules_reach_the_rows_of_the_tables(networks):
+@pytest.mark.parametrize("seed", SEEDS)
+def test_eight_rules_reach_the_rows_of_the_tables(seed):
     """On the whole set, as a user generates it: training errors, and the checking formation's beside them."""
-    for seed, made in networks.items():
-        for network in made:
-            history = network.training.history
-            best = history[network.training.best]
-            assert abs(network.trial.rules - 8) <= (0 if seed == 0 else 1), (seed, network.output)
-            assert history[0].train <= CLUSTERING[network.output], (seed, network.output)
-            assert best.train <= LEARNING[network.output], (seed, network.output)
-            assert best.train < history[0].train, (seed, network.output)
-            assert best.check <= LEARNING[network.output], (seed, network.output)
+    for network in learnt(seed):
+        history = network.training.history
+        best = history[network.training.best]
+        assert abs(network.trial.rules - 8) <= (0 if seed == 0 else 1), network.output
+        assert history[0].train <= CLUSTERING[network.output], network.output
+        assert best.train <= LEARNING[network.output], network.output
+        assert best.train < history[0].train, network.output
+        assert best.check <= LEARNING[network.output], network.output
 
 
 def test_the_history_begins_where_the_clusters_end():
@@ -89,35 +87,35 @@ def test_the_history_begins_where_the_clusters_end():
         assert made.trial.rmse[0] == pytest.approx(error, rel=1e-3)
 
 
-def test_networks_take_what_concerns_their_robot(networks):
-    for network in networks[0]:
+def test_networks_take_what_concerns_their_robot():
+    for network in learnt(0):
         other = "alpha_l" if network.output.endswith("_l") else "kappa_f"
         assert [v.name for v in network.after.inputs] == ["dx", other]
 
 
+@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("experiment", "aligned_by"), [("formation-behind", 32.0), ("formation-ahead", 50.0)])
-def test_learnt_networks_drive_leader_and_followers(folders, experiment, aligned_by):
+def test_learnt_networks_drive_leader_and_followers(folder_of, experiment, aligned_by, seed):
     """Chapters 5-6, I: with own-pose correction, of every training seed."""
-    for seed, folder in folders.items():
-        m = driven(folder, experiment)
-        lateral = m["max_lateral_error_m"][0]
-        assert m["alignment_time_s"][0, 0] <= aligned_by, seed
-        assert m["final_spread_m"][0, 0] <= 0.03, seed
-        assert lateral[0] <= 0.08, seed
-        assert lateral[1:].max() <= 0.02, seed
+    m = driven(folder_of(seed), experiment)
+    lateral = m["max_lateral_error_m"][0]
+    assert m["alignment_time_s"][0, 0] <= aligned_by
+    assert m["final_spread_m"][0, 0] <= 0.03
+    assert lateral[0] <= 0.08
+    assert lateral[1:].max() <= 0.02
 
 
-def test_the_thesis_open_loop_followers_align_too_but_drift(folders):
+def test_the_thesis_open_loop_followers_align_too_but_drift(folder_of):
     """Without correction the followers integrate the error of w_f; the leader is as good as with it."""
     for experiment in ("formation-behind", "formation-ahead"):
-        corrected, opened = driven(folders[0], experiment), driven(folders[0], experiment, "none")
+        corrected, opened = driven(folder_of(0), experiment), driven(folder_of(0), experiment, "none")
         assert opened["alignment_time_s"][0, 0] <= 50
         assert opened["max_lateral_error_m"][0, 1:].max() <= 0.06
         assert opened["max_lateral_error_m"][0, 1:].min() > 2 * corrected["max_lateral_error_m"][0, 1:].max()
 
 
-def test_a_network_read_back_gives_the_same_bits_and_is_explained(folders, tmp_path):
-    for network, name in zip(load_networks(str(folders[0])), OUTPUTS, strict=True):
+def test_a_network_read_back_gives_the_same_bits_and_is_explained(folder_of, tmp_path):
+    for network, name in zip(load_networks(str(folder_of(0))), OUTPUTS, strict=True):
         points = np.random.default_rng(0).uniform([-4, -0.4], [4, 0.4], (50, 2))
         fuzzy.write_fis(network, tmp_path / "again.fis")
         again = fuzzy.read_fis(tmp_path / "again.fis")
@@ -250,7 +248,7 @@ def test_formation_pictures_draw_the_data():
     errors = plot_epochs(dict.fromkeys(units, epochs), units, PAGE)
     assert [ax.get_ylabel() for ax in errors.axes] == ["RMSE [m/s]", "", "RMSE [rad/s]", ""]
     assert [len(ax.lines) for ax in errors.axes] == [2, 2, 1, 1]
-    trials = tuple(Trial(0.5, Options(), k, (0.1 / k,), 0.1 / k, k, k) for k in (1, 3, 8))
+    trials = tuple(Trial(0.5, ClusteringOptions(), k, (0.1 / k,), 0.1 / k, k, k) for k in (1, 3, 8))
     searches = {name: SearchResult(trials, 8, 20, 3, ((name, unit),)) for name, unit in units.items()}
     found = plot_searches(searches, PAGE)
     assert [ax.get_ylabel() for ax in found.axes] == ["training RMSE [m/s]", "training RMSE [rad/s]"]

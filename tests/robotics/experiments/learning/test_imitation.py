@@ -8,11 +8,11 @@ import pytest
 import anfis
 from fuzzy.files.fisfile import read_fis
 from robotics.experiments.learning.courses import crossing_course, scenario_course
-from robotics.experiments.learning.demonstrations import Samples, demonstrate, disturbed, joined
+from robotics.experiments.learning.demonstrations import Demonstrations, demonstrate, disturbed, joined
 from robotics.experiments.learning.imitation import blank, flights, imitate, write_rule_base
-from robotics.experiments.learning.lesson import ImitationError, Lesson
+from robotics.experiments.learning.lesson import ImitationError, ImitationPlan
 from robotics.experiments.learning.rulefitting import fitted, rmse
-from robotics.experiments.learning.tandem import Tandem
+from robotics.experiments.learning.tandem import TeacherAndPupil
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.measures.tracking import cross_track_error
@@ -49,7 +49,7 @@ def lesson(**changes):
         "rounds": 1,
         "options": anfis.Options(epochs=3, ridge=1e-5),
     }
-    return Lesson(**{**tiny, **changes})
+    return ImitationPlan(**{**tiny, **changes})
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_two_laws_in_tandem_change_nothing_for_the_one_that_drives():
     scenario = load_scenario("three-cross")
     short = replace(scenario.setting, ticks=120)
     teacher, pupil = make_controller("right-of-way"), make_controller("fuzzy-team")
-    both = Tandem(teacher=teacher, pupil=pupil, learns="crash")
+    both = TeacherAndPupil(teacher=teacher, pupil=pupil, learns="crash")
     for alone, tandem in ((teacher, both), (pupil, replace(both, driver="pupil"))):
         one, other = ([state.truth for state in drive(short, law, [3])][-1] for law in (alone, tandem))
         np.testing.assert_array_equal(one, other)
@@ -138,7 +138,7 @@ PAIRS = {
 
 
 def test_of_pairs_each_other_robot_that_is_heard_is_a_sample():
-    both = Tandem(teacher=make_controller("right-of-way"), pupil=make_controller("fuzzy-team"), learns="crash")
+    both = TeacherAndPupil(teacher=make_controller("right-of-way"), pupil=make_controller("fuzzy-team"), learns="crash")
     samples, flight = demonstrate(crossing_course(3), both, ("speed",), (0,), 0)
     many = np.bincount(samples.moment)
     assert many.max() == 2
@@ -156,7 +156,7 @@ def test_for_whom_of_two_the_teacher_waits_is_found_out():
     waits = ((known[:, 0] < 1) & (known[:, 1] < 0)).reshape(moments, 2).any(axis=1)
     said = np.where(waits, 0.02, 0.2)[:, None]
     seed = np.arange(moments) % 8
-    samples = Samples(known, np.repeat(np.arange(moments), 2), said, seed, seed * 0, np.asarray(waits))
+    samples = Demonstrations(known, np.repeat(np.arange(moments), 2), said, seed, seed * 0, np.asarray(waits))
     system = fitted(lesson(**PAIRS, seeds=tuple(range(8)), rules=12), samples, 0.35, lambda: None).system
     asked = system([[0.4, -1.0], [0.4, 1.0], [2.0, -1.0], [3.5, -1.0], [2.5, 1.0]])[:, 0]
     assert asked[0] < 0.12
@@ -165,7 +165,9 @@ def test_for_whom_of_two_the_teacher_waits_is_found_out():
 
 def test_of_pairs_the_least_counts_and_more_than_the_teacher_drove_is_no_error():
     zero = np.zeros(1, int)
-    samples = Samples(np.array([[1.0, -1], [3, 1]]), np.zeros(2, int), np.array([[0.1]]), zero, zero, np.array([True]))
+    samples = Demonstrations(
+        np.array([[1.0, -1], [3, 1]]), np.zeros(2, int), np.array([[0.1]]), zero, zero, np.array([True])
+    )
     base = blank(lesson(**PAIRS))
     assert rmse(base, samples, True)[0] == pytest.approx(0.1)
     held_back = samples._replace(said=np.array([[-0.3]]))
@@ -176,7 +178,7 @@ def test_of_pairs_the_least_counts_and_more_than_the_teacher_drove_is_no_error()
 def test_samples_of_some_moments_keep_their_numbers():
     moments = np.arange(3)
     known, held_back = np.arange(6.0)[:, None], np.zeros(3, dtype=bool)
-    part = Samples(known, np.repeat(moments, 2), moments[:, None] + 0.0, moments, moments, held_back)
+    part = Demonstrations(known, np.repeat(moments, 2), moments[:, None] + 0.0, moments, moments, held_back)
     both = joined([part, part])
     np.testing.assert_array_equal(both.moment, [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5])
     chosen = both.where(np.array([False, True, False, False, False, True]))

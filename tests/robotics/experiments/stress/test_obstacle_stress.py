@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
+from fuzzy.shell.options import Application
 from robotics.commands.stress_obstacles import obstacles
 from robotics.environment.collision import obstacle_contacts
 from robotics.experiments.stress import obstaclecourse
@@ -122,7 +122,7 @@ def test_whose_fault_a_contact_is():
 
 
 def command(*arguments):
-    app = typer.Typer()
+    app = Application()
     app.command("obstacles")(obstacles)
     return CliRunner().invoke(app, list(arguments))
 

@@ -6,6 +6,7 @@ import re
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy.files.claim import alone
+from robotics.experiments import executors
 from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps import running as sweeprun
 from robotics.experiments.sweeps.plan import (
@@ -30,7 +32,7 @@ from robotics.experiments.sweeps.plan import (
     scenario_at,
     unit_design,
 )
-from robotics.experiments.sweeps.reading import load_sweep, parse_sweep, sweep_names
+from robotics.experiments.sweeps.reading import load_sweep, parse_sweep
 from robotics.experiments.sweeps.running import run_sweep
 from robotics.laws.catalogue import make_controller
 from robotics.measures.formations import FORMATION_METRICS
@@ -57,6 +59,7 @@ start = [0.0, 0.9, 0.0]
 path = { shape = "line", start = [0.0, 1.0], end = [2.0, 1.0] }
 timing = { speed = 0.2 }
 """
+SWEEPS = Path(__file__).parents[4] / "robotics" / "sweeps"
 SPEC = """
 scenario = "two.toml"
 controllers = ["lyapunov", "lyapunov:kx=2"]
@@ -372,7 +375,7 @@ def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, 
 @pytest.mark.long
 def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
     plan = plan_sweep(replace(plan.sweep, axes=(), chunk=2))
-    monkeypatch.setattr(sweeprun, "PATIENCE", 0.0)
+    monkeypatch.setattr(executors, "PATIENCE", 0.0)
     late: list[tuple[Future, tuple]] = []
     asked: list[int] = []
 
@@ -516,7 +519,7 @@ def test_a_design_beyond_all_measure_is_refused():
         plan_sweep(sweep)
 
 
-@pytest.mark.parametrize("name", sweep_names())
+@pytest.mark.parametrize("name", sorted(file.stem for file in SWEEPS.glob("*.toml")))
 def test_the_sweeps_of_the_package_are_sound(name):
     plan = plan_sweep(load_sweep(name))
     check_plan(SweepPlan(plan.sweep, plan.points[:: max(1, len(plan.points) // 5)]))

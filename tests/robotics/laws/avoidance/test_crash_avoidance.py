@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotics.environment.collision import footprints, robot_contacts
-from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
 from robotics.measures.arrival import arrival_time, spread
@@ -27,7 +27,7 @@ def seen(crossing, poses, time=10.0):
     values = np.zeros((6, 1, 3, 3))
     values[4], values[5] = poses[:, 0], poses[:, 1]
     hears = ~np.eye(3, dtype=bool)
-    heard = Heard(CrashAvoidance.message, values, age=np.zeros((1, 3, 3)), hears=hears)
+    heard = Heard(CrashMessage.leaves(), values, age=np.zeros((1, 3, 3)), hears=hears)
     still = np.zeros((1, 3))
     x, y, heading = poses.T[:, None]
     return Observation(time, x, y, heading, still, still, crossing.trajectory.at(0.0), crossing.trajectory, heard)

@@ -7,27 +7,28 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import obstacle_clearance
 from robotics.environment.world import Disc
 from robotics.experiments.together import run_together
 from robotics.laws.avoidance.obstacle_modes import (
-    BEST,
     LOOSE,
-    MODE,
-    NET,
     RELIEF,
-    ROWS,
     STALL,
     TIGHT,
     UNSEEN,
-    WALL,
-    WAY,
-    Mounting,
+    ModeMemory,
+    MountColumns,
+    SonarColumns,
+    WallColumns,
+    WatchMemory,
+    mounting,
     next_mode,
     nothing_watched,
     stand_still,
 )
 from robotics.laws.catalogue import gains_of, make_controller
+from robotics.laws.equation import RobotColumns
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, STOPPED, TRACK, YIELD
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
@@ -39,7 +40,7 @@ from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, ModeChange, mo
 from robotics.simulation.run import load_run
 
 DT = 0.05
-MOUNTED = Mounting.of([tuple(SONAR.values())])
+MOUNTED = MountColumns(np.array(MountColumns.stacked(mounting([SONAR])))[:, 0])
 FREE = np.inf
 SIZES = np.array([[0.115], [0.1], [0.153]])  # m: half a robot's length and width, and its half diagonal
 POINT = np.full((3, 1), 1e-6)
@@ -52,15 +53,28 @@ class Steering(NamedTuple):
     front: float
 
 
+@kernel
+def stepped(state, readings, pose, alpha, place, off, remaining, walls):
+    seen = SonarColumns(readings)
+    return next_mode(
+        ModeMemory(state), seen, seen, RobotColumns(pose), alpha, place, off, remaining, 0.5, DT, WallColumns(walls)
+    )
+
+
+@kernel
+def stands(watch, readings, speed, turning):
+    return stand_still(WatchMemory(watch), SonarColumns(readings), speed, turning, DT)
+
+
 def step(state, readings, alpha=0.0, place=1.0, off=0.0, remaining=5.0, pose=(0.0, 0.0, 0.0)):
     """The state after a period, and the bearing, v, ω and front distance that the mode asks for."""
-    after, seen, walls = state.copy(), np.array(readings, dtype=float), MOUNTED.walls[:, 0]
-    found = next_mode(after, seen, seen, *pose, alpha, place, off, remaining, 0.5, DT, walls)
-    return after, Steering(*found)
+    after, walls = ModeMemory(state.array.copy()), MOUNTED.walls.array
+    given = np.array(readings, dtype=float), np.array([*pose, 0.0, 0.0])
+    return after, Steering(*stepped(after.array, *given, alpha, place, off, remaining, walls))
 
 
 def fresh():
-    return np.zeros(ROWS)
+    return ModeMemory.zeros()
 
 
 # The rule base ----------------------------------------------------------------------------------------------------
@@ -87,31 +101,31 @@ def test_gains_are_those_that_have_an_effect():
 @pytest.mark.parametrize(("left", "right", "way"), [(0.4, 0.49, -1.0), (0.49, 0.4, 1.0)])
 def test_the_first_detection_chooses_the_side_and_it_is_kept(left, right, way):
     state, steer = step(fresh(), (left, right, FREE, FREE))
-    assert state[MODE] == AVOID
-    assert state[WAY] == way
+    assert state.mode == AVOID
+    assert state.way == way
     for _ in range(10):  # the other reading is smaller now, but not by much
         state, steer = step(state, (right, left, FREE, FREE))
-    assert state[WAY] == way
+    assert state.way == way
     assert 0 < steer.v < 0.28
 
 
 def test_alike_readings_go_the_way_of_the_path():
-    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=0.3)[0][WAY] == 1
-    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=-0.3)[0][WAY] == -1
+    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=0.3)[0].way == 1
+    assert step(fresh(), (0.4, 0.4, FREE, FREE), alpha=-0.3)[0].way == -1
 
 
 def test_the_side_is_given_up_once_all_has_been_free_for_1_2_s():
     state, _ = step(fresh(), (0.4, 0.6, FREE, FREE))
     for _ in range(23):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE] == AVOID
+    assert state.mode == AVOID
     state, _ = step(state, (FREE, FREE, 0.4, FREE))  # the obstacle is to the left, beside the robot
     for _ in range(23):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE] == AVOID
+    assert state.mode == AVOID
     for _ in range(2):
         state, _ = step(state, (FREE, FREE, FREE, FREE))
-    assert state[MODE] == TRACK
+    assert state.mode == TRACK
 
 
 def test_the_target_pulls_the_less_towards_an_obstacle_the_nearer_it_is_beside():
@@ -136,7 +150,7 @@ def test_the_side_is_chosen_by_what_the_sonars_read_for_a_while():
     for _ in range(40):
         state, _ = step(state, (0.7, 0.75, FREE, FREE))
     state, _ = step(state, (0.49, 0.45, FREE, FREE))  # noise
-    assert state[WAY] == -1
+    assert state.way == -1
 
 
 def test_it_stops_where_the_front_is_blocked():
@@ -146,28 +160,28 @@ def test_it_stops_where_the_front_is_blocked():
 
 
 def test_what_is_behind_the_end_of_the_path_is_not_avoided():
-    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.3)[0][MODE] == TRACK
-    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.5)[0][MODE] == AVOID
+    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.3)[0].mode == TRACK
+    assert step(fresh(), (0.45, 0.48, FREE, FREE), remaining=0.5)[0].mode == AVOID
 
 
 def test_without_progress_it_follows_the_wall_and_leaves_it_beyond():
     state, _ = step(fresh(), (0.4, 0.3, FREE, FREE))
     for _ in range(round(STALL / DT) - 2):
         state, _ = step(state, (0.4, 0.3, FREE, FREE))
-    assert state[MODE] == AVOID
+    assert state.mode == AVOID
     for _ in range(4):
         state, _ = step(state, (0.4, 0.3, FREE, FREE))
-    assert state[MODE] == FOLLOW
+    assert state.mode == FOLLOW
     state, _ = step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.05)
-    assert state[MODE] == FOLLOW  # not beyond
-    assert state[WALL] == 1
-    assert step(state, (FREE, FREE, FREE, 0.3), alpha=-0.5, place=1.2)[0][MODE] == FOLLOW  # through the wall
-    assert step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.2)[0][MODE] == AVOID
+    assert state.mode == FOLLOW  # not beyond
+    assert state.wall == 1
+    assert step(state, (FREE, FREE, FREE, 0.3), alpha=-0.5, place=1.2)[0].mode == FOLLOW  # through the wall
+    assert step(state, (FREE, FREE, FREE, 0.3), alpha=0.5, place=1.2)[0].mode == AVOID
 
 
 def test_along_a_wall_the_speed_and_the_sign_of_the_turn():
     state = fresh()
-    state[MODE], state[WAY], state[WALL], state[BEST], state[NET] = FOLLOW, 1, 1, 1, 1  # the wall is on the right
+    state.mode, state.way, state.wall, state.best, state.net = FOLLOW, 1, 1, 1, 1  # the wall is on the right
     even = 0.29 / np.sin(np.radians(57))  # what the front sonar reads of a wall at 0.25 m
     turn = {}
     for side in (0.15, 0.25, 0.35):
@@ -180,7 +194,7 @@ def test_along_a_wall_the_speed_and_the_sign_of_the_turn():
 
 def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
     state = fresh()
-    state[MODE], state[WAY], state[WALL], state[BEST], state[NET] = FOLLOW, 1, 1, 1, 1  # the wall is on the right
+    state.mode, state.way, state.wall, state.best, state.net = FOLLOW, 1, 1, 1, 1  # the wall is on the right
     state, _ = step(state, (FREE, FREE, FREE, 0.25))  # 0.35 m to the right of the origin
     _, steer = step(state, (FREE, FREE, FREE, FREE))
     assert steer.w == pytest.approx(-steer.v / 0.35)
@@ -191,10 +205,12 @@ def test_round_the_end_of_a_wall_it_circles_where_it_saw_it_last():
 
 def halts(readings, turning=0.0, speed=0.0, watch=None):
     """For which of the periods, with the nearest reading [m] of each, does a robot stand still, or leave?"""
-    watch = nothing_watched(1, 1)[:, 0, 0] if watch is None else watch
+    if watch is None:
+        watch = WatchMemory.zeros()
+        nothing_watched(watch)
     out = []
     for reading in readings:
-        out.append(bool(stand_still(watch, np.array([FREE, FREE, reading, FREE]), speed, turning, DT)))
+        out.append(bool(stands(watch.array, np.array([FREE, FREE, reading, FREE]), speed, turning)))
     return np.array(out)
 
 

@@ -2,20 +2,24 @@
 
 import numpy as np
 
+from fuzzy.compiled.columns import within
+from fuzzy.compiled.jit import kernel
 from robotics.laws.avoidance.priority import (
     BRAKING,
     CONE,
     MOVES,
     WHEREABOUTS,
     Others,
-    must_stop,
+    WhereaboutsColumns,
     others,
+    stops_for,
+    tell_whereabouts,
     whereabouts,
-    whereabouts_of,
 )
+from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.law import Observation
 from robotics.paths.trajectory import Reference
-from robotics.radio.channel import AGE, HEARD, HEARS, Heard
+from robotics.radio.channel import Heard
 
 RUNS, ROBOTS, NEAR = 200, 4, 0.6
 
@@ -53,16 +57,35 @@ def crowd() -> Observation:
     return Observation(1.0, x, y, heading, v, np.zeros_like(v), reference, None, heard, None)
 
 
+class Met(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(WhereaboutsColumns)
+
+
+@kernel
+def of_each(robots, heard, told):
+    """Whether each robot (rows, lanes) must stop; its message is written into ``told`` (rows, lanes)."""
+    stops = np.zeros(robots.shape[1], dtype=np.bool_)
+    for i in range(robots.shape[1]):
+        robot = RobotColumns(robots, i)
+        tell_whereabouts(WhereaboutsColumns(told, i), robot)
+        for j in range(ROBOTS):
+            one = Met(heard, i, j)
+            if one.hears > 0 and stops_for(one.said, one.age, robot, NEAR, i % ROBOTS < j):
+                stops[i] = True
+    return stops
+
+
 def test_one_robot_stops_where_the_arrays_say_so() -> None:
     seen = crowd()
     lanes = RUNS * ROBOTS
-    heard = np.empty((HEARD + len(WHEREABOUTS), lanes, ROBOTS))
-    heard[AGE], heard[HEARS] = seen.heard.age.reshape(lanes, -1), np.tile(seen.heard.hears, (RUNS, 1))
-    heard[HEARD:] = seen.heard.values.reshape(len(WHEREABOUTS), lanes, -1)
-    columns = [row.ravel() for row in (seen.x, seen.y, seen.heading, seen.v)]
-    found = [must_stop(heard, HEARD, i, *(row[i] for row in columns), NEAR) for i in range(lanes)]
+    heard, robots, told = Met.zeros(lanes, ROBOTS), RobotColumns.zeros(lanes), WhereaboutsColumns.zeros(lanes)
+    heard.age, heard.hears = seen.heard.age.reshape(lanes, -1), np.tile(seen.heard.hears, (RUNS, 1))
+    heard.said.array[...] = seen.heard.values.reshape(-1, lanes, ROBOTS)
+    robots.x, robots.y, robots.heading, robots.v = (row.ravel() for row in (seen.x, seen.y, seen.heading, seen.v))
+    found = of_each(robots.array, heard.array, told.array)
     expected = blocked(seen, others(seen), NEAR)
-    assert found == expected.ravel().tolist()
+    assert found.tolist() == expected.ravel().tolist()
     assert 0.05 < expected.mean() < 0.95
-    told = np.array([whereabouts_of(*(row[i] for row in columns)) for i in range(lanes)])
-    np.testing.assert_allclose(told.T, [row.ravel() for row in whereabouts(seen).values()], rtol=1e-15, atol=1e-17)
+    np.testing.assert_allclose(told.array, [row.ravel() for row in whereabouts(seen).values()], rtol=1e-15, atol=1e-17)

@@ -1,13 +1,14 @@
 """The leader-follower law and networks in closed loop, on the full plant."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fuzzy.files.fisfile import write_fis
-from fuzzy.fitting.clustering import Options, subtractive_clusters
+from fuzzy.fitting.clustering import ClusteringOptions, subtractive_clusters
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Terms, Variable
@@ -86,8 +87,13 @@ def test_bearing_of_the_path_ahead():
 def test_correction_turns_back_to_the_path():
     path = PATH.beside(np.array(np.pi))
     y, heading = float(path.y), float(path.heading)
-    assert correction(-0.4, 0.0, y, heading, 0.1, 4.0, 0.0) == pytest.approx(-0.04)  # left of it: to the right
-    assert correction(-0.5, 0.1 + 2 * np.pi, y, heading, 0.1, 4.0, 0.8) == pytest.approx(-0.08)
+    for at, turned, ky, kpsi, wanted in [
+        (-0.4, 0.0, 4.0, 0.0, -0.04),  # left of it: to the right
+        (-0.5, 0.1 + 2 * np.pi, 4.0, 0.8, -0.08),
+    ]:
+        robot, gain = SimpleNamespace(y=at, heading=turned), SimpleNamespace(ky=ky, kpsi=kpsi)
+        turn = getattr(correction, "py_func", correction)(robot, y, heading, 0.1, gain)
+        assert turn == pytest.approx(wanted)
 
 
 def test_literal_speeds_are_those_of_5_2_1():
@@ -142,7 +148,9 @@ def least_squares_systems():
     x, systems = table.values[:, : table.inputs], []
     for j, name in enumerate(table.names[table.inputs :], start=table.inputs):
         z = table.values[:, j]
-        found = subtractive_clusters(np.column_stack([x, z]), 0.5, options=Options(squash=0.8, accept=0.5, reject=0.1))
+        found = subtractive_clusters(
+            np.column_stack([x, z]), 0.5, options=ClusteringOptions(squash=0.8, accept=0.5, reject=0.1)
+        )
         c, sigma = found.centers[:, :-1], found.sigma[:-1]
         w = np.exp(-(((x[:, None] - c) / sigma) ** 2).sum(-1) / 2)
         w /= w.sum(1, keepdims=True)

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.ipopt import Ipopt, least_costs
 from benchmarks.predictiveproblems import random_problems
-from robotics.laws.predictive.ilqr import GRADIENT
+from robotics.laws.predictive.ilqr import SolverColumns
 from robotics.laws.predictive.problem import plans_of, solve_rows
 from robotics.scenario.robots import load_robot
 
@@ -66,7 +66,7 @@ def test_the_cost_to_go_knows_how_it_changes_with_state_and_command_before():
     for problem in random_problems(30, 7, ETSRO):
         row = problem.row[None]
         solve_rows(row, len(problem.to), 100, 1e-12)
-        gradient = row[0, GRADIENT : GRADIENT + 7]
+        gradient = SolverColumns(row[0]).gradient
         commands = plans_of([problem]).commands[0]
         same = replace(problem, guess=commands)
         for n in range(7):

@@ -8,17 +8,16 @@ import pytest
 from fuzzy.compiled.jit import kernel
 from robotics.laws.predictive.model import moved, response, velocity_shares, wheel_lag, wheel_rate
 from robotics.scenario.robots import load_robot
-from robotics.vehicle import plant
 from robotics.vehicle.plant import STEP, Plant, initial_state, parameters
+from robotics.vehicle.plant import TruthColumns as Truth
 
 ETSRO = load_robot("etsro").robot
 
 
 @kernel
 def _moved(state, command, after):
-    decay, own, given, own_half, given_half = after
     x, y, heading, v, w = state[0], state[1], state[2], state[3], state[4]
-    return moved(x, y, heading, v, w, command[0], command[1], decay, own, given, own_half, given_half)[:5]
+    return moved(x, y, heading, v, w, command[0], command[1], after)[:5]
 
 
 def speeds(robot, before, command, seconds):
@@ -28,7 +27,7 @@ def speeds(robot, before, command, seconds):
     for k in range(round((3 + seconds) / STEP)):
         order = np.array(before if k < round(3 / STEP) else command)[:, None]
         if k >= round(3 / STEP):
-            found.append(state[[plant.V, plant.W], 0])
+            found.append(state[[Truth.v.row, Truth.w.row], 0])
         state = machine.advance(state, order, order, 0, "velocity")
     return np.array(found).T
 

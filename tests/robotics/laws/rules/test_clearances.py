@@ -9,19 +9,15 @@ from robotics.environment.collision import footprints
 from robotics.environment.world import Polygon, World, box, compile_world
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
-    BEHIND,
-    FRONT_LEFT,
-    FRONT_RIGHT,
-    LEFT,
-    RIGHT,
+    SECTOR,
     Sensors,
     room_for_braking,
     sensed,
     standing_robots,
     without_robots,
 )
-from robotics.sensing.carried import exact_echoes
 from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor
+from tests.robotics.sensing.echoes import exact_echoes
 from tests.robotics.vehicle.etsro import ETSRO
 
 ROBOT = ETSRO
@@ -56,21 +52,23 @@ def beside(distance):
 def test_a_wall_is_as_far_from_the_turning_circle_for_all_sensors(sensors, distance):
     near = pytest.approx(distance - RADIUS, abs=CELL)
     front = clearances(NOISELESS[sensors], ahead(distance))
-    assert front[FRONT_LEFT] == near
-    assert front[FRONT_RIGHT] == near
+    assert front[SECTOR.front_left] == near
+    assert front[SECTOR.front_right] == near
     left = clearances(NOISELESS[sensors], beside(distance))
-    assert left[LEFT] == near
-    assert np.isinf(left[RIGHT])
-    assert clearances(NOISELESS[sensors], beside(-distance))[RIGHT] == near
+    assert left[SECTOR.left] == near
+    assert np.isinf(left[SECTOR.right])
+    assert clearances(NOISELESS[sensors], beside(-distance))[SECTOR.right] == near
 
 
 @pytest.mark.parametrize("sensors", ["sonar", "lidar"])
 def test_a_thing_on_one_side_ahead_is_in_that_front_sector_only(sensors):
     left = clearances(NOISELESS[sensors], Polygon(corners=box(0.2, 0.2), position=(0.6, 0.5)))
-    assert left[FRONT_LEFT] < 0.6
-    assert left[FRONT_LEFT] < left[FRONT_RIGHT] - 0.05
+    assert left[SECTOR.front_left] < 0.6
+    assert left[SECTOR.front_left] < left[SECTOR.front_right] - 0.05
     right = clearances(NOISELESS[sensors], Polygon(corners=box(0.2, 0.2), position=(0.6, -0.5)))
-    np.testing.assert_allclose(right[[FRONT_LEFT, FRONT_RIGHT]], left[[FRONT_RIGHT, FRONT_LEFT]], atol=1e-6)
+    np.testing.assert_allclose(
+        right[[SECTOR.front_left, SECTOR.front_right]], left[[SECTOR.front_right, SECTOR.front_left]], atol=1e-6
+    )
 
 
 def test_axes_are_sorted_by_direction_whatever_turn_they_are_written_with():
@@ -78,13 +76,13 @@ def test_axes_are_sorted_by_direction_whatever_turn_they_are_written_with():
     sensors = Sensors.of([ROBOT], [{name: RangeSensor(axis=axis) for name, axis in axes.items()}])
     found = {name: {k for k in range(5) if sensors.sector[k, 0, q]} for q, name in enumerate(sensors.names)}
     assert found == {
-        "ahead": {FRONT_LEFT, FRONT_RIGHT},
-        "a": {FRONT_LEFT},
-        "b": {FRONT_RIGHT},
-        "c": {LEFT},
-        "d": {RIGHT},
-        "e": {BEHIND},
-        "f": {FRONT_RIGHT},
+        "ahead": {SECTOR.front_left, SECTOR.front_right},
+        "a": {SECTOR.front_left},
+        "b": {SECTOR.front_right},
+        "c": {SECTOR.left},
+        "d": {SECTOR.right},
+        "e": {SECTOR.behind},
+        "f": {SECTOR.front_right},
     }
 
 
@@ -113,8 +111,8 @@ def test_within_the_turning_circle_there_is_no_room_to_brake(sensors):
         values = np.maximum(values, [s.minimum for s in carried.values()])
         found = room_for_braking(sorted_by_axis, values)[:, 0, 0]
         if room is None:
-            assert found[FRONT_LEFT] < -0.02
-            assert sensed(sorted_by_axis, values)[FRONT_LEFT, 0, 0] < 0.01
+            assert found[SECTOR.front_left] < -0.02
+            assert sensed(sorted_by_axis, values)[SECTOR.front_left, 0, 0] < 0.01
         else:
             np.testing.assert_allclose(found, sensed(sorted_by_axis, values)[:, 0, 0])
 

@@ -8,10 +8,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.laws.rules.clearances import BEHIND, FRONT_LEFT, FRONT_RIGHT
-from robotics.laws.rules.emergency import ASIDE, FAR, NEARER, SETTLED, TURNING, UNSURE, Guard, Watch
+from robotics.laws.rules.clearances import SECTOR
+from robotics.laws.rules.emergency import (
+    ASIDE,
+    FAR,
+    NEARER,
+    SETTLED,
+    TURNING,
+    UNSURE,
+    EmergencyMemory,
+    EmergencySettings,
+)
 
-GUARD = Guard()
+GUARD = EmergencySettings()
 A, T, LEAST = GUARD.braking, GUARD.delay, GUARD.least
 AWAY = 9.0  # m
 
@@ -30,7 +39,7 @@ def situation(
     """What one robot at the origin that looks along x knows of the room around it, and of one other robot."""
     distance = gap + 0.3
     clear = np.full((5, 1, 1), np.inf)
-    clear[[FRONT_LEFT, FRONT_RIGHT]], clear[BEHIND] = front, behind
+    clear[[SECTOR.front_left, SECTOR.front_right]], clear[SECTOR.behind] = front, behind
     one = np.zeros((1, 1))
     pair = np.zeros((1, 1, 1))
     others = SimpleNamespace(
@@ -45,8 +54,10 @@ def situation(
     )  # fmt: skip
 
 
-def kept(now: Any, v: float, w: float = 0.0, watch: Watch | None = None, guard: Guard = GUARD) -> tuple[float, float]:
-    out_v, out_w, _ = guard.kept(now, np.array([[v]]), np.array([[w]]), watch or Watch.start(1, 1))
+def kept(
+    now: Any, v: float, w: float = 0.0, watch: EmergencyMemory | None = None, guard: EmergencySettings = GUARD
+) -> tuple[float, float]:
+    out_v, out_w, _ = guard.kept(now, np.array([[v]]), np.array([[w]]), watch or EmergencyMemory.start(1, 1))
     return float(out_v[0, 0]), float(out_w[0, 0])
 
 
@@ -97,7 +108,7 @@ def test_back_it_goes_only_over_ground_that_it_has_just_driven() -> None:
 
 def test_for_what_comes_nearer_it_stands_until_that_stands() -> None:
     comes = situation(room=GUARD.near / 2, nearing=2 * NEARER)
-    v, w, watch = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), Watch.start(1, 1))
+    v, w, watch = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), EmergencyMemory.start(1, 1))
     assert not v.any()
     assert not w.any()
     assert watch.halted > 0
@@ -109,7 +120,7 @@ def test_for_what_comes_nearer_it_stands_until_that_stands() -> None:
 
 
 def test_switched_off_it_does_nothing() -> None:
-    off = Guard(on=0.0)
+    off = EmergencySettings(on=0.0)
     assert kept(situation(front=0.0, gap=0.0, room=0.0, nearing=1.0), 1.0, 2.0, guard=off) == (1.0, 2.0)
     assert off.idle == {"braking", "delay", "least", "near"}
     assert GUARD.idle == frozenset()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NONE, Meetings, in_the_way, next_meetings
+from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, in_the_way, next_meetings
 from robotics.paths.joined import join_paths
 from robotics.paths.path import Line, compile_path
 
@@ -42,7 +42,7 @@ def test_before_a_crossing_both_know_their_ways_to_it_and_through_it() -> None:
     assert through[0, 1] == CLOSE(2 * APART, abs=2 * CELL)
     assert theirs[0, 1] == CLOSE(way[1, 0], abs=1e-6)
     assert theirs[1, 0] == CLOSE(way[0, 1], abs=1e-6)
-    assert (np.diag(way) == NONE).all()
+    assert (np.diag(way) == NO_MEETING).all()
 
 
 def test_one_that_is_in_it_is_told_so_and_the_other_waits_before_it() -> None:
@@ -56,8 +56,8 @@ def test_one_that_is_in_it_is_told_so_and_the_other_waits_before_it() -> None:
 def test_one_that_has_left_it_meets_the_other_no_more() -> None:
     for places in ((3.6, 1.0), (1.0, 3.6)):
         way, through, theirs = told(CROSS, *places)
-        assert (way == NONE).all()
-        assert (theirs == NONE).all()
+        assert (way == NO_MEETING).all()
+        assert (theirs == NO_MEETING).all()
         assert (through == 0).all()
 
 
@@ -70,13 +70,13 @@ def test_one_that_is_leaving_it_leaves_a_narrower_meeting() -> None:
 
 def test_a_robot_that_is_not_heard_is_met_nowhere() -> None:
     way, _, theirs = next_meetings(CROSS, np.array([[1.0, 0.5]]), np.full((1, 2, 2), np.nan))
-    assert (way == NONE).all()
-    assert (theirs == NONE).all()
+    assert (way == NO_MEETING).all()
+    assert (theirs == NO_MEETING).all()
 
 
 def test_a_meeting_farther_ahead_than_one_looks_is_none_yet() -> None:
     far = meetings_of(((0.0, 0.0), (9.0, 0.0)), ((6.0, -3.0), (6.0, 3.0)))
-    assert told(far, 5.4 - LOOK, 0.5)[0][0, 1] == NONE
+    assert told(far, 5.4 - LOOK, 0.5)[0][0, 1] == NO_MEETING
     assert told(far, 5.7 - LOOK, 0.5)[0][0, 1] == CLOSE(LOOK - 0.2, abs=EDGE)
 
 
@@ -184,7 +184,7 @@ def test_on_straight_paths_the_way_is_that_of_a_closed_form(
 ) -> None:
     place, theirs = at * mine.length, theirs_at * other.length
     way = told(meetings_of(mine.ends, other.ends), place, theirs)[0][0, 1]
-    way = np.inf if way == NONE else max(way, 0.0)
+    way = np.inf if way == NO_MEETING else max(way, 0.0)
     # Cells err by no more than one, along either path: a circle smaller by one, or a cell behind, is the other bound
     least = way_in_closed_form(mine, other, APART + CELL, place, theirs - CELL)
     most = way_in_closed_form(mine, other, APART - CELL, place, theirs + CELL)

@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.laws.tracking.sliding_mode import (
-    READINGS,
-    S,
+    READING,
+    SlidingMemory,
     SlidingMode,
     arbitrary_second_order,
     attraction,
@@ -29,11 +29,12 @@ from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 from robotics.vehicle import plant as p
+from robotics.vehicle.plant import TruthColumns as Truth
 from tests.robotics.vehicle.etsro import ETSRO
 
 MODES = ("csm", "assm", "qssm", "esm")
 REFERENCE = replace(load_scenario("reference"), sensing=Sensing())  # configuration R: ideal odometry
-INTEGRATED, ALGEBRAIC, MEMORY = (READINGS.index(name) for name in ("integrated", "algebraic", "memory"))
+INTEGRATED, ALGEBRAIC, MEMORY = READING.integrated, READING.algebraic, READING.memory
 
 
 def esm(s):
@@ -243,12 +244,12 @@ def test_gamma_times_its_inverse_is_the_identity(radius):
     e = np.array([command.v.item() - 0.2, command.w.item() + 0.3])  # (2.13)
     s = e * (1 + 4.0 * period)  # (2.14) after one period
     asked = 4.0 * e + 0.7 * np.sign(s)  # (2.18) with u_d' = 0
-    np.testing.assert_allclose(memory.rows[S : S + 2, 0], s, rtol=1e-12)
+    np.testing.assert_allclose([SlidingMemory(memory.rows, 0).v.s, SlidingMemory(memory.rows, 0).w.s], s, rtol=1e-12)
     torque = np.array([[command.first.item()], [command.second.item()]])
     state = p.initial_state(np.zeros((1, 3)))
     plant = p.Plant(p.parameters(ideal)[:, None], steps=1)
     moved = plant.advance(state, torque, torque, 0, "torque")
-    np.testing.assert_allclose(moved[[p.V, p.W], 0] / 0.01, asked, rtol=1e-9)
+    np.testing.assert_allclose(moved[[Truth.v.row, Truth.w.row], 0] / 0.01, asked, rtol=1e-9)
     # As matrices, by hand
     m, i, r, L = 2.86, 0.01 + 2 * 0.28 * 0.01 + 2 * 0.0021, radius, 0.1
     gamma = np.array([[i, i], [L * m, -L * m]]) / (m * r * i)  # (2.12)

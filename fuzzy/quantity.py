@@ -1,0 +1,121 @@
+"""Quantities: numbers with a unit and a range of plausible values, declared beside the field that holds them.
+
+A plausible range catches the commonest mistake in a file of numbers: the right figure in the wrong unit
+(degrees for radians, millimetres for metres). The message names the field, its unit and what is accepted.
+"""
+
+from dataclasses import MISSING, field, fields
+from math import inf
+from numbers import Integral
+from typing import Any
+
+from fuzzy.errors import InputError, quoted, shortened
+
+LARGEST = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
+SMALLEST = 1 / LARGEST  # and what must be greater than 0 can be divided by
+
+
+def quantity(
+    default: Any,
+    unit: str,
+    *,
+    above: float = -inf,
+    least: float = -inf,
+    most: float = inf,
+    doc: str = "",
+    example: float | None = None,
+) -> Any:
+    """Declare a dataclass field that is a number with a unit; :func:`check_quantities` holds it to its range.
+
+    Args:
+        default: The default value, or None for a number that may be left out.
+        unit: The unit, such as "m/s"; "1" for none.
+        above: The number must be greater.
+        least: The number must be this or greater.
+        most: The number must be this or smaller.
+        doc: A sentence for programs and files that show the field.
+        example: A value to show where the default is None.
+    """
+    metadata = {"unit": unit, "above": above, "least": least, "most": most, "doc": doc, "example": example}
+    return field(default=default, metadata=metadata)
+
+
+def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int | None = None) -> Any:
+    """Declare a dataclass field that is a whole number from ``least`` to ``most``, such as a count.
+
+    :func:`check_quantities` holds it to its range. The other arguments are as of :func:`quantity`; the default may be
+    dataclasses.MISSING for a field that must be given.
+    """
+    metadata = {"whole": True, "above": -inf, "least": least, "most": most, "doc": doc, "example": example}
+    return field(default=default, metadata=metadata)
+
+
+def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None) -> Any:
+    """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
+
+    Args:
+        doc: The sentence.
+        default: The default value; without one the field must be given.
+        default_factory: Makes the default value, where each instance needs its own.
+        example: A value to show where there is no default, as a file has it.
+    """
+    return field(default=default, default_factory=default_factory, metadata={"doc": doc, "example": example})
+
+
+def accepted(metadata: Any) -> str:
+    """The unit and the range of a quantity's ``metadata``, in words: "a finite number in m, > 0 and <= 1".
+
+    Those of a whole number likewise: "a whole number >= 1".
+    """
+    bounds = []
+    if metadata["above"] > -inf:
+        bounds.append(f"> {metadata['above']:g}")
+    if metadata["least"] > -inf:
+        bounds.append(f">= {metadata['least']:.6g}")
+    if metadata["most"] < inf:
+        bounds.append(f"<= {metadata['most']:{'.0f' if metadata.get('whole') else '.6g'}}")
+    if metadata.get("whole"):
+        return "a whole number" + (" " + " and ".join(bounds) if bounds else "")
+    unit = f" in {metadata['unit']}" if metadata["unit"] != "1" else ""
+    return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "")
+
+
+def is_number(value: Any) -> bool:
+    """Whether ``value`` is a finite real number, of :data:`LARGEST` in size at most."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def got(value: Any) -> str:
+    """What a message says of a ``value`` that is refused: "got 'fast'"; of a number that is too large, why.
+
+    >>> got(1e200)
+    'got 1e+200 (numbers may be 1e+15 in size at most)'
+    """
+    numbers = value if isinstance(value, (list, tuple)) else (value,)
+    large = any(isinstance(v, (int, float)) and LARGEST < abs(v) < inf for v in numbers)
+    text = quoted(value) if isinstance(value, str) else shortened(repr(value))
+    return f"got {text}" + (f" (numbers may be {LARGEST:g} in size at most)" if large else "")
+
+
+def check_quantities(instance: Any, error: type[InputError]) -> None:
+    """Make every quantity of a frozen dataclass ``instance`` a float and every whole number an int, in their ranges.
+
+    Raises ``error``, which is ``about`` the field, for a value that is no number or is out of range.
+    """
+    for f in fields(instance):
+        if "unit" not in f.metadata and "whole" not in f.metadata:
+            continue
+        value = getattr(instance, f.name)
+        if value is None and f.default is None:
+            continue
+        m = f.metadata
+        if "whole" in m:
+            if isinstance(value, bool) or not isinstance(value, Integral) or not m["least"] <= value <= m["most"]:
+                raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)
+            object.__setattr__(instance, f.name, int(value))
+            continue
+        if not (is_number(value) and value > m["above"] and value >= m["least"] and value <= m["most"]):
+            raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)
+        if m["above"] == 0 and value < SMALLEST:
+            raise error(f"{f.name} must be {accepted(m)}, and {SMALLEST:g} at least; {got(value)}").about(f.name)
+        object.__setattr__(instance, f.name, float(value))
