@@ -29,7 +29,7 @@ from anfis.designer.task import (
     train_task,
 )
 from anfis.methods.catalogue import METHODS
-from fuzzy.designer.columns import Columns, columns_data
+from fuzzy.designer.columns import LoadedTable, columns_data
 from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
@@ -64,7 +64,7 @@ class TrainSession(TaskSession):
             bench,
             start="present", radius=0.5, mfs=3, method="hybrid", epochs=60, goal=0.0, share=0.2, seed=0, skip_bad=False,
         )  # fmt: skip
-        self.table: Columns | None = None
+        self.table: LoadedTable | None = None
         self.columns: dict[str, str] = {}
         self.source = TableSource(bench, _MOST, "use anfis train for large tables")
         self.history: list[tuple[Any, ...]] = []
@@ -280,7 +280,7 @@ class TrainSession(TaskSession):
                     await self._asks(generator)
         self.widget.update(sources=self._sources())
 
-    def _show(self, table: Columns) -> None:
+    def _show(self, table: LoadedTable) -> None:
         self.table = table
         self.choice = {**self.choice, "skip_bad": False}
         self._guess()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from anfis.methods.catalogue import METHODS
-from fuzzy.designer.columns import Columns, matching
+from fuzzy.designer.columns import LoadedTable, matching
 from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
@@ -50,7 +50,7 @@ class Generator(NamedTuple):
 
     name: str
     title: str
-    make: Callable[..., Columns]
+    make: Callable[..., LoadedTable]
     asks: Callable[[Path], tuple[Ask, ...]] | None = None  # of the folder that is opened
 
 
@@ -108,7 +108,7 @@ class Task:
 
 
 def task_of(
-    data: Columns, columns: dict[str, str], present: Sugeno | None, *, skip_bad: bool = False, **settings: Any
+    data: LoadedTable, columns: dict[str, str], present: Sugeno | None, *, skip_bad: bool = False, **settings: Any
 ) -> Task:
     """Make the task of learning from the table ``data``.
 
@@ -152,7 +152,7 @@ def task_of(
 
 
 def chosen_columns(
-    data: Columns, columns: dict[str, str], present: Sugeno | None, start: str
+    data: LoadedTable, columns: dict[str, str], present: Sugeno | None, start: str
 ) -> tuple[list[str], list[str]]:
     """The columns that are inputs and outputs by a choice as :func:`task_of` takes it. Raises TaskError."""
     if start == "present":
@@ -174,7 +174,7 @@ def chosen_columns(
     return inputs, outputs
 
 
-def guessed(data: Columns, present: Sugeno | None) -> dict[str, str]:
+def guessed(data: LoadedTable, present: Sugeno | None) -> dict[str, str]:
     """Guess which column is which, in the form that :func:`task_of` takes.
 
     For a ``present`` system, a variable's column is the one of its name, or the one in its place if no name fits and

@@ -49,7 +49,8 @@ def identify(
         float | None, typer.Option(help="Radius of a cluster, a share of the range (subtractive). [default: 0.5]")
     ] = None,
     cluster: Annotated[
-        "partial[ClusteringOptions]", FieldOptions("fuzzy.fitting.clustering:Options", given=True, of="subtractive")
+        "partial[ClusteringOptions]",
+        FieldOptions("fuzzy.fitting.clustering:ClusteringOptions", given=True, of="subtractive"),
     ],
     mfs: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Terms an input, or of each (grid). [default: 2]")

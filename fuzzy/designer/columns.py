@@ -11,7 +11,7 @@ from fuzzy.files.header import labels
 from fuzzy.files.table import DataError, on_lines, parse_table
 
 
-class Columns(NamedTuple):
+class LoadedTable(NamedTuple):
     """A table of samples with named columns."""
 
     name: str  # of the file or the generator
@@ -59,7 +59,7 @@ class Columns(NamedTuple):
         return f"{len(rows)} of {len(self.values)} rows {verb} no number in {', '.join(of[:5])} ({on_lines(lines)})"
 
 
-def read_columns(name: str, text: str | bytes) -> Columns:
+def read_columns(name: str, text: str | bytes) -> LoadedTable:
     """Read the table in the ``text`` of a file called ``name``, with whatever its columns hold.
 
     Raises DataError where it is no table.
@@ -69,7 +69,7 @@ def read_columns(name: str, text: str | bytes) -> Columns:
     if not len(read.values):
         raise DataError(f"{name}: no row of numbers follows the header")
     called = labels(table.columns)
-    return Columns(
+    return LoadedTable(
         name,
         called,
         read.values,
@@ -81,7 +81,7 @@ def read_columns(name: str, text: str | bytes) -> Columns:
     )
 
 
-def read_file(path: Path, most: int, larger: str) -> Columns:
+def read_file(path: Path, most: int, larger: str) -> LoadedTable:
     """Read the table in a file of at most ``most`` bytes; ``larger`` ends the sentence about a larger one.
 
     Raises DataError.
@@ -97,7 +97,7 @@ def read_file(path: Path, most: int, larger: str) -> Columns:
     return read_columns(path.name, data)
 
 
-def matching(data: Columns, variables: Sequence[str]) -> dict[str, str]:
+def matching(data: LoadedTable, variables: Sequence[str]) -> dict[str, str]:
     """The column of each of the ``variables`` that has one of its name, with or without the unit, in any case.
 
     It is the one in its place if no name fits and there are as many columns with numbers as variables.
@@ -114,7 +114,7 @@ def matching(data: Columns, variables: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def columns_data(data: Columns) -> dict[str, Any]:
+def columns_data(data: LoadedTable) -> dict[str, Any]:
     """A table as the page lists it: its name, the number of rows, and each column with its unit and range."""
     columns = []
     for name, values in zip(data.names, data.values.T, strict=True):

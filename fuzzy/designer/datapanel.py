@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.designer.columns import Columns, columns_data, matching
+from fuzzy.designer.columns import LoadedTable, columns_data, matching
 from fuzzy.designer.datapictures import Rows, data_pictures, histograms
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
@@ -39,7 +39,7 @@ class DataSession(PanelSession):
     def __init__(self, bench: Any) -> None:
         super().__init__(bench, output=0, along="", skip_bad=False)
         self.source = TableSource(bench, LARGEST_FILE, "use fuzzy evaluate for large tables")
-        self.table: Columns | None = None
+        self.table: LoadedTable | None = None
         self.columns: dict[str, str] = {}  # by the keys of _keys()
         self.rows: Rows | None = None
         self.drawn: tuple[Any, ...] | None = None  # what the pictures are of: rows, system, output
@@ -102,7 +102,7 @@ class DataSession(PanelSession):
 
     # Rows
 
-    def _show(self, table: Columns) -> None:
+    def _show(self, table: LoadedTable) -> None:
         self.table = table
         along = next((name for name in table.usable if name.casefold() in _TIMES), "")
         self.choice = {**self.choice, "skip_bad": False, "along": along}
@@ -249,7 +249,7 @@ def _note(error: Exception) -> dict[str, Any]:
     return told | {"message": typeset(told["message"])}
 
 
-def rows_of(table: Columns, columns: dict[str, str], system: Sugeno, which: np.ndarray, along: str) -> Rows:
+def rows_of(table: LoadedTable, columns: dict[str, str], system: Sugeno, which: np.ndarray, along: str) -> Rows:
     """The rows ``which`` (rows,) bool of a table, in the order of the variables of ``system``.
 
     ``columns`` has the column of "input NAME" and "output NAME", empty where there is none; ``along`` is the column of

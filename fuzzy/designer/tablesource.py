@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fuzzy.designer.columns import Columns, read_columns, read_file
+from fuzzy.designer.columns import LoadedTable, read_columns, read_file
 from fuzzy.designer.session import Act
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
@@ -28,7 +28,7 @@ class TableSource:
         self._bench, self._most, self._larger = bench, most, larger
         self._pieces: list[str] = []
 
-    def acts(self, show: Callable[[Columns], None]) -> dict[str, Act]:
+    def acts(self, show: Callable[[LoadedTable], None]) -> dict[str, Act]:
         """The acts of a page that chooses a file, or sends one in pieces; ``show`` takes the table that came of it."""
 
         async def file(message: dict[str, Any]) -> None:
@@ -47,16 +47,16 @@ class TableSource:
         # A link that leads out of the folder is none of its files.
         return sorted(f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder))
 
-    async def file(self, name: Any) -> Columns:
+    async def file(self, name: Any) -> LoadedTable:
         """Read the file called ``name``. Raises DataError."""
         known = self.files()
         if not isinstance(name, str) or name not in known:
             raise DataError(expected(str(name), known, "file of the folder"))
         path = Path(self._bench.document.folder) / name
-        read: Columns = await self._bench.read(name, read_file, path, self._most, self._larger)
+        read: LoadedTable = await self._bench.read(name, read_file, path, self._most, self._larger)
         return read
 
-    async def piece(self, message: dict[str, Any]) -> Columns | None:
+    async def piece(self, message: dict[str, Any]) -> LoadedTable | None:
         """Take a piece of an uploaded file, of which the first has the number 0; the table after the last one.
 
         Raises UploadError, and DataError for what is no table.
@@ -76,5 +76,5 @@ class TableSource:
             return None
         whole, self._pieces = "".join(self._pieces), []
         name = Path(name).name[:200] or "upload"
-        read: Columns = await self._bench.read(name, read_columns, name, whole)
+        read: LoadedTable = await self._bench.read(name, read_columns, name, whole)
         return read

@@ -35,14 +35,14 @@ def formation_data() -> Sequence[Any]:
 
 
 def _formation(kind: str) -> Any:
-    from fuzzy.designer.columns import Columns
+    from fuzzy.designer.columns import LoadedTable
     from robotics.experiments.learning.formationdata import FILES
     from robotics.experiments.learning.formationdata import formation_data as made
     from robotics.experiments.learning.formationlearning import UNITS
 
     table = made(FILES[f"formation-{kind}.csv"])
     units = tuple(UNITS[name] for name in table.names)
-    return Columns(f"formation data, {kind}", table.names, table.values, table.inputs, units)
+    return LoadedTable(f"formation data, {kind}", table.names, table.values, table.inputs, units)
 
 
 def _scenario_asks(folder: Path) -> Any:
@@ -66,7 +66,7 @@ def _scenario_asks(folder: Path) -> Any:
 
 def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     """What one robot of a scenario knows, and what the teacher makes it do: few rows, for the page."""
-    from fuzzy.designer.columns import Columns
+    from fuzzy.designer.columns import LoadedTable
     from fuzzy.designer.folder import open_folder
     from robotics.designer.conditions import scenario_of
     from robotics.designer.folderfiles import read_text_file
@@ -87,4 +87,4 @@ def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     units = tuple(table.units[place] for place in places)
     names = (*table.inputs, output)
     title = f"{name}, {chosen['teacher']}, robot {robot}"
-    return Columns(title, names, table.values[:, places], len(table.inputs), units)
+    return LoadedTable(title, names, table.values[:, places], len(table.inputs), units)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
 from robotics.figures.drawing import ABOVE, TARGET, PlotError, draw_line, draw_many, page_title, shown_until
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.laws.catalogue import kept_distance
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.simulation.run import Run
@@ -40,7 +40,7 @@ def plot_distances(run: Run, *, seed: int | None = None) -> Figure:
     end = shown_until(run, place)
     draw = {"between centers [m]": draw_distances} if several else {}
     draw |= {"to an obstacle [m]": _draw_clearances} if obstacles else {}
-    rows = [(Panel(label, partial(each, run=run, place=place, end=end)),) for label, each in draw.items()]
+    rows = [(TimePlot(label, partial(each, run=run, place=place, end=end)),) for label, each in draw.items()]
     with style():
         figure = new_figure(DOUBLE, 0.8 + 1.9 * len(rows))
         for ax in draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))):

@@ -24,7 +24,7 @@ from robotics.figures.drawing import (
     top_view_height,
 )
 from robotics.figures.faults import FEW
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import draw_path, draw_robots, draw_way, robot_look
 from robotics.figures.world import draw_bodies, draw_world, moments
 from robotics.laws.catalogue import CATALOGUE
@@ -66,11 +66,11 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         right, left = run["v"] + turning, run["v"] - turning
     unit = "torque [N m]" if torque else "[m/s]"
 
-    def panel(label: str, values: np.ndarray, command: str = "") -> Panel:
+    def panel(label: str, values: np.ndarray, command: str = "") -> TimePlot:
         draw = partial(_draw_channel, run=run, place=place, values=values[..., : last + 1], command=command)
-        return Panel(label, draw)
+        return TimePlot(label, draw)
 
-    lead = Panel("lead in x [m]" if x_grows(run) else "lead along\nits path [m]",
+    lead = TimePlot("lead in x [m]" if x_grows(run) else "lead along\nits path [m]",
                  partial(_draw_lead, run=run, place=place, last=last))  # fmt: skip
     rows = [
         (lead,),

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.figures.drawing import ABOVE, MODE_COLORS, MODE_LINES, PlotError, legend_entries, page_title, shown_until
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -32,7 +32,7 @@ def plot_modes(run: Run, *, seed: int | None = None) -> Figure:
     end = shown_until(run, place)
     with style():
         figure = new_figure(DOUBLE, 1.0 + 0.24 * max(run.modes.shape[2], 3))
-        panel = Panel("robot", partial(draw_modes, run=run, place=place, end=end))
+        panel = TimePlot("robot", partial(draw_modes, run=run, place=place, end=end))
         (ax,) = draw_page(figure, [(panel,)], span=(0.0, float(run.time[end - 1])))
         pairs = legend_entries(ax)
         ax.legend(pairs.values(), pairs.keys(), ncol=6, **ABOVE)

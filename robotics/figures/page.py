@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 
-class Panel(NamedTuple):
+class TimePlot(NamedTuple):
     """One picture over time."""
 
     label: str  # of the y axis, with its unit
@@ -16,7 +16,7 @@ class Panel(NamedTuple):
 
 def draw_page(
     figure: Figure,
-    rows: Sequence[Sequence[Panel]],
+    rows: Sequence[Sequence[TimePlot]],
     heights: Sequence[float] | None = None,
     top_view: Callable[[Axes], None] | None = None,
     span: tuple[float, float] | None = None,

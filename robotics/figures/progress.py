@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.figures.drawing import ABOVE, PlotError, draw_legend, page_title
 from robotics.figures.faults import FEW, shade_panels
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.team import differences_panel, draw_team_channel
 from robotics.simulation.run import Run
 from robotics.simulation.spans import fault_spans, seed_place
@@ -33,7 +33,7 @@ def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
         raise PlotError(f"the run of {run.controller!r} on {run.scenario!r} has no progress: its law coordinates none")
     span = float(run.time[0]), float(run.time[-1])
     draw = partial(draw_team_channel, run=run, values=run["progress"], order=[place], named=True)
-    rows = [(Panel("progress s [1]", draw),), (differences_panel(run, run["progress"], [place], " [1]"),)]
+    rows = [(TimePlot("progress s [1]", draw),), (differences_panel(run, run["progress"], [place], " [1]"),)]
     with style():
         figure = new_figure(DOUBLE, 4.2)
         axes = draw_page(figure, rows, span=span)

@@ -18,7 +18,7 @@ from robotics.figures.drawing import (
     top_view_height,
     unjumped,
 )
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.figures.team import plot_team
 from robotics.figures.world import draw_bodies, draw_world
@@ -47,8 +47,10 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
     order = seed_order(run, seed)
     error, torque = tracking_error(run), run.level == "torque"
 
-    def panel(label: str, values: np.ndarray, target: np.ndarray | None = None, command: str = "") -> Panel:
-        return Panel(label, partial(_draw_channel, run=run, values=values, order=order, target=target, command=command))
+    def panel(label: str, values: np.ndarray, target: np.ndarray | None = None, command: str = "") -> TimePlot:
+        return TimePlot(
+            label, partial(_draw_channel, run=run, values=values, order=order, target=target, command=command)
+        )
 
     right, left = ("right wheel [N m]", "left wheel [N m]") if torque else ("commanded v [m/s]", "commanded ω [rad/s]")
     rows = [

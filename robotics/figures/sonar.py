@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.figures.drawing import PlotError, draw_line, legend_entries, page_title, shown_until
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.measures.clearance import clearances
 from robotics.sensing.carried import sensor_names
 from robotics.simulation.run import Run
@@ -43,7 +43,7 @@ def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -
     shown = carriers[:MOST] if robot is None else [robot - 1]
     end = shown_until(run, place)
     of = {i: f"robot {i + 1}\n" if len(run.paths) > 1 else "" for i in shown}
-    rows = [(Panel(f"{of[i]}range [m]", partial(_draw, run=run, place=place, robot=i, end=end)),) for i in shown]
+    rows = [(TimePlot(f"{of[i]}range [m]", partial(_draw, run=run, place=place, robot=i, end=end)),) for i in shown]
     with style():
         figure = new_figure(DOUBLE, 0.9 + (1.9 if len(shown) == 1 else 1.15 * len(shown)))
         pairs = legend_entries(*draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))))

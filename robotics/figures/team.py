@@ -31,7 +31,7 @@ from robotics.figures.drawing import (
     unjumped,
 )
 from robotics.figures.faults import FEW, WORDS, shade_panels
-from robotics.figures.page import Panel, draw_page
+from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.figures.world import draw_bodies, draw_world
 from robotics.measures.standing import last_move
@@ -69,11 +69,11 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
     known = bool(np.isfinite(progress).any())
     apart = _most_apart(progress[order]) if known else 0.0
 
-    def panel(label: str, values: np.ndarray) -> Panel:
-        return Panel(label, partial(draw_team_channel, run=run, values=values, order=order))
+    def panel(label: str, values: np.ndarray) -> TimePlot:
+        return TimePlot(label, partial(draw_team_channel, run=run, values=values, order=order))
 
     last = panel("progress s", progress) if known else panel("to the target [m]", np.hypot(error.x, error.y))
-    rows: list[tuple[Panel, ...]] = [
+    rows: list[tuple[TimePlot, ...]] = [
         (panel("x error [m]", error.x), panel("v [m/s]", run["v"])),
         (panel("y error [m]", error.y), panel("ω [rad/s]", run["w"])),
         (panel("heading error [rad]", unjumped(error.heading)), last),
@@ -167,7 +167,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], 
     draw_robots(ax, run, values, order, look)
 
 
-def differences_panel(run: Run, progress: np.ndarray, order: list[int], unit: str = "") -> Panel:
+def differences_panel(run: Run, progress: np.ndarray, order: list[int], unit: str = "") -> TimePlot:
     """The panel of s_i − s_j of every pair of few robots, or of s_i minus the median of the team.
 
     Args:
@@ -177,7 +177,7 @@ def differences_panel(run: Run, progress: np.ndarray, order: list[int], unit: st
         unit: What stands behind the label.
     """
     label = "$s_i − s_j$" if progress.shape[1] <= _PAIRS else "$s_i$ − median"
-    return Panel(label + unit, partial(_draw_differences, run=run, progress=progress, order=order))
+    return TimePlot(label + unit, partial(_draw_differences, run=run, progress=progress, order=order))
 
 
 def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]) -> None:

@@ -22,7 +22,7 @@ from robotics.vehicle.robot import Robot
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
 
 
-class Moment(NamedTuple):
+class ReplayFrame(NamedTuple):
     """The places of the robots at one time; each field is (robots,)."""
 
     x: np.ndarray  # m
@@ -100,11 +100,11 @@ class Replay:
         (left, bottom), (right, top) = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
         return float(left), float(right), float(bottom), float(top)
 
-    def at(self, time: float) -> Moment:
+    def at(self, time: float) -> ReplayFrame:
         """The robots at ``time`` [s], interpolated between frames."""
         k, after, share = self._between(time)
-        rows = (getattr(self, name) for name in Moment._fields)
-        return Moment(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
+        rows = (getattr(self, name) for name in ReplayFrame._fields)
+        return ReplayFrame(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
 
     def _between(self, time: float) -> tuple[int, int, float]:
         """The frames before and after ``time`` [s], and how far it is from the one to the other, 0 to 1."""

@@ -79,7 +79,7 @@ def robot_file_table() -> KeyTable:
 
 def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
     """The keys of a robot that the fields of Member do not tell."""
-    known = {key.name: key for of in (Member, Offset) for key in keys_of(of, _SPECIALS, without=("robot", "model"))}
+    known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot", "model"))}
     doc = "Which robot this one is, instead of the one of all."
     return (
         *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),

@@ -65,7 +65,8 @@ class LawSpace:
         symmetric: Whether a rule base that answers to both sides alike keeps doing so.
 
     Raises:
-        TuningError: A part, a gain or a rule base that the law does not have, or nothing that may move.
+        TuningError: A part, a gain or a rule base that the law does not have.
+        NothingMovesError: Nothing may move.
     """
 
     law: Law[Any]

@@ -33,7 +33,7 @@ from anfis.designer.task import (
 )
 from anfis.methods.catalogue import METHODS
 from fuzzy.designer import longtask
-from fuzzy.designer.columns import Columns, read_columns
+from fuzzy.designer.columns import LoadedTable, read_columns
 from fuzzy.designer.longtask import TaskProcess
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
@@ -43,7 +43,7 @@ from fuzzy.fitting.clustering import DataWarning
 RNG = np.random.default_rng(5)
 X = RNG.uniform([-1, 10], [3, 30], (60, 2))
 Y = np.stack([np.sin(X[:, 0]), 0.002 * X[:, 1] ** 2], axis=1)
-TABLE = Columns("made up", ("a", "b", "y", "z"), np.concatenate([X, Y], axis=1))
+TABLE = LoadedTable("made up", ("a", "b", "y", "z"), np.concatenate([X, Y], axis=1))
 ROLES = {"a": "input", "b": "input", "y": "output", "z": "output"}
 TEXT = "a,b,y,z\n" + "".join(",".join(map(repr, row)) + "\n" for row in TABLE.values.tolist())
 START = fuzzy.identify(X, Y, "grid", mfs=2, input_names=["a", "b"], output_names=["y", "z"], name="start")
@@ -173,7 +173,7 @@ def test_what_cannot_be_learnt_is_said() -> None:
         learn(task_of(TABLE, {n: n for n in "abyz"}, replace(START, rules=())), quiet)
     with pytest.raises(InputError, match="rules, more than"):
         learn(task_of(TABLE, {**ROLES, "y": "input"}, None, start="grid", mfs=20), quiet)
-    few = Columns("few", TABLE.names, TABLE.values[:1])
+    few = LoadedTable("few", TABLE.names, TABLE.values[:1])
     with pytest.raises(TaskError, match="leave none to learn from"):
         task_of(few, ROLES, None, start="grid")
 
@@ -244,7 +244,7 @@ def test_a_generator_may_ask_before_it_makes_data(tmp_path: Path) -> None:
     asked = (Ask("who", "Robot", (), "2"), Ask("what", "Output", (("v", "speed"), ("w", "turn rate")), "v"))
     made: list[Any] = []
 
-    def make(folder: Path, chosen: dict[str, str]) -> Columns:
+    def make(folder: Path, chosen: dict[str, str]) -> LoadedTable:
         made.append((folder, chosen))
         return TABLE
 

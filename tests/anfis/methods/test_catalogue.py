@@ -16,7 +16,7 @@ from anfis.designer.panel import methods
 from anfis.designer.task import TaskError, learn, task_of
 from anfis.methods.catalogue import Listed
 from anfis.methods.method import LearningProblem, make_method
-from fuzzy.designer.columns import Columns
+from fuzzy.designer.columns import LoadedTable
 from fuzzy.files.fisfile import format_fis
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
 
@@ -52,7 +52,7 @@ def test_a_toy_method_on_the_command_line(toy, tmp_path, capsys):
 
 def test_a_toy_method_in_the_designer(toy):
     assert methods()[-1] == ["halving", "half as far"]
-    table = Columns("made up", ("a", "b", "y"), np.column_stack([X, Y]))
+    table = LoadedTable("made up", ("a", "b", "y"), np.column_stack([X, Y]))
     task = task_of(table, {"a": "input", "b": "input", "y": "output"}, None, start="grid", method="halving", epochs=2)
     heard = []
     result = learn(task, lambda what, about: heard.append(what) or True)
@@ -70,7 +70,7 @@ def test_a_toy_method_in_the_estimator(toy):
 def test_an_unknown_method_is_a_sentence_everywhere():
     with pytest.raises(TrainingError, match="unknown method 'halving'"):
         Options(method="halving")
-    table = Columns("made up", ("a", "y"), np.ones((9, 2)))
+    table = LoadedTable("made up", ("a", "y"), np.ones((9, 2)))
     with pytest.raises(TaskError, match="unknown method 'halving'"):
         task_of(table, {"a": "input", "y": "output"}, None, start="grid", method="halving")
 

@@ -199,7 +199,8 @@ def test_kernels_are_compiled_by_this_decorator_only(package):
             modules += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             if any(module.partition(".")[0] == "numba" for module in modules):
                 names.add(file.relative_to(ROOT).as_posix())
-    assert names <= {"fuzzy/compiled/jit.py"}
+    # columns.py teaches Numba what a struct of columns is; it compiles nothing
+    assert names <= {"fuzzy/compiled/jit.py", "fuzzy/compiled/columns.py"}
 
 
 class Hidden:
