@@ -41,7 +41,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
-from robotics.paths.path import HEADING, Quintic, X, Y
+from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import quintic_table
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Reference, Timing
@@ -209,7 +209,7 @@ def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) ->
     ]
     paths = join_tables(tables)
     durations = paths.lengths.max(axis=1) / SPEED
-    poses = np.array([[(table[X, 0], table[Y, 0], table[HEADING, 0]) for table in run] for run in tables])
+    poses = np.array([[table[:3, 0] for table in run] for run in tables])
     longest = float(np.ceil(durations.max()))
     shared = Member(
         start=(0.0, 0.0, 0.0),

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
+from robotics.environment.world import BodyColumns, Geometry
 from robotics.vehicle.robot import Robot
 
 
@@ -134,11 +134,12 @@ def _obstacle_contacts(x, y, heading, sizes, circles, bodies, segments, counts):
                 reach = sizes[2, i] + circles[g, b, 2]
                 if not dx * dx + dy * dy <= reach * reach:
                     continue
+                body = BodyColumns(bodies[g, b])
                 gap = _body_gap(
-                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], bodies[g, b], segments[g], False
+                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], body, segments[g], False
                 )  # fmt: skip
                 if gap <= 0:
-                    touched[r, i] = bodies[g, b, OWNER]
+                    touched[r, i] = body.owner
                     break
     return touched
 
@@ -157,8 +158,9 @@ def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts)
                 dx, dy = circles[g, b, 0] - x[r, i], circles[g, b, 1] - y[r, i]
                 if not np.sqrt(dx * dx + dy * dy) - sizes[2, i] - circles[g, b, 2] < least[r, i]:
                     continue
+                body = BodyColumns(bodies[g, b])
                 gap = _body_gap(
-                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], bodies[g, b], segments[g], True
+                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], body, segments[g], True
                 )  # fmt: skip
                 least[r, i] = min(least[r, i], gap)
     return least
@@ -167,12 +169,12 @@ def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts)
 @kernel
 def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[no-untyped-def]
     """The distance [m] from a robot's rectangle to a body, 0 in contact; unless ``exact``, some number > 0 if apart."""
-    if body[NUMBER] == 0:
+    if body.number == 0:
         dx, dy = circle[0] - x, circle[1] - y
         return max(point_gap(c * dx + s * dy, c * dy - s * dx, size) - circle[2], 0.0)
     least = np.inf
     inside = False  # the robot's center in the polygon: a ray from it crosses the sides an odd number of times
-    for k in range(body[FIRST], body[FIRST] + body[NUMBER]):
+    for k in range(body.first, body.first + body.number):
         dx, dy = segments[k, 0] - x, segments[k, 1] - y
         ax, ay = c * dx + s * dy, c * dy - s * dx
         dx, dy = segments[k, 2] - x, segments[k, 3] - y
@@ -183,7 +185,7 @@ def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[
             least = min(least, segment_gap(ax, ay, bx, by, size))
         elif segment_meets(ax, ay, bx, by, size):
             return 0.0
-    return 0.0 if inside and body[CLOSED] else least
+    return 0.0 if inside and body.closed else least
 
 
 # One pair --------------------------------------------------------------------------------------------------------

@@ -20,9 +20,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, codes, column
 from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import corner_gap, footprints, segment_gap, segment_meets
-from robotics.environment.world import CLOSED, FIRST, NUMBER, OWNER, Geometry
+from robotics.environment.world import BodyColumns, Geometry
 from robotics.vehicle.robot import Robot
 
 _TOLERANCE = 1e-7  # m: of the least clearance between two samples, while shapes are apart
@@ -30,9 +31,19 @@ DEPTH_TOLERANCE = 1e-4  # m: likewise, while they overlap
 GRID = 1e-3  # s: a contact, and a gap between two contacts, that is longer than this is found as such
 FITS = 0.5  # a velocity fits the chord if the mean of both ends' is off by no more than this share of the larger
 
-# Columns of episodes
-RUN, ROBOT, OTHER, OBSTACLE, START, END, DEPTH = range(7)
-TO_ROBOT, TO_OBSTACLE = range(2)  # of the first axis of Watch.least and Watch.first
+TO = codes(("robot", "obstacle"))  # the first axis of Watch.least and Watch.first
+
+
+class ContactColumns(Columns):
+    """What a number of a contact is."""
+
+    run = column("", "from 0, as robots and obstacles are")
+    robot = column("")
+    other = column("", "the other robot; -1: none")
+    obstacle = column("", "-1: none")
+    start = column("s")
+    end = column("s")
+    depth = column("m", "of the deepest overlap")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +110,7 @@ class Watch:
             geometry: The obstacles at that time; the same object as before says that none moves.
             going: The runs that are watched (runs,) bool; of the others nothing changes. By default all.
 
-        The contacts that ended are (contacts, 7): run, robot, other robot or -1, obstacle or -1 (all from 0), start
-        [s], end [s], depth [m].
+        The contacts that ended are (contacts, ContactColumns).
         """
         times, both = np.array([self.time, time]), np.stack([self.poses, poses], axis=-1)
         worlds = [geometry] if geometry is self.geometry else [self.geometry, geometry]
@@ -151,14 +161,14 @@ class Watch:
                 robot, obstacle = divmod(pair - len(firsts), self.spans.shape[1])
                 who = (robot, -1, obstacle)
             rows.append((run, *who, self.since[run, pair], self.time, self.depth[run, pair]))
-        return np.array(rows, dtype=float).reshape(-1, 7)
+        return np.array(rows, dtype=float).reshape(-1, ContactColumns.size)
 
 
 def body_spans(geometry: Geometry | None) -> np.ndarray:
     """The bodies of each obstacle (runs or 1, obstacles, 2): the first, and the first that is not its any more."""
     if geometry is None or geometry.bodies.shape[1] == 0:
         return np.zeros((1, 0, 2), dtype=np.int64)
-    owners = geometry.bodies[:, :, OWNER]
+    owners = geometry.bodies[:, :, BodyColumns.owner.row]
     real = np.arange(owners.shape[1]) < geometry.counts[:, None]
     spans = np.zeros((len(owners), int(owners[real].max(initial=-1)) + 1, 2), dtype=np.int64)
     for r, b in np.argwhere(real):
@@ -403,17 +413,17 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[
         dy = rest * circles[b, 1] + share * circles_after[b, 1] - y
         if np.sqrt(dx * dx + dy * dy) - circles[b, 2] - sizes[2, i] > max(least, 0.0) and least < np.inf:
             continue
-        number = bodies[b, NUMBER]
-        if number == 0:
+        body = BodyColumns(bodies[b])
+        if body.number == 0:
             least = min(least, point_clearance(c * dx + s * dy, c * dy - s * dx, sizes[:, i]) - circles[b, 2])
             continue
-        for n in range(number):
-            k = bodies[b, FIRST] + n
+        for n in range(body.number):
+            k = body.first + n
             for end in (0, 2):
                 dx = rest * segments[k, end] + share * segments_after[k, end] - x
                 dy = rest * segments[k, end + 1] + share * segments_after[k, end + 1] - y
                 corners[n, end], corners[n, end + 1] = c * dx + s * dy, c * dy - s * dx
-        least = min(least, body_clearance(corners[:number], bodies[b, CLOSED] != 0, sizes[:, i]))
+        least = min(least, body_clearance(corners[: body.number], body.closed != 0, sizes[:, i]))
     return least
 
 
@@ -507,7 +517,7 @@ def sweep(  # type: ignore[no-untyped-def]
             a = k if moves else 0
             b = k + 1 if moves else 0
             world = (circles[a, g], circles[b, g], bodies[g], segments[a, g], segments[b, g], spans[g], corners)
-            run_least = min(least[TO_ROBOT, r].min(), least[TO_OBSTACLE, r].min())
+            run_least = min(least[TO.robot, r].min(), least[TO.obstacle, r].min())
             pair = -1
             for i in range(robots):
                 for j in range(i + 1, robots):
@@ -517,7 +527,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         if not np.isnan(since[r, pair]):
                             log, length = _ended(log, length, r, i, j, -1, since, depth, pair, times[k])
                         continue
-                    level = max(least[TO_ROBOT, r, i], least[TO_ROBOT, r, j]) if each_robot else run_least
+                    level = max(least[TO.robot, r, i], least[TO.robot, r, j]) if each_robot else run_least
                     level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
                     floor[r, pair] -= arc[i] + arc[j]
                     if floor[r, pair] > max(level, 0.0) or _circles_apart(
@@ -556,7 +566,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         if not np.isnan(since[r, pair]):
                             log, length = _ended(log, length, r, i, -1, o, since, depth, pair, times[k])
                         continue
-                    level = least[TO_OBSTACLE, r, i] if each_robot else run_least
+                    level = least[TO.obstacle, r, i] if each_robot else run_least
                     level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
                     shift = _displacement(o, world) if moves else 0.0
                     floor[r, pair] -= arc[i] + shift
@@ -638,7 +648,8 @@ def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
     for b in range(spans[obstacle, 0], spans[obstacle, 1]):
         dx, dy = circles_after[b, 0] - circles[b, 0], circles_after[b, 1] - circles[b, 1]
         most = max(most, dx * dx + dy * dy)
-        for k in range(bodies[b, FIRST], bodies[b, FIRST] + bodies[b, NUMBER]):
+        body = BodyColumns(bodies[b])
+        for k in range(body.first, body.first + body.number):
             for end in (0, 2):
                 dx = segments_after[k, end] - segments[k, end]
                 dy = segments_after[k, end + 1] - segments[k, end + 1]
@@ -659,7 +670,7 @@ def _interval(  # type: ignore[no-untyped-def]
     fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world)
     ends[r, pair], floor[r, pair] = fb, fb
     best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, stack)
-    side = TO_ROBOT if obstacle < 0 else TO_OBSTACLE
+    side = TO.robot if obstacle < 0 else TO.obstacle
     least[side, r, i] = min(least[side, r, i], best)
     if j >= 0:
         least[side, r, j] = min(least[side, r, j], best)

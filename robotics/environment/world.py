@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Floats3, Ints1, Ints2, Ints3
+from fuzzy.compiled.columns import Columns, Floats3, Ints1, Ints2, Ints3, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
@@ -22,8 +22,14 @@ from robotics.quantity import check_quantities, described, got, is_number, quant
 
 Point = tuple[float, float]
 
-# Columns of Geometry.bodies
-FIRST, NUMBER, CLOSED, OWNER = range(4)
+
+class BodyColumns(Columns):
+    """What a number of a row of Geometry.bodies is."""
+
+    first = column("", "its first segment")
+    number = column("", "its segments; 0: a disc")
+    closed = column("", "whether they enclose a solid")
+    owner = column("", "the obstacle that it is a part of")
 
 
 class WorldError(InputError):
@@ -388,7 +394,8 @@ def place(here, moving, k):  # type: ignore[no-untyped-def]
             x, y, c, s = moving.poses[k, 0, f], moving.poses[k, 1, f], moving.poses[k, 2, f], moving.poses[k, 3, f]
             px, py = moving.circles[g, b, 0], moving.circles[g, b, 1]
             here.circles[g, b, 0], here.circles[g, b, 1] = x + c * px - s * py, y + s * px + c * py
-            for n in range(here.bodies[g, b, FIRST], here.bodies[g, b, FIRST] + here.bodies[g, b, NUMBER]):
+            body = BodyColumns(here.bodies[g, b])
+            for n in range(body.first, body.first + body.number):
                 for end in (0, 2):
                     px, py = moving.segments[g, n, end], moving.segments[g, n, end + 1]
                     here.segments[g, n, end] = x + c * px - s * py

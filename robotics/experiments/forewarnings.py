@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robotics.environment.swept import OTHER, ROBOT, RUN, START, Watch
+from robotics.environment.swept import ContactColumns, Watch
 from robotics.experiments.stress.conflict import CLEAR, CONFLICT
 from robotics.experiments.stress.crossings import APART
 from robotics.laws.law import Law
@@ -108,9 +108,10 @@ def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float
     watch, ended = Watch.opened(setting.robots, float(times[0]), stacked[..., 0]).along(times, stacked, None)
     found: dict[tuple[int, int], float] = {}
     for row in np.concatenate([ended, watch.open_contacts()]):
-        pair, mine = (int(row[ROBOT]), int(row[OTHER])), int(row[RUN])
-        if row[START] > times[0] and (not late or mine in pair):
-            found[pair] = min(found.get(pair, np.inf), float(row[START]))
+        contact = ContactColumns(row)
+        pair, mine = (int(contact.robot), int(contact.other)), int(contact.run)
+        if contact.start > times[0] and (not late or mine in pair):
+            found[pair] = min(found.get(pair, np.inf), float(contact.start))
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
-from robotics.environment.swept import OBSTACLE, ROBOT, START, Watch
+from robotics.environment.swept import ContactColumns, Watch
 from robotics.environment.world import Geometry
 from robotics.experiments.forewarnings import LATE, MOST_COMPARED, blind, meetings
 from robotics.laws.catalogue import make_controller
@@ -246,17 +246,17 @@ def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     poses = np.stack([np.asarray(getattr(on, name)).T for name in ("x", "y", "heading", "v", "w")])[:, None]
     begin = Geometry(*(part[:1] for part in world))
     watch, ended = Watch.opened(setting.robots, 0.0, poses[..., 0], begin).along(times, poses, world)
-    rows = [row for row in np.concatenate([ended, watch.open_contacts()]) if row[OBSTACLE] >= 0]
+    rows = [ContactColumns(row) for row in np.concatenate([ended, watch.open_contacts()])]
     grave: Severity = "note" if law.looks else "error"
     does = "the law must go round it" if law.looks else "the law senses no obstacles"
     struck = set()
-    for row in sorted(rows, key=lambda row: float(row[START])):
-        i, o = int(row[ROBOT]), int(row[OBSTACLE])
+    for row in sorted((row for row in rows if row.obstacle >= 0), key=lambda row: float(row.start)):
+        i, o = int(row.robot), int(row.obstacle)
         if (i, o) not in struck:
             struck.add((i, o))
-            there = setting.references.at(float(row[START]))
+            there = setting.references.at(float(row.start))
             place = (float(there.x[i]), float(there.y[i]))
-            where = f"at t = {row[START]:.1f} s, ({place[0]:.2f}, {place[1]:.2f}) m"
+            where = f"at t = {row.start:.1f} s, ({place[0]:.2f}, {place[1]:.2f}) m"
             text = f"robot {i + 1}: its path runs through obstacle {o + 1} {where}; {does}"
             yield ScenarioFinding(grave, "path through an obstacle", text, ("robots", i, "path"), *place)
     yield from _narrow(setting, on, world, {i for i, _ in struck})

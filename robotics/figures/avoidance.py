@@ -33,7 +33,6 @@ from robotics.figures.world import draw_bodies, draw_body, draw_world
 from robotics.laws.catalogue import law_title
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.tracking import cross_track_error, tracking_error
-from robotics.sensing.sonar import FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
@@ -266,7 +265,7 @@ def _sonar(ax: Axes, view: _View) -> None:
     time = run.time[:end]
     if run.ranges is not None:
         read = run.ranges[:end, place, 0].astype(float)
-        pairs = {"robot 1: front sonars": (FRONT_LEFT, FRONT_RIGHT), "side sonars": (LEFT, RIGHT)}
+        pairs = {"robot 1: front sonars": slice(0, 2), "side sonars": slice(2, 4)}  # of SONAR
         for n, (name, sensors) in enumerate(pairs.items()):
             nearest = read[:, sensors].min(axis=1)
             look = {"color": COLORS[n + 4], "linestyle": "-", "linewidth": 0.8}

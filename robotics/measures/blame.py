@@ -9,7 +9,7 @@ blamed, both are.
 import numpy as np
 
 from robotics.environment.collision import footprints, obstacle_clearance, robot_clearance
-from robotics.environment.swept import START, Watch
+from robotics.environment.swept import ContactColumns, Watch
 from robotics.environment.world import Geometry
 
 APPROACH = 0.02  # m/s: a robot that came no faster towards another, or an obstacle, did not drive into it
@@ -39,8 +39,9 @@ def at_fault(before: Watch, after: Watch, ended: np.ndarray) -> np.ndarray:
 
 def _begun(before: Watch, after: Watch, ended: np.ndarray) -> list[tuple[int, int, int, int]]:
     """The contacts that began: run, robot, other robot or -1, obstacle or -1."""
-    known = {tuple(row) for row in before.open_contacts()[:, : START + 1].tolist()}
-    rows = np.concatenate([ended, after.open_contacts()])[:, : START + 1].tolist()
+    until = ContactColumns.end.row
+    known = {tuple(row) for row in before.open_contacts()[:, :until].tolist()}
+    rows = np.concatenate([ended, after.open_contacts()])[:, :until].tolist()
     return [(int(row[0]), int(row[1]), int(row[2]), int(row[3])) for row in rows if tuple(row) not in known]
 
 

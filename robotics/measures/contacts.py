@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotics.environment.swept import END, RUN, START, Watch, pose_between
-from robotics.environment.world import FIRST, NUMBER, OWNER, Geometry
+from robotics.environment.swept import ContactColumns, Watch, pose_between
+from robotics.environment.world import BodyColumns, Geometry
 from robotics.measures.once import CachedPerRun
 from robotics.measures.tracking import SCENARIO_KINDS, Metric
 from robotics.simulation.run import Run
@@ -68,13 +68,14 @@ def _watched(run: Run, stretch: int = 64) -> Iterator[tuple[Watch, np.ndarray]]:
         return Geometry(*(part[first:last] for part in world)) if moves and world is not None else world
 
     watch = Watch.opened(run.about.robots, float(run.time[0]), poses[..., 0], placed(0, 1))
-    begin, ended = 0, np.zeros((0, END + 2))
+    begin, ended = 0, np.zeros((0, ContactColumns.size))
     while True:
         end = min(begin + stretch, len(run.time))
         watch, rows = watch.along(run.time[begin:end], poses[..., begin:end], placed(begin, end))
         ended = np.concatenate([ended, rows])
         episodes = np.concatenate([ended, watch.open_contacts()])
-        yield watch, episodes[np.lexsort((episodes[:, START], episodes[:, RUN]))]
+        by_name = ContactColumns(episodes.T)
+        yield watch, episodes[np.lexsort((by_name.start, by_name.run))]
         if end == len(run.time):
             return
         begin = end - 1
@@ -89,7 +90,7 @@ def contacts(run: Run, place: int = 0, most: int | None = None) -> tuple[Contact
         return contacts_of(run, place, judge(one).episodes[:most])
     for watch, found in _watched(one):  # a crowd touches all the time: until the first ones are known to have ended
         episodes = found
-        if len(episodes) >= most and (episodes[:most, END] < watch.time).all():
+        if len(episodes) >= most and (ContactColumns(episodes[:most].T).end < watch.time).all():
             break
     return contacts_of(run, place, episodes[:most])
 
@@ -110,12 +111,14 @@ def contact_sentences(run: Run) -> list[str]:
         return []
     episodes = judge(run).episodes
     lines = []
-    for place in np.unique(episodes[:, RUN]).astype(int):
-        mine = episodes[episodes[:, RUN] == place]
+    runs = ContactColumns(episodes.T).run
+    for place in np.unique(runs).astype(int):
+        mine = episodes[runs == place]
         more = f", and {len(mine) - 1} more" if len(mine) > 1 else ""
-        first = who(*(int(n) for n in mine[0, 1:4]))
+        found = ContactColumns(mine[0])
+        first = who(int(found.robot), int(found.other), int(found.obstacle))
         lines.append(
-            f"seed {run.seeds[place]}: {first} touch at t = {mine[0, 4]:.3f} s, {1000 * mine[0, 6]:.1f} mm deep{more}"
+            f"seed {run.seeds[place]}: {first} touch at t = {found.start:.3f} s, {1000 * found.depth:.1f} mm deep{more}"
         )
     return lines
 
@@ -222,10 +225,11 @@ def _in_obstacle(
     """What a robot at ``at`` has in common with an obstacle, in its frame; and the obstacle's middle."""
     first, last = (min(k, len(world.counts) - 1) for k in when[:2])
     circles, segments = ((1 - when[2]) * part[first] + when[2] * part[last] for part in (world.circles, world.segments))
-    mine = np.flatnonzero(world.bodies[0, : world.counts[0], OWNER] == obstacle)
+    mine = np.flatnonzero(BodyColumns(world.bodies[0, : world.counts[0]].T).owner == obstacle)
     gaps = np.hypot(*(circles[mine, :2] - at).T) - circles[mine, 2]
     near = circles[mine[np.argmin(gaps)], :2]
-    sides = [segments[b[FIRST] : b[FIRST] + b[NUMBER]] for b in world.bodies[0, mine]]
+    bodies = [BodyColumns(b) for b in world.bodies[0, mine]]
+    sides = [segments[b.first : b.first + b.number] for b in bodies]
     inner = _common(np.concatenate(sides), at, turn, half)
     return inner, near
 

@@ -11,7 +11,7 @@ import numpy as np
 from robotics.measures.once import CachedPerRun
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all
 from robotics.paths.joined import PathTable, join_paths, table_length
-from robotics.paths.path import CURVATURE, HEADING, Path, X, Y
+from robotics.paths.path import Path
 from robotics.simulation.run import Run
 
 SETTLING = 10.0  # s from the start until a robot should be in its place
@@ -74,12 +74,11 @@ def _paths(run: Run) -> PathTable:
     """The paths of a run, of which it keeps nodes at equal steps of the abscissa."""
     found = []
     for nodes in run.paths:
-        table = np.zeros((5, nodes.shape[1]))
-        table[[X, Y]] = nodes
-        table[HEADING] = np.unwrap(np.arctan2(*np.gradient(nodes, axis=1, edge_order=2)[::-1]))
-        length = table_length(table)
-        table[CURVATURE] = np.gradient(table[HEADING], length / (nodes.shape[1] - 1))
-        found.append(Path(length, table))
+        heading = np.unwrap(np.arctan2(*np.gradient(nodes, axis=1, edge_order=2)[::-1]))
+        unknown = np.zeros_like(heading)
+        length = table_length(np.stack([*nodes, heading, unknown, unknown]))
+        curvature = np.gradient(heading, length / (nodes.shape[1] - 1))
+        found.append(Path(length, np.stack([*nodes, heading, curvature, unknown])))
     return join_paths(found)
 
 

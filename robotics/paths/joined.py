@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.path import HEADING, Path, PathPoint, X, Y, point
+from robotics.paths.path import Path, PathColumns, PathPoint, point
 
 
 @dataclass(frozen=True)
@@ -253,8 +253,9 @@ def _arcs(table):  # type: ignore[no-untyped-def]
     """The lengths [m] of the arcs between nodes."""
     arcs = np.empty(table.shape[1] - 1)
     for k in range(len(arcs)):
-        chord = math.hypot(table[X, k + 1] - table[X, k], table[Y, k + 1] - table[Y, k])
-        turn = table[HEADING, k + 1] - table[HEADING, k]
+        one, other = PathColumns(table, k), PathColumns(table, k + 1)
+        chord = math.hypot(other.x - one.x, other.y - one.y)
+        turn = other.heading - one.heading
         arcs[k] = chord * (1 + turn * turn / 24)  # arc over chord, to the second order
     return arcs
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotics.paths.path import CURVATURE, HEADING, Path, PathError, Shape, U, X, Y, compile_path
+from robotics.paths.path import Path, PathError, Shape, compile_path
 from robotics.paths.posture import wrapped
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
 from robotics.quantity import described, got, is_number
@@ -62,7 +62,7 @@ def compile_offset(shape: Offset, timing: Timing) -> Trajectory:
     virtual = compile_path(shape.path)
     _check(shape, virtual)
     path = compile_path(shape)
-    s_virtual = virtual.abscissa(path.table[U])
+    s_virtual = virtual.abscissa(path.nodes.u)
     share = s_virtual / virtual.length
     path = replace(path, shares=np.stack([share, virtual.length * _speed_ratio(shape, virtual, s_virtual)]))
     motion = compile_trajectory((virtual,), (timing,))
@@ -88,7 +88,7 @@ def _speed_ratio(shape: Offset, virtual: Path, s: np.ndarray) -> np.ndarray:
 def _check(shape: Offset, virtual: Path) -> None:
     """Refuse an offset beyond the virtual path's center of curvature, and one ahead where the curvature jumps."""
     ahead, left = shape.offset
-    curvature = virtual.table[CURVATURE]
+    curvature = virtual.nodes.curvature
     forward = 1 - curvature * left
     k = int(forward.argmin())
     if forward[k] <= 0.01:
@@ -97,18 +97,18 @@ def _check(shape: Offset, virtual: Path) -> None:
         bounds += [f"< {1 / most:.4g}"] if most > 0 else []
         raise PathError(
             f"offset: {abs(left):g} m to the {'left' if left > 0 else 'right'} reaches the center of curvature of the "
-            f"virtual path, which is {1 / abs(curvature[k]):.4g} m beside ({virtual.table[X, k]:.3g}, "
-            f"{virtual.table[Y, k]:.3g}) m: there the robot's path has a cusp and runs back; accepted to the left are "
+            f"virtual path, which is {1 / abs(curvature[k]):.4g} m beside ({virtual.nodes.x[k]:.3g}, "
+            f"{virtual.nodes.y[k]:.3g}) m: there the robot's path has a cusp and runs back; accepted to the left are "
             f"offsets {' and '.join(bounds)} m"
         )
-    heading = virtual.table[HEADING] + np.arctan2(curvature * ahead, forward)
+    heading = virtual.nodes.heading + np.arctan2(curvature * ahead, forward)
     jump = np.abs(np.diff(np.arctan2(curvature * ahead, forward)))
     k = int(jump.argmax())
     beside = np.abs(np.diff(heading))[max(k - 2, 0) : k + 3]
     if jump[k] > _KINK and jump[k] > 5 * np.median(beside):
         raise PathError(
             f"offset: {ahead:g} m ahead gives the robot's path a corner of {jump[k]:.3g} rad, for the curvature of the "
-            f"virtual path jumps near ({virtual.table[X, k]:.3g}, {virtual.table[Y, k]:.3g}) m; "
+            f"virtual path jumps near ({virtual.nodes.x[k]:.3g}, {virtual.nodes.y[k]:.3g}) m; "
             "accepted there is 0 m ahead"
         )
 

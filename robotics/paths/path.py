@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.quantity import LARGEST, check_quantities, described, quantity
@@ -277,8 +278,14 @@ class PathPoint(NamedTuple):
     curvature: np.ndarray  # 1/m, > 0 to the left
 
 
-# Rows of the table: x [m], y [m], heading [rad], curvature [1/m], the shape's parameter u
-X, Y, HEADING, CURVATURE, U = range(5)
+class PathColumns(Columns):
+    """The rows of a path's table, by equal steps of its abscissa."""
+
+    x = column("m")
+    y = column("m")
+    heading = column("rad", "continuous along the path")
+    curvature = column("1/m", "> 0 to the left")
+    u = column("1", "the shape's parameter")
 
 
 @dataclass(frozen=True)
@@ -287,7 +294,7 @@ class Path:
 
     Attributes:
         length: Of the whole path [m].
-        table: (5, nodes): x [m], y [m], heading [rad], curvature [1/m], u at equal steps of s.
+        table: (PathColumns, nodes).
         shares: Of a robot of a formation (2, nodes): the share of the virtual path, and ds [m] by that share; None: it
             has no place in one.
     """
@@ -295,6 +302,11 @@ class Path:
     length: float
     table: np.ndarray = field(repr=False)
     shares: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def nodes(self) -> PathColumns:
+        """The rows of the table by name."""
+        return PathColumns(self.table)
 
     @property
     def spacing(self) -> float:
@@ -319,7 +331,7 @@ class Path:
         Where the tangent's length changes fast, to 1e-4 m; elsewhere to 1e-5 m.
         """
         nodes = np.linspace(0.0, self.length, self.table.shape[1])
-        return np.interp(u, self.table[U], nodes)
+        return np.interp(u, self.nodes.u, nodes)
 
 
 def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
@@ -388,7 +400,7 @@ def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     The interpolation is cubic Hermite: positions with the tangent (cos, sin) of the heading, headings with κ.
 
     Args:
-        table: The table of one path or of several (5, nodes).
+        table: The table of one path or of several (PathColumns, nodes).
         first: The column at which the path begins.
         cells: The number of its nodes minus 1.
         length: Its length [m].
@@ -404,11 +416,12 @@ def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     left = 1 - right
     slope_left = t * (1 - t) * (1 - t) * h
     slope_right = -t * t * (1 - t) * h
-    a, b = table[2, k], table[2, k + 1]
-    x = left * table[0, k] + right * table[0, k + 1] + slope_left * np.cos(a) + slope_right * np.cos(b)
-    y = left * table[1, k] + right * table[1, k + 1] + slope_left * np.sin(a) + slope_right * np.sin(b)
-    heading = left * a + right * b + slope_left * table[3, k] + slope_right * table[3, k + 1]
-    return x, y, heading, (1 - t) * table[3, k] + t * table[3, k + 1]
+    one, other = PathColumns(table, k), PathColumns(table, k + 1)
+    a, b = one.heading, other.heading
+    x = left * one.x + right * other.x + slope_left * np.cos(a) + slope_right * np.cos(b)
+    y = left * one.y + right * other.y + slope_left * np.sin(a) + slope_right * np.sin(b)
+    heading = left * a + right * b + slope_left * one.curvature + slope_right * other.curvature
+    return x, y, heading, (1 - t) * one.curvature + t * other.curvature
 
 
 @kernel

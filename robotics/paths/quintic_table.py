@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.path import CURVATURE, HEADING, Quintic, U, X, Y
+from robotics.paths.path import PathColumns, Quintic
 
+_ROWS = PathColumns.size
 _CELLS = 800  # of the parameter, between which the length is measured
 
 
@@ -20,12 +21,12 @@ def quintic_table(shape: Quintic, spacing: float = 0.02) -> np.ndarray:
 
 def tabulated(shape: np.ndarray, spacing: float = 0.02) -> np.ndarray:
     """:func:`quintic_table` of a quintic by its :func:`coefficients`."""
-    table = np.asarray(_measured(shape, spacing))
-    dx, dy, cross = table[HEADING].copy(), table[CURVATURE].copy(), table[5]
+    table, (dx, dy, cross) = _measured(shape, spacing)
+    nodes = PathColumns(table)
     # By numpy, not in the compiled function: their last bits are others, and crossings shall stay what they were.
-    _unwrapped(np.arctan2(dy, dx), table[HEADING])
-    table[CURVATURE] = cross / np.hypot(dx, dy) ** 3
-    return table[:5]
+    _unwrapped(np.arctan2(dy, dx), nodes.heading)
+    nodes.curvature = cross / np.hypot(dx, dy) ** 3
+    return np.asarray(table)
 
 
 def coefficients(shape: Quintic) -> np.ndarray:
@@ -34,7 +35,7 @@ def coefficients(shape: Quintic) -> np.ndarray:
     found = np.empty((2, 5))
     first = shape.start_tangent or (run, run * shape.start_slope)
     last = shape.end_tangent or (run, run * shape.end_slope)
-    for axis in (X, Y):
+    for axis in range(2):
         fill(found[axis], shape.start[axis], shape.end[axis], first[axis], last[axis])
     return found
 
@@ -68,7 +69,8 @@ def bend(row, u):  # type: ignore[no-untyped-def]
 
 @kernel(nogil=True)
 def _measured(shape, spacing):  # type: ignore[no-untyped-def]
-    """Places at equal shares of the length (6, nodes): x, y, the first derivatives, the parameter, p' × p''."""
+    """Tables of places at equal shares of the length (PathColumns, nodes), without heading and curvature, and of p' and
+    p' × p'' (3, nodes)."""
     x, y = shape[0], shape[1]
     h = 1 / _CELLS
     speed, measured = np.empty(_CELLS + 1), np.empty(_CELLS + 1)
@@ -82,7 +84,7 @@ def _measured(shape, spacing):  # type: ignore[no-untyped-def]
         measured[k + 2] = measured[k + 1] + h / 12 * (-a + 8 * b + 5 * c)
     length = measured[_CELLS]
     cells = max(32, math.ceil(length / spacing))
-    found = np.empty((6, cells + 1))
+    found, bends = np.empty((_ROWS, cells + 1)), np.empty((3, cells + 1))
     k = 0
     for n in range(cells + 1):
         s = n * (length / cells) if n < cells else length
@@ -95,9 +97,10 @@ def _measured(shape, spacing):  # type: ignore[no-untyped-def]
             here = measured[c] + t * (speed[c] + (speed[c + 1] - speed[c]) * t / (2 * h))
             u = min(max(u + (s - here) / _speed_at(speed, c, u), 0.0), 1.0)
         dx, dy = slope(x, u), slope(y, u)
-        found[X, n], found[Y, n], found[HEADING, n], found[CURVATURE, n] = place(x, u), place(y, u), dx, dy
-        found[U, n], found[5, n] = u, dx * bend(y, u) - dy * bend(x, u)
-    return found
+        node = PathColumns(found, n)
+        node.x, node.y, node.u = place(x, u), place(y, u), u
+        bends[0, n], bends[1, n], bends[2, n] = dx, dy, dx * bend(y, u) - dy * bend(x, u)
+    return found, bends
 
 
 @kernel

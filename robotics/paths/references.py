@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from robotics.paths.joined import PathTable
-from robotics.paths.road import EVEN, Road, road_of, rows_at
+from robotics.paths.road import TIMED, Road, road_of, rows_at
 from robotics.paths.trajectory import Reference, Trajectory
 
 
@@ -99,7 +99,7 @@ class EvenTiming:
     @cached_property
     def road(self) -> Road:
         """The same as plain arrays."""
-        return road_of(self.joined, EVEN, self.ends, durations=self.durations[:, None])
+        return road_of(self.joined, TIMED.evenly, self.ends, durations=self.durations[:, None])
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field is (runs, robots)."""

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Floats1, Floats2, Floats3, Ints1
+from fuzzy.compiled.columns import Floats1, Floats2, Floats3, Ints1, codes
 from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.paths.joined import PathTable, nearest_abscissa
 from robotics.paths.path import cell_by_x, point, point_beside
 
-TABULATED, EVEN, PLANNED = range(3)  # how a road is timed: by a table of abscissae, evenly, or by a plan's shares
+TIMED = codes(("tabulated", "evenly", "planned"))  # by a table of abscissae, or by a plan of shares
 CELLS = 160  # ticks of a plan in its nominal duration
 
 
@@ -24,11 +24,11 @@ class Road(NamedTuple):
     first: Ints1  # the column at which each begins
     cells: Ints1  # the number of its nodes minus 1
     lengths: Floats1  # m
-    kind: int  # TABULATED, EVEN or PLANNED
+    kind: int  # of TIMED
     ends: Floats1  # s: when each reference reaches the end of its path
     durations: Floats1  # s: of even timing, or of CELLS ticks of a plan
-    timing: Floats3  # (paths, 2, times): abscissa [m] and its rate [m/s] at equal steps of time, if TABULATED
-    plan: Floats2  # (paths, ticks + 1): share of the path at every tick, if PLANNED
+    timing: Floats3  # (paths, 2, times): abscissa [m] and its rate [m/s] at equal steps of time, if tabulated
+    plan: Floats2  # (paths, ticks + 1): share of the path at every tick, if planned
     shares: Floats2  # (2, nodes of all paths) progress and the way for each unit of it; (2, 0): shares of the length
     since: float  # s: the time of the road when a run begins
 
@@ -88,9 +88,9 @@ def timed(road, path, time):  # type: ignore[no-untyped-def]
     """How far the reference of one path is at a time [s] of the run: abscissa [m] and speed [m/s]."""
     time = time + road.since
     length = road.lengths[path]
-    if road.kind == TABULATED:
+    if road.kind == TIMED.tabulated:
         return _tabulated(road.timing, path, road.ends[path], length, time)
-    if road.kind == EVEN:
+    if road.kind == TIMED.evenly:
         share = min(max(time / road.durations[path], 0.0), 1.0)
         return share * length, length / road.durations[path] if share < 1 else 0.0
     share, slope = planned(road, path, time)

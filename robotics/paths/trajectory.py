@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.paths.joined import PathTable, join_paths
-from robotics.paths.path import Path, PathError, X
-from robotics.paths.road import TABULATED, Road, road_of, rows_at
+from robotics.paths.path import Path, PathError
+from robotics.paths.road import TIMED, Road, road_of, rows_at
 from robotics.quantity import check_quantities, quantity
 
 
@@ -85,7 +85,7 @@ class Trajectory:
     @cached_property
     def road(self) -> Road:
         """The same as plain arrays."""
-        return road_of(self.joined, TABULATED, self.ends, timing=self.tables)
+        return road_of(self.joined, TIMED.tabulated, self.ends, timing=self.tables)
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
@@ -138,7 +138,7 @@ def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray,
 
 
 def _even_in_x(path: Path, start: float, x_rate: float, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
-    x = path.table[X]
+    x = path.nodes.x
     if not np.all(np.diff(x) * np.sign(x[-1] - x[0]) > 0):
         raise PathError("timing: x_rate needs a path on which x always grows or always falls; give speed or duration")
     first = float(path.at(start).x)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotics.environment.world import NUMBER, Geometry, outlines
+from robotics.environment.world import BodyColumns, Geometry, outlines
 from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, Contact, contacts
 from robotics.sensing.sonar import RangeSensor
@@ -93,7 +93,7 @@ class Replay:
         if self.obstacles is not None:
             circles = self.obstacles.circles[:, : self.obstacles.counts[0]]
             centers, radius = np.moveaxis(circles[..., :2], -1, 0), circles[..., 2]
-            disc = self.obstacles.bodies[:, : circles.shape[1], NUMBER] == 0
+            disc = self.obstacles.bodies[:, : circles.shape[1], BodyColumns.number.row] == 0
             ends = np.moveaxis(self.obstacles.segments.reshape(-1, 2), -1, 0)
             parts += [ends, *((centers[:, disc] + way * radius[disc]) for way in (-1, 1))]
         points = np.concatenate(parts, axis=1)

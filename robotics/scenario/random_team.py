@@ -3,7 +3,7 @@
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.paths.path import CURVATURE, PathError, Quintic, compile_path
+from robotics.paths.path import PathError, Quintic, compile_path
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import parse_scenario
 
@@ -98,6 +98,6 @@ def _random_path(
             )
         except PathError:
             continue
-        if np.abs(path.table[CURVATURE]).max() <= 1 / 0.3:
+        if np.abs(path.nodes.curvature).max() <= 1 / 0.3:
             return start, end, out, into, path.length
     raise TeamError("no path that a robot can drive was found in 100 draws")  # pragma: no cover

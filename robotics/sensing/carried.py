@@ -10,40 +10,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Floats1, Floats2, Floats3, Ints1, Ints2
+from fuzzy.compiled.columns import Columns, Floats1, Floats2, Floats3, Ints1, Ints2, codes, column
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.environment.world import Geometry, Moving, place
 from robotics.random_streams import SONAR_STREAM
-from robotics.sensing.raycasting import (
-    COS_AXIS,
-    COS_HALF,
-    COS_INCIDENCE,
-    CROSSTALK,
-    DROPOUT,
-    FAILS_FROM,
-    FAILS_UNTIL,
-    MINIMUM,
-    MOUNT_X,
-    MOUNT_Y,
-    NOISE,
-    RANGE,
-    RELATIVE,
-    SENSOR_ROWS,
-    SIN_AXIS,
-    SIN_HALF,
-    Bodies,
-    Eyes,
-    bodies_in_view,
-    cast,
-    overhear,
-)
+from robotics.sensing.raycasting import Bodies, Eyes, SensorColumns, bodies_in_view, cast, overhear
 from robotics.sensing.sonar import RangeSensor, SonarError
 from robotics.vehicle.plant import TruthColumns
 
 _DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, whatever the number of runs
-NORMAL, LOST, TALK = range(3)  # what is drawn, each from a generator of its own: noise, lost echoes, crosstalk
-FIRST, END, STRIDE, LENGTH, PLACE = range(5)  # rows of Looks.kinds
-KIND_ROWS = 5
+DRAWN = codes(("noise", "loss", "crosstalk"))  # each from a generator of its own
+
+
+class KindColumns(Columns):
+    """What robots of a kind carry, and where their random numbers are."""
+
+    first = column("", "its first sensor")
+    end = column("", "the first that is not its")
+    stride = column("periods", "from look to look")
+    length = column("looks", "for which random numbers are there at a time")
+    place = column("", "of the first of them")
 
 
 def sensor_names(sensors: Sequence[Mapping[str, RangeSensor]]) -> tuple[str, ...]:
@@ -65,7 +51,7 @@ class Looks(NamedTuple):
     sizes: Floats2  # (3, lanes): of robotics.environment.collision.footprints
     here: Geometry  # the obstacles, of as many runs or of one world for all
     moving: Moving
-    draws: Floats3  # (3, runs, numbers): normal numbers, and evenly distributed ones for LOST and TALK
+    draws: Floats3  # (3, runs, numbers): normal numbers, and evenly distributed ones, as DRAWN
     drawn: Ints1  # (kinds,): the block of random numbers that is there; -1: none
     readings: Floats2  # (lanes, names) m; infinite also where a robot does not carry that sensor
     wanted: Ints1  # (needs,): the readings that a law needs, in its order
@@ -123,14 +109,14 @@ class CarriedSensors:
         angles = [a if len(a) > 1 else np.array([sensor.axis]) for a, sensor in zip(angles, sensors, strict=True)]
         joined = np.concatenate([np.empty(0), *angles])
         eyes = Eyes(
-            np.array([_column(sensor, self.tick) for sensor in sensors]).reshape(-1, SENSOR_ROWS).T.copy(),
+            np.array([_column(sensor, self.tick) for sensor in sensors]).reshape(-1, SensorColumns.size).T.copy(),
             np.stack([np.cos(joined), np.sin(joined)]),
             np.cumsum([0, *(len(a) for a in angles)]),
             np.zeros(len(sensors), dtype=bool),
         )
         every = np.array([_periods(sensor, self.tick) for sensor in sensors], dtype=np.int64)
         kinds, numbers = self._kinds(every)
-        wanted = any(self._draws(carried, kind) for carried in self.kinds for kind in (NORMAL, LOST, TALK))
+        wanted = any(self._draws(carried, kind) for carried in self.kinds for kind in DRAWN)
         return Looks(
             eyes,
             every,
@@ -151,7 +137,7 @@ class CarriedSensors:
 
     def _kinds(self, every: np.ndarray) -> tuple[np.ndarray, int]:
         """The rows of Looks.kinds, and how many random numbers of one kind a run has."""
-        rows = np.zeros((KIND_ROWS, len(self.kinds)), dtype=np.int64)
+        rows = np.zeros((KindColumns.size, len(self.kinds)), dtype=np.int64)
         first, places, numbers = 0, dict[tuple[int, int], int](), 0
         for n, carried in enumerate(self.kinds):
             end = first + len(carried)
@@ -167,9 +153,9 @@ class CarriedSensors:
 
     def _draws(self, carried: Mapping[str, RangeSensor], kind: int) -> bool:
         """Whether sensors need random numbers of a kind."""
-        if kind == NORMAL:
+        if kind == DRAWN.noise:
             return any(s.noise or s.relative_noise for s in carried.values())
-        if kind == LOST:
+        if kind == DRAWN.loss:
             return any(s.dropout for s in carried.values())
         return self.robots > 1 and any(s.crosstalk for s in carried.values())
 
@@ -177,9 +163,10 @@ class CarriedSensors:
         """Draw the random numbers of control period ``k`` and of some after it, if they are not there."""
         if looks.draws.shape[2] == 0:
             return
+        kinds = KindColumns(looks.kinds)
         fresh: set[int] = set()  # places of random numbers that were drawn now
         for n, carried in enumerate(self.kinds):
-            stride, length, at = looks.kinds[STRIDE:, n].tolist()
+            stride, length, at = (int(row[n]) for row in (kinds.stride, kinds.length, kinds.place))
             block = k // stride // length
             if block == looks.drawn[n]:
                 continue
@@ -187,16 +174,16 @@ class CarriedSensors:
             if at in fresh:
                 continue
             fresh.add(at)
-            alike = [c for c, place_of in zip(self.kinds, looks.kinds[PLACE], strict=True) if place_of == at]
+            alike = [c for c, place_of in zip(self.kinds, kinds.place, strict=True) if place_of == at]
             numbers = length * self.robots * len(carried)
-            for kind in (NORMAL, LOST, TALK):
+            for kind in DRAWN:
                 if any(self._draws(c, kind) for c in alike):
                     self._draw(looks.draws[kind, :, at : at + numbers], kind, block)
 
     def _draw(self, rows: np.ndarray, kind: int, block: int) -> None:
         for seed, row in zip(self.seeds, rows, strict=True):
             generator = np.random.default_rng([seed, SONAR_STREAM, kind + 1, block])
-            if kind == NORMAL:
+            if kind == DRAWN.noise:
                 generator.standard_normal(out=row)
             else:
                 generator.random(out=row)
@@ -205,7 +192,8 @@ class CarriedSensors:
         """The control period up to which random numbers are there."""
         if looks.draws.shape[2] == 0:
             return np.inf
-        return int(((looks.drawn + 1) * looks.kinds[LENGTH] * looks.kinds[STRIDE]).min())
+        kinds = KindColumns(looks.kinds)
+        return int(((looks.drawn + 1) * kinds.length * kinds.stride).min())
 
 
 def nothing_to_see(lanes: int) -> Looks:
@@ -226,23 +214,23 @@ def _periods(sensor: RangeSensor, tick: float) -> int:
 def _column(sensor: RangeSensor, tick: float) -> np.ndarray:
     start, end = (np.inf if at is None else at for at in (sensor.failure_start, sensor.failure_end))
     rows = {
-        MOUNT_X: sensor.x,
-        MOUNT_Y: sensor.y,
-        COS_AXIS: np.cos(sensor.axis),
-        SIN_AXIS: np.sin(sensor.axis),
-        COS_HALF: np.cos(sensor.half_cone),
-        SIN_HALF: np.sin(sensor.half_cone),
-        RANGE: sensor.range,
-        COS_INCIDENCE: np.cos(sensor.incidence) if sensor.incidence < pi / 2 else 0.0,
-        MINIMUM: sensor.minimum,
-        NOISE: sensor.noise,
-        RELATIVE: sensor.relative_noise,
-        DROPOUT: sensor.dropout,
-        CROSSTALK: sensor.crosstalk,
-        FAILS_FROM: start / tick - 1e-9,
-        FAILS_UNTIL: end / tick - 1e-9,
+        "x": sensor.x,
+        "y": sensor.y,
+        "cos_axis": np.cos(sensor.axis),
+        "sin_axis": np.sin(sensor.axis),
+        "cos_half": np.cos(sensor.half_cone),
+        "sin_half": np.sin(sensor.half_cone),
+        "range": sensor.range,
+        "cos_incidence": np.cos(sensor.incidence) if sensor.incidence < pi / 2 else 0.0,
+        "minimum": sensor.minimum,
+        "noise": sensor.noise,
+        "relative": sensor.relative_noise,
+        "dropout": sensor.dropout,
+        "crosstalk": sensor.crosstalk,
+        "fails_from": start / tick - 1e-9,
+        "fails_until": end / tick - 1e-9,
     }
-    return np.array([rows[i] for i in range(SENSOR_ROWS)])
+    return np.array(SensorColumns.stacked(rows))
 
 
 @without_refcounts
@@ -281,13 +269,14 @@ def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
     if kind < 0:
         return
     eyes, here = looks.eyes, TruthColumns(truth)
-    begin, end = looks.kinds[FIRST, kind], looks.kinds[END, kind]
+    mine = KindColumns(looks.kinds, kind)
+    begin, end = mine.first, mine.end
     cast(
         eyes, begin, end, lane, robots, here.x, here.y, looks.turned, looks.sizes, looks.here, looks.bodies,
         looks.echoes,
     )  # fmt: skip
-    update = k // looks.kinds[STRIDE, kind] % looks.kinds[LENGTH, kind]
-    drawn = looks.kinds[PLACE, kind] + (update * robots + lane % robots) * (end - begin)
+    update = k // mine.stride % mine.length
+    drawn = mine.place + (update * robots + lane % robots) * (end - begin)
     for q in range(begin, end):
         if eyes.due[q]:
             _read(looks, k, q, kind, lane, robots, drawn + q - begin, truth)
@@ -296,19 +285,20 @@ def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
 @without_refcounts
 def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-untyped-def]
     """Read one sensor: its echo, or the ping of another, with noise and losses."""
-    table, run, d, here = looks.eyes.table, lane // robots, looks.echoes[q], TruthColumns(truth)
-    if table[CROSSTALK, q] > 0 and robots > 1 and looks.draws[TALK, run, drawn] < table[CROSSTALK, q]:
+    sensor, run, d, here = SensorColumns(looks.eyes.table, q), lane // robots, looks.echoes[q], TruthColumns(truth)
+    if sensor.crosstalk > 0 and robots > 1 and looks.draws[DRAWN.crosstalk, run, drawn] < sensor.crosstalk:
+        carried = KindColumns(looks.kinds, kind)
         d = overhear(
-            d, looks.eyes, looks.kinds[FIRST, kind], looks.kinds[END, kind], q, lane, robots, looks.kind,
+            d, looks.eyes, carried.first, carried.end, q, lane, robots, looks.kind,
             here.x, here.y, looks.turned, looks.sizes, looks.here,
         )  # fmt: skip
-    if table[DROPOUT, q] > 0 and looks.draws[LOST, run, drawn] < table[DROPOUT, q]:
+    if sensor.dropout > 0 and looks.draws[DRAWN.loss, run, drawn] < sensor.dropout:
         d = np.inf
     if d < np.inf:
-        if table[NOISE, q] > 0 or table[RELATIVE, q] > 0:
-            d += np.sqrt(table[NOISE, q] ** 2 + (table[RELATIVE, q] * d) ** 2) * looks.draws[NORMAL, run, drawn]
-        d = min(max(d, table[MINIMUM, q]), table[RANGE, q])
-    if table[FAILS_FROM, q] <= k < table[FAILS_UNTIL, q]:
+        if sensor.noise > 0 or sensor.relative > 0:
+            d += np.sqrt(sensor.noise**2 + (sensor.relative * d) ** 2) * looks.draws[DRAWN.noise, run, drawn]
+        d = min(max(d, sensor.minimum), sensor.range)
+    if sensor.fails_from <= k < sensor.fails_until:
         d = np.inf
     looks.readings[lane, looks.column[q]] = d
 

@@ -9,23 +9,36 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Bools1, Floats2, Ints1, Ints2
+from fuzzy.compiled.columns import Bools1, Columns, Floats2, Ints1, Ints2, column
 from fuzzy.compiled.jit import compiled_only
 from robotics.environment.collision import segment_meets
-from robotics.environment.world import CLOSED, FIRST, NUMBER
+from robotics.environment.world import BodyColumns
 
-# Rows of the sensors' table
-(
-    MOUNT_X, MOUNT_Y, COS_AXIS, SIN_AXIS, COS_HALF, SIN_HALF, RANGE, COS_INCIDENCE, MINIMUM, NOISE, RELATIVE, DROPOUT,
-    CROSSTALK, FAILS_FROM, FAILS_UNTIL,
-) = range(15)  # fmt: skip
-SENSOR_ROWS = 15
+
+class SensorColumns(Columns):
+    """A range sensor, in its robot's frame."""
+
+    x = column("m", "the place of its mount")
+    y = column("m")
+    cos_axis = column("1", "where it looks")
+    sin_axis = column("1")
+    cos_half = column("1", "half its cone")
+    sin_half = column("1")
+    range = column("m")
+    cos_incidence = column("1", "the largest angle of incidence at which an echo comes back")
+    minimum = column("m", "the shortest reading")
+    noise = column("m", "standard deviation")
+    relative = column("1", "standard deviation over the distance")
+    dropout = column("1", "the probability that an echo is lost")
+    crosstalk = column("1", "the probability that another's ping is heard")
+    fails_from = column("periods")
+    fails_until = column("periods")
 
 
 class Eyes(NamedTuple):
     """Range sensors as columns; robots of one kind carry those of some places in a row."""
 
-    table: Floats2  # (SENSOR_ROWS, sensors)
+    table: Floats2  # (SensorColumns, sensors)
     rays: Floats2  # (2, rays): unit directions in the robot's frame
     first_ray: Ints1  # (sensors + 1,): the rays of sensor q are those from first_ray[q] to first_ray[q + 1]
     due: Bools1  # (sensors,): whether it looks now
@@ -68,7 +81,8 @@ def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes
     reach = 0.0
     for q in range(begin, end):
         echoes[q] = np.inf
-        reach = max(reach, table[RANGE, q] + np.sqrt(table[MOUNT_X, q] ** 2 + table[MOUNT_Y, q] ** 2))
+        sensor = SensorColumns(table, q)
+        reach = max(reach, sensor.range + np.sqrt(sensor.x**2 + sensor.y**2))
     run = lane // robots
     g = run if here.counts.shape[0] > 1 else 0
     c, s = turned[0, lane], turned[1, lane]
@@ -84,12 +98,13 @@ def cast(eyes, begin, end, lane, robots, x, y, turned, sizes, here, view, echoes
             continue
         view.circles[count, 0], view.circles[count, 1], view.circles[count, 2] = px, py, radius
         view.spans[count, 0] = edge
-        for k in range(here.bodies[g, b, FIRST], here.bodies[g, b, FIRST] + here.bodies[g, b, NUMBER]):
+        body = BodyColumns(here.bodies[g, b])
+        for k in range(body.first, body.first + body.number):
             for side in (0, 2):
                 dx, dy = here.segments[g, k, side] - x[lane], here.segments[g, k, side + 1] - y[lane]
                 view.edges[edge, side], view.edges[edge, side + 1] = c * dx + s * dy, c * dy - s * dx
             edge += 1
-        view.spans[count, 1], view.spans[count, 2] = edge, here.bodies[g, b, CLOSED]
+        view.spans[count, 1], view.spans[count, 2] = edge, body.closed
         count += 1
     for j in range(run * robots, (run + 1) * robots):
         dx, dy = x[j] - x[lane], y[j] - y[lane]
@@ -113,19 +128,20 @@ def _in_view(table, due, begin, end, x, y, radius):  # type: ignore[no-untyped-d
     """Whether any sensor may see a body in a circle about (x, y), in the robot's frame."""
     view = False
     for q in range(begin, end):
-        view |= due[q] & _in_cone(table, q, x - table[MOUNT_X, q], y - table[MOUNT_Y, q], radius)
+        sensor = SensorColumns(table, q)
+        view |= due[q] & _in_cone(sensor, x - sensor.x, y - sensor.y, radius)
     return view
 
 
 @compiled_only
-def _in_cone(table, q, dx, dy, radius):  # type: ignore[no-untyped-def]
-    """Whether sensor ``q`` may see a body in a circle about (dx, dy) from it; without branches, for speed."""
-    far = table[RANGE, q] + radius
-    along = table[COS_AXIS, q] * dx + table[SIN_AXIS, q] * dy
-    across = abs(table[COS_AXIS, q] * dy - table[SIN_AXIS, q] * dx)
+def _in_cone(sensor, dx, dy, radius):  # type: ignore[no-untyped-def]
+    """Whether a sensor may see a body in a circle about (dx, dy) from it; without branches, for speed."""
+    far = sensor.range + radius
+    along = sensor.cos_axis * dx + sensor.sin_axis * dy
+    across = abs(sensor.cos_axis * dy - sensor.sin_axis * dx)
     # A cone no wider than a half plane is the intersection of two half planes.
-    beside = (along < -radius) | (across * table[COS_HALF, q] - along * table[SIN_HALF, q] > radius)
-    return (dx * dx + dy * dy <= far * far) & ((table[COS_HALF, q] <= 0) | (not beside))
+    beside = (along < -radius) | (across * sensor.cos_half - along * sensor.sin_half > radius)
+    return (dx * dx + dy * dy <= far * far) & ((sensor.cos_half <= 0) | (not beside))
 
 
 @compiled_only
@@ -147,13 +163,14 @@ def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def
     for q in range(begin, end):
         if not eyes.due[q]:
             continue
-        first, last, mount_x, mount_y = first_ray[q], first_ray[q + 1], table[MOUNT_X, q], table[MOUNT_Y, q]
+        sensor = SensorColumns(table, q)
+        first, last, mount_x, mount_y = first_ray[q], first_ray[q + 1], sensor.x, sensor.y
         right_x, right_y, left_x, left_y = rays[0, first], rays[1, first], rays[0, last - 1], rays[1, last - 1]
-        narrow = table[COS_HALF, q] > 0
+        narrow = sensor.cos_half > 0
         hit, within = False, False
         for b in range(count):
             dx, dy, radius = circles[b, 0] - mount_x, circles[b, 1] - mount_y, circles[b, 2]
-            if not _in_cone(table, q, dx, dy, radius):
+            if not _in_cone(sensor, dx, dy, radius):
                 continue
             if dx * dx + dy * dy <= radius * radius and _inside(mount_x, mount_y, edges, spans, b):
                 within = True
@@ -179,7 +196,7 @@ def _look(eyes, begin, end, view, count, echoes):  # type: ignore[no-untyped-def
         elif hit:
             shortest = np.inf
             for n in range(first, last):
-                heard = (hits[0, n] <= table[RANGE, q]) & (hits[1, n] >= hits[0, n] * table[COS_INCIDENCE, q])
+                heard = (hits[0, n] <= sensor.range) & (hits[1, n] >= hits[0, n] * sensor.cos_incidence)
                 shortest = min(shortest, hits[0, n] if heard else np.inf)
             echoes[q] = shortest
 
@@ -232,18 +249,20 @@ def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes
     table = eyes.table
     run = lane // robots
     g = run if here.counts.shape[0] > 1 else 0
-    ax, ay, ac, as_ = _mounted(x, y, turned, lane, table, q)
+    mine = SensorColumns(table, q)
+    ax, ay, ac, as_ = _mounted(x, y, turned, lane, mine)
     for j in range(run * robots, (run + 1) * robots):
         for p in range(begin, end):
             if j == lane or kinds[j] != kinds[lane] or not eyes.due[p]:
                 continue
-            bx, by, bc, bs = _mounted(x, y, turned, j, table, p)
+            theirs = SensorColumns(table, p)
+            bx, by, bc, bs = _mounted(x, y, turned, j, theirs)
             d = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
-            if not d <= min(table[RANGE, q], table[RANGE, p]) or d / 2 >= echo:
+            if not d <= min(mine.range, theirs.range) or d / 2 >= echo:
                 continue
-            if ac * (bx - ax) + as_ * (by - ay) < d * table[COS_HALF, q]:
+            if ac * (bx - ax) + as_ * (by - ay) < d * mine.cos_half:
                 continue
-            if bc * (ax - bx) + bs * (ay - by) < d * table[COS_HALF, p]:
+            if bc * (ax - bx) + bs * (ay - by) < d * theirs.cos_half:
                 continue
             if not _hidden(ax, ay, bx, by, here, g) and not _covered(
                 ax, ay, bx, by, lane, j, run * robots, robots, x, y, turned, sizes
@@ -253,14 +272,14 @@ def overhear(echo, eyes, begin, end, q, lane, robots, kinds, x, y, turned, sizes
 
 
 @compiled_only
-def _mounted(x, y, turned, lane, table, q):  # type: ignore[no-untyped-def]
-    """The place of sensor ``q`` on the robot of a lane [m], and the direction of its axis."""
+def _mounted(x, y, turned, lane, sensor):  # type: ignore[no-untyped-def]
+    """The place of a sensor on the robot of a lane [m], and the direction of its axis."""
     c, s = turned[0, lane], turned[1, lane]
     return (
-        x[lane] + c * table[MOUNT_X, q] - s * table[MOUNT_Y, q],
-        y[lane] + s * table[MOUNT_X, q] + c * table[MOUNT_Y, q],
-        c * table[COS_AXIS, q] - s * table[SIN_AXIS, q],
-        s * table[COS_AXIS, q] + c * table[SIN_AXIS, q],
+        x[lane] + c * sensor.x - s * sensor.y,
+        y[lane] + s * sensor.x + c * sensor.y,
+        c * sensor.cos_axis - s * sensor.sin_axis,
+        s * sensor.cos_axis + c * sensor.sin_axis,
     )
 
 
@@ -274,9 +293,10 @@ def _hidden(ax, ay, bx, by, here, g):  # type: ignore[no-untyped-def]
         t = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
         if (dx - t * ex) ** 2 + (dy - t * ey) ** 2 > circles[g, n, 2] ** 2:
             continue
-        if bodies[g, n, NUMBER] == 0:
+        body = BodyColumns(bodies[g, n])
+        if body.number == 0:
             return True
-        for k in range(bodies[g, n, FIRST], bodies[g, n, FIRST] + bodies[g, n, NUMBER]):
+        for k in range(body.first, body.first + body.number):
             px, py = segments[g, k, 0] - ax, segments[g, k, 1] - ay
             qx, qy = segments[g, k, 2] - ax, segments[g, k, 3] - ay
             apart = (ex * py - ey * px) * (ex * qy - ey * qx)

@@ -96,7 +96,6 @@ def sonar(length: float, width: float) -> dict[str, RangeSensor]:
 
 
 SONAR: Mapping[str, RangeSensor] = sonar(0.23, 0.20)  # on the EtsRo
-FRONT_LEFT, FRONT_RIGHT, LEFT, RIGHT = range(4)  # the order of SONAR
 
 
 def lidar(beams: int = 121, span: float = 4 * pi / 3, reach: float = 4.0, axis: float = 0.0) -> dict[str, RangeSensor]:

@@ -16,7 +16,7 @@ from fuzzy.compiled.jit import kernel
 from robotics.experiments.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
 from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
-from robotics.paths.path import Quintic, X, Y
+from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import fill, tabulated
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
@@ -63,7 +63,7 @@ def crossing_ensemble(
             advance()
     paths = join_tables(drawn)
     durations = paths.lengths.max(axis=1) / SPEED
-    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in tables] for tables in drawn])
+    starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
         start=(0.0, 0.0, 0.0),
         path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
@@ -106,7 +106,7 @@ def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:
     tangents = reach[:, None, None] * np.stack([np.cos(courses), np.sin(courses)], axis=1)
     shapes = np.empty((len(draws), 2, 5))
     for shape, a, b, tangent in zip(shapes, start, end, tangents, strict=True):
-        for axis in (X, Y):
+        for axis in range(2):
             fill(shape[axis], a[axis], b[axis], *tangent[axis])
     return shapes
 

@@ -22,7 +22,7 @@ from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
 from robotics.paths.joined import join_tables, table_length
-from robotics.paths.path import Line, Path, Quintic, X, Y
+from robotics.paths.path import Line, Path, Quintic
 from robotics.paths.quintic_table import quintic_table
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
@@ -72,7 +72,7 @@ def obstacle_ensemble(
     tables = [course[0] for course in drawn]
     paths = join_tables(tables)
     durations = paths.lengths.max(axis=1) / SPEED
-    starts = np.array([[(t[X, 0], t[Y, 0], t[2, 0]) for t in row] for row in tables])
+    starts = np.array([[t[:3, 0] for t in row] for row in tables])
     shared = Member(
         start=(0.0, 0.0, 0.0),
         path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),

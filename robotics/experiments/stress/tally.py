@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from robotics.environment.collision import footprints
-from robotics.environment.swept import GRID, TO_OBSTACLE, TO_ROBOT, Watch, body_spans, stacked
+from robotics.environment.swept import GRID, TO, Watch, body_spans, stacked
 from robotics.environment.world import Geometry, Moving, place
 from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
 from robotics.experiments.stress.outcome import Outcome, joined
@@ -133,14 +133,14 @@ class Tally:
             "seeds": tuple(seeds[self.runs]),
             "nominal": self.ensemble.references.ends[self.runs, 0],
             "arrivals": known.arrivals,
-            "collided": touched[TO_ROBOT],
+            "collided": touched[TO.robot],
             "refused": known.refused,
             "min_distance": known.nearest,
             "clearance": known.least.min(axis=(0, 2)),
             "caused": self.caused,
             "driven": known.driven * period,
             "overridden": known.guarded * period if self.guards else None,
-            "hit": touched[TO_OBSTACLE],
+            "hit": touched[TO.obstacle],
             "trapped": known.followed,
         }
         return {name: all_of_them[name] for name in wanted}

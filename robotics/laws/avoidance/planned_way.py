@@ -24,7 +24,7 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.joined import PathTable, join_tables
-from robotics.paths.road import PLANNED, Road, planned_at, road_of, rows_at
+from robotics.paths.road import TIMED, Road, planned_at, road_of, rows_at
 from robotics.paths.trajectory import Reference
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
@@ -92,7 +92,7 @@ class PlannedTiming:
         """The same as plain arrays."""
         durations = self.durations if self.joined.lengths.ndim > 1 else self.durations[0]
         plan = self.progress.reshape(self.joined.lengths.size, -1)
-        return road_of(self.joined, PLANNED, self.ends, durations=durations, plan=plan)
+        return road_of(self.joined, TIMED.planned, self.ends, durations=durations, plan=plan)
 
     def at(self, time: float) -> Reference:
         """Every robot's reference at ``time`` [s]; each field has the shape of the lengths."""

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.path import CURVATURE, HEADING, U, X, Y
+from robotics.paths.path import PathColumns
 
 WIDTH = 1.6  # m: half the length of a bump
 NARROWEST = 0.6  # m: the least half length; where there is no room for it, a path is not bent
@@ -72,13 +72,13 @@ def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] |
     for turn in _TURNS:
         result: list[Any] = list(tables)
         for i, k, s, room in zip(through, nearest, lengths, rooms, strict=True):
-            table = tables[i]
-            sin, cos = np.sin(table[HEADING, k]), np.cos(table[HEADING, k])
-            left = cos * (middle[1] - table[Y, k]) - sin * (middle[0] - table[X, k])
+            node = PathColumns(tables[i], k)
+            sin, cos = np.sin(node.heading), np.cos(node.heading)
+            left = cos * (middle[1] - node.y) - sin * (middle[0] - node.x)
             half = min(room, radius + WIDTH / 2)
             ahead = np.abs(s - s[k]) / half
             ring = np.sqrt(np.clip(1 - ahead**2, 0.0, None)) * _rising((1 - ahead) * half / min(turn, half))
-            result[i] = _shifted(table, -(radius - left) * ring)
+            result[i] = _shifted(tables[i], -(radius - left) * ring)
         if all(table is not None for table in result):
             return result
     return None
@@ -98,15 +98,15 @@ def _around(table: np.ndarray, points: np.ndarray, clear: float, mirrored: bool)
     for _ in range(_ROUNDS):
         shift = np.zeros(table.shape[1])
         s = _abscissae(table)
-        distances = np.hypot(table[X] - points[:, :1], table[Y] - points[:, 1:])
+        nodes = PathColumns(table)
+        distances = np.hypot(nodes.x - points[:, :1], nodes.y - points[:, 1:])
         nearest = distances.argmin(axis=1)
         for point, k, distance in zip(points, nearest, distances.min(axis=1), strict=True):
             room = min(s[k], s[-1] - s[k])
             if distance >= clear or room < NARROWEST:
                 continue
-            left = -np.sin(table[HEADING, k]) * (point[0] - table[X, k]) + np.cos(table[HEADING, k]) * (
-                point[1] - table[Y, k]
-            )
+            sin, cos = np.sin(nodes.heading[k]), np.cos(nodes.heading[k])
+            left = -sin * (point[0] - nodes.x[k]) + cos * (point[1] - nodes.y[k])
             away = -1.0 if left > 0 else 1.0
             gap = clear + 0.02 - abs(left)
             if mirrored and abs(left) < clear / 2:
@@ -152,8 +152,9 @@ def _stretches(a, b, clear):  # type: ignore[no-untyped-def]
     result[:, 1] = -1
     for i in range(a.shape[1]):
         for j in range(b.shape[1]):
-            near = (a[X, i] - b[X, j]) ** 2 + (a[Y, i] - b[Y, j]) ** 2 < clear
-            if near and np.cos(a[HEADING, i] - b[HEADING, j]) < _FACING:
+            one, other = PathColumns(a, i), PathColumns(b, j)
+            near = (one.x - other.x) ** 2 + (one.y - other.y) ** 2 < clear
+            if near and np.cos(one.heading - other.heading) < _FACING:
                 result[0, 0] = min(result[0, 0], i)
                 result[0, 1] = i
                 result[1, 0] = min(result[1, 0], j)
@@ -172,7 +173,7 @@ def _rising(u: np.ndarray) -> np.ndarray:
 
 
 def _abscissae(table: np.ndarray) -> np.ndarray:
-    chords = np.hypot(np.diff(table[X]), np.diff(table[Y]))
+    chords = np.hypot(*np.diff(table[:2]))
     return np.concatenate([[0.0], np.cumsum(chords)])
 
 
@@ -180,8 +181,9 @@ def _shifted(table: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
     """The table of the path ``shift`` [m] (nodes,) to the left of ``table``; None if it has a cusp or is too sharp."""
     from scipy.interpolate import CubicSpline
 
-    x = table[X] - np.sin(table[HEADING]) * shift
-    y = table[Y] + np.cos(table[HEADING]) * shift
+    nodes = PathColumns(table)
+    x = nodes.x - np.sin(nodes.heading) * shift
+    y = nodes.y + np.cos(nodes.heading) * shift
     curve = CubicSpline(np.linspace(0.0, 1.0, len(x)), np.stack([x, y], axis=1))
     fine = np.linspace(0.0, 1.0, 8 * len(x))
     speed = np.hypot(*curve(fine, 1).T)
@@ -190,11 +192,8 @@ def _shifted(table: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
     s = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(fine))])
     u = np.interp(np.linspace(0.0, s[-1], max(len(x), int(np.ceil(s[-1] / 0.02)) + 1)), s, fine)
     (x, y), slope, bend = curve(u).T, curve(u, 1).T, curve(u, 2).T
-    result = np.empty((5, len(u)))
-    result[X], result[Y] = x, y
-    result[HEADING] = np.unwrap(np.arctan2(slope[1], slope[0]))
-    result[HEADING] += 2 * np.pi * np.round((table[HEADING, 0] - result[HEADING, 0]) / (2 * np.pi))
-    result[CURVATURE] = (slope[0] * bend[1] - slope[1] * bend[0]) / np.hypot(*slope) ** 3
-    result[U] = u
-    steepest = max(SHARPEST, float(np.abs(table[CURVATURE]).max()))
-    return result if np.abs(result[CURVATURE]).max() <= steepest else None
+    heading = np.unwrap(np.arctan2(slope[1], slope[0]))
+    heading += 2 * np.pi * np.round((nodes.heading[0] - heading[0]) / (2 * np.pi))
+    curvature = (slope[0] * bend[1] - slope[1] * bend[0]) / np.hypot(*slope) ** 3
+    steepest = max(SHARPEST, float(np.abs(nodes.curvature).max()))
+    return np.stack([x, y, heading, curvature, u]) if np.abs(curvature).max() <= steepest else None

@@ -55,7 +55,7 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.paths import path as nodes
 from robotics.paths.joined import join_paths
 from robotics.paths.posture import wrapped_compiled
-from robotics.paths.road import EVEN, at, beside, by_x, last_x, road_of
+from robotics.paths.road import TIMED, at, beside, by_x, last_x, road_of
 from robotics.quantity import check_quantities, quantity
 
 LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
@@ -238,7 +238,7 @@ def _bearings(road, x, y, heading, look_ahead):  # type: ignore[no-untyped-def]
 
 def bearings(path: nodes.Path, x: np.ndarray, y: np.ndarray, heading: np.ndarray, look_ahead: float) -> np.ndarray:
     """:func:`bearing` along one path for many postures (n,)."""
-    road = road_of(join_paths([path]), EVEN, np.ones(1))
+    road = road_of(join_paths([path]), TIMED.evenly, np.ones(1))
     return np.asarray(_bearings(road, x, y, heading, look_ahead))
 
 
@@ -343,7 +343,7 @@ class _FormationLaw(EquationLaw):
         if robots < 2:
             raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
         for i, path in enumerate(paths):
-            if not np.all(np.diff(path.table[nodes.X]) > 0):
+            if not np.all(np.diff(path.nodes.x) > 0):
                 raise ControllerError(
                     f"{setting.name}: robot {i % robots + 1}: x must grow along the path of a formation"
                 )

@@ -11,8 +11,7 @@ from shapely import affinity
 
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import (
-    CLOSED,
-    OWNER,
+    BodyColumns,
     Disc,
     Polygon,
     Wall,
@@ -47,7 +46,7 @@ def shapes(geometry, run=0):
     for line, body in zip(
         outlines(geometry, run), geometry.bodies[run if len(geometry.counts) > 1 else 0], strict=False
     ):
-        solid = body[CLOSED] or len(line) == 65
+        solid = BodyColumns(body).closed or len(line) == 65
         made.append(shapely.Polygon(line) if solid else shapely.LineString(line))
     return made
 
@@ -67,8 +66,8 @@ def test_obstacles_stand_where_they_are_said_to():
 
 def test_pieces_know_their_obstacle_and_polygons_run_counter_clockwise():
     geometry = compile_world(STILL).at(0.0)
-    assert geometry.bodies[0, :, OWNER].tolist() == [0, 1, 2, 2, 3]
-    assert geometry.bodies[0, :, CLOSED].tolist() == [0, 1, 0, 0, 1]
+    assert BodyColumns(geometry.bodies[0].T).owner.tolist() == [0, 1, 2, 2, 3]
+    assert BodyColumns(geometry.bodies[0].T).closed.tolist() == [0, 1, 0, 0, 1]
     for shape in shapes(geometry):
         if shape.geom_type == "Polygon":
             assert shape.exterior.is_ccw

@@ -33,12 +33,8 @@ from robotics.paths.trajectory import Timing
 from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.sonar import (
-    FRONT_LEFT,
-    FRONT_RIGHT,
-    LEFT,
     LIDAR,
     PRESETS,
-    RIGHT,
     SONAR,
     RangeSensor,
     SonarError,
@@ -220,7 +216,7 @@ def test_the_front_pair_covers_57_degrees_to_either_side_and_the_flanks_15():
             for q, s in enumerate(QUIET)
         ]
         margin = np.arcsin(0.14) * 180 / pi * 0.87  # a disc's edge is lost beyond 60 degrees
-        for q, (axis, half) in {FRONT_LEFT: (20, 37), FRONT_RIGHT: (-20, 37), LEFT: (90, 15), RIGHT: (-90, 15)}.items():
+        for q, (axis, half) in enumerate(((20, 37), (-20, 37), (90, 15), (-90, 15))):
             off = abs((degrees - axis + 180) % 360 - 180)
             if off <= half:
                 assert seen[q], (degrees, q)
@@ -520,7 +516,8 @@ def test_sensors_that_do_not_fit_the_control_period_are_refused():
 def test_the_presets_are_what_they_are_called():
     assert PRESETS == {"sonar": SONAR, "lidar": LIDAR}
     assert len(SONAR) == 4
-    for left, right in ((FOUR[FRONT_LEFT], FOUR[FRONT_RIGHT]), (FOUR[LEFT], FOUR[RIGHT])):
+    front_left, front_right, on_left, on_right = FOUR
+    for left, right in ((front_left, front_right), (on_left, on_right)):
         assert left == replace(right, y=-right.y, axis=-right.axis)
     body = shapely.box(-0.115, -0.1, 0.115, 0.1)
     assert all(body.exterior.distance(shapely.Point(s.x, s.y)) < 1e-12 for s in FOUR), "on the robot's outline"

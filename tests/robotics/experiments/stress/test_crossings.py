@@ -16,7 +16,7 @@ from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
 from robotics.paths.joined import table_length
-from robotics.paths.path import CURVATURE, HEADING, Quintic, X, Y
+from robotics.paths.path import PathColumns, Quintic
 from robotics.paths.quintic_table import quintic_table
 from tests.robotics.experiments.stress.equalprogress import samples
 
@@ -31,7 +31,7 @@ def test_a_class_keeps_what_it_promises(kind, robots):
         ends = points[:, [0, -1]]
         assert (ends >= 0).all()
         assert (ends <= field).all()
-        assert max(np.abs(t[CURVATURE]).max() for t in tables) < 1 / 0.34
+        assert max(np.abs(PathColumns(t).curvature).max() for t in tables) < 1 / 0.34
         gaps = np.hypot(*np.moveaxis(points[:, None] - points[None], -1, 0)).min(axis=-1) + 9 * np.eye(robots)
         assert gaps.min() < 0.41
         for i in range(robots):
@@ -170,18 +170,19 @@ def test_a_sidestep_keeps_the_ends_and_clears_the_other():
     bent, same = sidestepped(tables, 0.6)
     np.testing.assert_array_equal(same, tables[1])
     for k in (0, -1):
-        np.testing.assert_allclose(bent[: HEADING + 1, k], tables[0][: HEADING + 1, k], atol=1e-6)
+        np.testing.assert_allclose(bent[:3, k], tables[0][:3, k], atol=1e-6)
+    found = PathColumns(bent)
     end = tables[1][:2, -1]
-    assert np.hypot(bent[X] - end[0], bent[Y] - end[1]).min() >= 0.59
+    assert np.hypot(found.x - end[0], found.y - end[1]).min() >= 0.59
     # What says where it leads agrees with where it lies: nodes are evenly spaced, headings their direction.
-    chords = np.hypot(np.diff(bent[X]), np.diff(bent[Y]))
+    chords = np.hypot(np.diff(found.x), np.diff(found.y))
     np.testing.assert_allclose(chords, table_length(bent) / len(chords), rtol=2e-3)
-    direction = np.arctan2(np.diff(bent[Y]), np.diff(bent[X]))
-    np.testing.assert_allclose(direction, (bent[HEADING, 1:] + bent[HEADING, :-1]) / 2, atol=2e-3)
-    turned = np.diff(bent[HEADING]) / chords
-    np.testing.assert_allclose(turned, (bent[CURVATURE, 1:] + bent[CURVATURE, :-1]) / 2, atol=0.05)
+    direction = np.arctan2(np.diff(found.y), np.diff(found.x))
+    np.testing.assert_allclose(direction, (found.heading[1:] + found.heading[:-1]) / 2, atol=2e-3)
+    turned = np.diff(found.heading) / chords
+    np.testing.assert_allclose(turned, (found.curvature[1:] + found.curvature[:-1]) / 2, atol=0.05)
     mirrored = sidestepped(tables, 0.6, mirrored=True)[0]
-    middle = [table[Y, np.argmin(np.abs(table[X] - 5.0))] for table in (bent, mirrored)]
+    middle = [PathColumns(table).y[np.argmin(np.abs(PathColumns(table).x - 5.0))] for table in (bent, mirrored)]
     assert middle[0] < -0.4
     assert middle[1] > 0.6
 

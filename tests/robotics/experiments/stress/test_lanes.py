@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, random_course
-from robotics.paths.path import CURVATURE
+from robotics.paths.path import PathColumns
 from robotics.scenario.description import ScenarioError
 from tests.robotics.experiments.stress.equalprogress import samples
 
@@ -20,7 +20,7 @@ def test_crossing_lanes_keep_what_they_promise(kind):
         np.testing.assert_allclose(ends[:, 0], 7.0, atol=1e-9)
         assert (np.diff(ends[:, 1]) > 0).any()  # not from the left to the right
         np.testing.assert_allclose(np.sort(ends[:, 1]), [-1.5, 0.0, 1.5], atol=0.4)
-        assert max(np.abs(t[CURVATURE]).max() for t in tables) < 1 / 0.34
+        assert max(np.abs(PathColumns(t).curvature).max() for t in tables) < 1 / 0.34
         gaps = np.hypot(*np.moveaxis(points[:, None] - points[None], -1, 0))  # robots, robots, samples
         assert min(gaps[i, j].min() for i in range(3) for j in range(i)) < 0.41
         for i in range(3):

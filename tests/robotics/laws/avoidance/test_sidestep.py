@@ -9,7 +9,7 @@ from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
 from robotics.laws.law import ControllerError
-from robotics.paths.path import CURVATURE, HEADING, Quintic, X, Y
+from robotics.paths.path import PathColumns, Quintic
 from robotics.paths.quintic_table import quintic_table
 
 CLEAR = 0.6
@@ -29,15 +29,16 @@ def swap(robots):
 def assert_drivable(table, original):
     """It starts and ends as before, its heading and curvature are those of its points, and no bend is too sharp."""
     for k in (0, -1):
-        np.testing.assert_allclose(table[[X, Y], k], original[[X, Y], k], atol=1e-6)
-        np.testing.assert_allclose(table[HEADING, k], original[HEADING, k], atol=2e-3)
-    assert np.abs(table[CURVATURE]).max() <= SHARPEST
-    along = np.arctan2(np.diff(table[Y]), np.diff(table[X]))
-    middle = (table[HEADING, 1:] + table[HEADING, :-1]) / 2
+        np.testing.assert_allclose(table[:2, k], original[:2, k], atol=1e-6)
+        np.testing.assert_allclose(PathColumns(table).heading[k], PathColumns(original).heading[k], atol=2e-3)
+    assert np.abs(PathColumns(table).curvature).max() <= SHARPEST
+    nodes = PathColumns(table)
+    along = np.arctan2(np.diff(nodes.y), np.diff(nodes.x))
+    middle = (nodes.heading[1:] + nodes.heading[:-1]) / 2
     np.testing.assert_allclose(np.angle(np.exp(1j * (along - middle))), 0.0, atol=0.01)
-    length = np.hypot(np.diff(table[X]), np.diff(table[Y]))
-    turned = np.diff(table[HEADING]) / length
-    np.testing.assert_allclose(turned, (table[CURVATURE, 1:] + table[CURVATURE, :-1]) / 2, atol=0.2)
+    length = np.hypot(np.diff(nodes.x), np.diff(nodes.y))
+    turned = np.diff(nodes.heading) / length
+    np.testing.assert_allclose(turned, (nodes.curvature[1:] + nodes.curvature[:-1]) / 2, atol=0.2)
 
 
 @pytest.mark.parametrize("length", [1.5, 2.5, 6.0])
@@ -46,9 +47,9 @@ def test_two_on_one_line_keep_to_the_right_of_each_other(length):
     bent = sidestepped(tables, CLEAR)
     for table, original in zip(bent, tables, strict=True):
         assert_drivable(table, original)
-    assert bent[0][Y].min() < -0.3  # it goes east, so that its right is south
-    assert bent[1][Y].max() > 0.3
-    middle = [table[Y, np.argmin(np.abs(table[X] - length / 2))] for table in bent]
+    assert PathColumns(bent[0]).y.min() < -0.3  # it goes east, so that its right is south
+    assert PathColumns(bent[1]).y.max() > 0.3
+    middle = [PathColumns(table).y[np.argmin(np.abs(PathColumns(table).x - length / 2))] for table in bent]
     assert middle[1] - middle[0] >= CLEAR
 
 
@@ -58,8 +59,9 @@ def test_a_crowd_goes_round_its_middle(robots):
     bent = roundabout(tables, CLEAR)
     for table, original in zip(bent, tables, strict=True):
         assert_drivable(table, original)
-        cross = table[X] * np.sin(table[HEADING]) - table[Y] * np.cos(table[HEADING])
-        nearest = np.argmin(np.hypot(table[X], table[Y]))
+        nodes = PathColumns(table)
+        cross = nodes.x * np.sin(nodes.heading) - nodes.y * np.cos(nodes.heading)
+        nearest = np.argmin(np.hypot(nodes.x, nodes.y))
         assert cross[nearest] > 0  # counterclockwise, the middle to the left
     # half-way, all are on the ring at once
     halfway = np.array([table[:2, table.shape[1] // 2] for table in bent])
