@@ -27,7 +27,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno, Variable
 
 Choice = Literal["one-standard-error", "least"]
-CHOICES: tuple[str, ...] = get_args(Choice)
+_CHOICES: tuple[str, ...] = get_args(Choice)
 
 _SHARE = 10  # one of so many rules goes at a time, at least one
 _HELD = 0.25  # of the samples, to choose by where there are no checking data
@@ -345,8 +345,8 @@ def _held(count: int, seed: int) -> np.ndarray:
 
 
 def _check_settings(fis: Sugeno, keep: int | None, choice: str, retrain: int) -> None:
-    if choice not in CHOICES:
-        raise TrainingError(expected(str(choice), CHOICES, "choice"))
+    if choice not in _CHOICES:
+        raise TrainingError(expected(str(choice), _CHOICES, "choice"))
     if isinstance(retrain, bool) or not isinstance(retrain, (int, np.integer)) or retrain < 0:
         raise TrainingError(f"retrain must be a whole number >= 0, got {retrain!r}")
     if keep is None:

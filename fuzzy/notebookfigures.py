@@ -7,7 +7,7 @@ though, learns to draw a Figure only from pyplot's inline backend; without that 
 import sys
 from typing import Any
 
-MODULE, CLASS = "matplotlib.figure", "Figure"
+_MODULE, CLASS = "matplotlib.figure", "Figure"
 
 
 def show_figures() -> None:
@@ -16,9 +16,9 @@ def show_figures() -> None:
     formatters = getattr(getattr(shell, "display_formatter", None), "formatters", None)
     if not formatters or "image/png" not in formatters:
         return
-    figure = getattr(sys.modules.get(MODULE), CLASS, None)
+    figure = getattr(sys.modules.get(_MODULE), CLASS, None)
     if not any(figure in one.type_printers for one in formatters.values()):
-        formatters["image/png"].for_type_by_name(MODULE, CLASS, _png)
+        formatters["image/png"].for_type_by_name(_MODULE, CLASS, _png)
 
 
 def _png(figure: Any) -> Any:

@@ -11,8 +11,8 @@ from typing import Any
 
 from fuzzy.errors import InputError, quoted, shortened
 
-LARGEST = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
-SMALLEST = 1 / LARGEST  # and what must be greater than 0 can be divided by
+LARGEST_NUMBER = 1e15  # numbers of a robot's world are smaller by far; squares and cubes of these are numbers as well
+SMALLEST = 1 / LARGEST_NUMBER  # and what must be greater than 0 can be divided by
 
 
 def quantity(
@@ -81,8 +81,8 @@ def accepted(metadata: Any) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Whether ``value`` is a finite real number, of :data:`LARGEST` in size at most."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
+    """Whether ``value`` is a finite real number, of :data:`LARGEST_NUMBER` in size at most."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def got(value: Any) -> str:
@@ -92,9 +92,9 @@ def got(value: Any) -> str:
     'got 1e+200 (numbers may be 1e+15 in size at most)'
     """
     numbers = value if isinstance(value, (list, tuple)) else (value,)
-    large = any(isinstance(v, (int, float)) and LARGEST < abs(v) < inf for v in numbers)
+    large = any(isinstance(v, (int, float)) and LARGEST_NUMBER < abs(v) < inf for v in numbers)
     text = quoted(value) if isinstance(value, str) else shortened(repr(value))
-    return f"got {text}" + (f" (numbers may be {LARGEST:g} in size at most)" if large else "")
+    return f"got {text}" + (f" (numbers may be {LARGEST_NUMBER:g} in size at most)" if large else "")
 
 
 def check_quantities(instance: Any, error: type[InputError]) -> None:

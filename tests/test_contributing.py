@@ -35,7 +35,7 @@ from robotics.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.report.study import write_study
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import parse_scenario
-from robotics.sensing.sonar import PRESETS, RangeSensor
+from robotics.sensing.sonar import SENSOR_PRESETS, RangeSensor
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
 from robotics.vehicle import plant
@@ -132,7 +132,7 @@ class Shy(Law[None]):
 def test_a_sensor(monkeypatch, tmp_path):
     """In a scenario's file, read, recorded, heeded by a law, saved, and shown."""
     nose = RangeSensor(x=0.115, range=0.8)
-    monkeypatch.setitem(PRESETS, "bumper", {"nose": nose})
+    monkeypatch.setitem(SENSOR_PRESETS, "bumper", {"nose": nose})
     monkeypatch.setitem(CATALOGUE, "shy", Preset(Shy, {}, "Shy", "made up"))
     first, rest = 'controller = "shy"\nduration = 6.0\n', ROBOT + DISC
     with pytest.raises(ScenarioError, match="robot 1 lacks the range sensor nose that Shy needs"):

@@ -14,7 +14,7 @@ import fuzzy
 from benchmarks.__main__ import BENCHMARKS
 from fuzzy.files import fislines
 from fuzzy.membershipfunction import MATLAB_NAMES
-from robotics.commands.filekinds import KINDS
+from robotics.commands.filekinds import FILE_KINDS
 from robotics.measures.registry import ALL_METRICS
 from robotics.scenario.reading import parse_scenario
 
@@ -101,6 +101,6 @@ def test_a_schema_of_each_kind_of_file_is_named_and_made():
     text = (PAGES / "editors.md").read_text(encoding="utf-8")
     kinds = re.search(r"names the kind of file: (.*?)\.", text)
     assert kinds
-    assert re.findall(r"scenario|robot|sweep|tuning|study", kinds[1]) == list(KINDS)
+    assert re.findall(r"scenario|robot|sweep|tuning|study", kinds[1]) == list(FILE_KINDS)
     (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     assert len(parse_scenario(example, "page").robots) == 1

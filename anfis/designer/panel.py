@@ -19,8 +19,8 @@ from anfis.designer.task import (
     STARTS,
     Ask,
     Generator,
-    Task,
-    TaskError,
+    TrainingTask,
+    TrainingTaskError,
     TrainOutcome,
     chosen_columns,
     guessed,
@@ -42,21 +42,21 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
-MODULE = Path(__file__).parent / "static" / "training.js"
+_GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
+_MODULE = Path(__file__).parent / "static" / "training.js"
 _MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
 _DRAWN = 1_000  # epochs of the curve that is sent, at most
 
 
 def generators() -> list[Generator]:
-    """The generators of training data that other packages offer as entry points of GROUP."""
-    return [generator for entry in entry_points(group=GROUP) for generator in entry.load()()]
+    """The generators of training data that other packages offer as entry points of _GROUP."""
+    return [generator for entry in entry_points(group=_GROUP) for generator in entry.load()()]
 
 
 class TrainSession(TaskSession):
     """The training of one page: what it has chosen, and the process that learns. Messages come one at a time."""
 
-    error = TaskError
+    error = TrainingTaskError
     called = "training"
 
     def __init__(self, bench: Any) -> None:
@@ -79,7 +79,7 @@ class TrainSession(TaskSession):
         self.made = {generator.name: generator for generator in generators()}
         self.asked: dict[str, Sequence[Ask]] = {}  # what generators ask for, by their names, once that is known
         self.put(
-            MODULE,
+            _MODULE,
             self.source.acts(self._show)
             | {
                 "generate": self._generate,
@@ -116,28 +116,28 @@ class TrainSession(TaskSession):
     async def _generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
         if not isinstance(name, str) or name not in self.made:
-            raise TaskError(expected(str(name), self.made, "generator of data"))
+            raise TrainingTaskError(expected(str(name), self.made, "generator of data"))
         generator, folder = self.made[name], Path(self.bench.document.folder)
         if generator.asks is None:
             self._show(await self.bench.background(generator.make))
             return
         given = message.get("chosen")
         if not isinstance(given, dict) or not all(isinstance(value, str) for value in given.values()):
-            raise TaskError(f"{generator.title}: say what is chosen, by name")
+            raise TrainingTaskError(f"{generator.title}: say what is chosen, by name")
         asks = await self._asks(generator)
         chosen = {ask.name: given.get(ask.name, ask.value) for ask in asks}
         for ask in asks:
             known = [value for value, _ in ask.options]
             if known and chosen[ask.name] not in known:
-                raise TaskError(expected(chosen[ask.name], known, ask.title.lower()))
+                raise TrainingTaskError(expected(chosen[ask.name], known, ask.title.lower()))
             if not known and not (chosen[ask.name].isdecimal() and int(chosen[ask.name]) >= 1):
-                raise TaskError(f"{ask.title} must be a whole number >= 1, got {chosen[ask.name]!r}")
+                raise TrainingTaskError(f"{ask.title} must be a whole number >= 1, got {chosen[ask.name]!r}")
         self._show(await self.bench.background(generator.make, folder, chosen))
 
     def _column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
         if not isinstance(name, str) or not isinstance(value, str):
-            raise TaskError("a choice of a column is a name and a column or role")
+            raise TrainingTaskError("a choice of a column is a name and a column or role")
         self.columns = {**self.columns, name: value}
         self.widget.update(columns=self.columns, **self._of_columns())
 
@@ -151,7 +151,7 @@ class TrainSession(TaskSession):
     async def _train(self, message: dict[str, Any]) -> None:
         self.check_idle()
         if self.table is None:
-            raise TaskError("choose data first: a CSV file, or data that are generated")
+            raise TrainingTaskError("choose data first: a CSV file, or data that are generated")
         present = self.present
         settings = {**self.choice, "skip_bad": self.choice["skip_bad"] is True}
         task = task_of(self.table, self.columns, present, name=present.name, **settings)
@@ -167,7 +167,7 @@ class TrainSession(TaskSession):
     def _take(self, message: dict[str, Any]) -> None:
         """The best into the design, as one edit; disabled rules, which were not learnt, stay if they still fit."""
         if self.outcome is None:
-            raise TaskError("there is no trained system to take yet")
+            raise TrainingTaskError("there is no trained system to take yet")
         present = self.present
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
         self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
@@ -176,20 +176,20 @@ class TrainSession(TaskSession):
         """Lead to the viewer, at a sample's inputs, where the design has the inputs that are learnt."""
         row = message.get("row")
         if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x) or not self._looks():
-            raise TaskError("there is no such sample of the design's inputs")
+            raise TrainingTaskError("there is no such sample of the design's inputs")
         self.bench.look_at(self.rows.x[row].tolist())
         self.bench.show("Viewer")
 
     def _choose_output(self, message: dict[str, Any]) -> None:
         value = message.get("value")
         if self.rows is None or not isinstance(value, int) or not 0 <= value < self.rows.y.shape[1]:
-            raise TaskError("there is no such output")
+            raise TrainingTaskError("there is no such output")
         self.output = value
         self.pictures.wish()
 
     # The learning
 
-    def _rows(self, task: Task) -> Rows:
+    def _rows(self, task: TrainingTask) -> Rows:
         """The samples of a task, with the lines of the file that they come from."""
         table = self.table
         assert table is not None

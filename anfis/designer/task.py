@@ -28,7 +28,7 @@ STARTS = ("present", "subtractive", "grid")
 _RARELY = 0.3  # s between two systems that are told of
 
 
-class TaskError(InputError):
+class TrainingTaskError(InputError):
     """A task that cannot be learnt. The message names the choice and what is accepted."""
 
 
@@ -55,10 +55,10 @@ class Generator(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class TrainingTask:
     """One training as the page chose it: the data, the start and the options.
 
-    Raises TaskError for choices that cannot be learnt from.
+    Raises TrainingTaskError for choices that cannot be learnt from.
     """
 
     x: np.ndarray = field(repr=False)  # (samples, inputs)
@@ -81,25 +81,25 @@ class Task:
     def __post_init__(self) -> None:
         for what, value, known in (("start", self.start, STARTS), ("method", self.method, METHODS)):
             if value not in known:
-                raise TaskError(expected(str(value), known, what))
+                raise TrainingTaskError(expected(str(value), known, what))
         for what, lowest, highest in (("mfs", 2, 20), ("epochs", 0, 100_000), ("seed", 0, 2**32 - 1)):
             value = getattr(self, what)
             if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-                raise TaskError(f"{what} must be a whole number >= {lowest} and <= {highest}, got {value!r}")
+                raise TrainingTaskError(f"{what} must be a whole number >= {lowest} and <= {highest}, got {value!r}")
         for what, most in (("radius", 2.0), ("share", 0.8), ("goal", 1e300)):
             value = getattr(self, what)
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if not (number and 0 <= value <= most) or (what == "radius" and value == 0):
                 least = ">" if what == "radius" else ">="
-                raise TaskError(f"{what} must be a number {least} 0 and <= {most:g}, got {value!r}")
+                raise TrainingTaskError(f"{what} must be a number {least} 0 and <= {most:g}, got {value!r}")
         if self.start == "present" and self.present is None:
-            raise TaskError("to start from the present system there must be one")
+            raise TrainingTaskError("to start from the present system there must be one")
         if not self.inputs or not self.outputs:
-            raise TaskError("at least one column must be an input and one an output")
+            raise TrainingTaskError("at least one column must be an input and one an output")
         count = len(self.x)
         if count < 2 or self.checking == count:
             rows = "1 sample" if count == 1 else f"{count} samples"
-            raise TaskError(f"{rows}, {self.checking} of them for checking, leave none to learn from")
+            raise TrainingTaskError(f"{rows}, {self.checking} of them for checking, leave none to learn from")
 
     @property
     def checking(self) -> int:
@@ -109,19 +109,20 @@ class Task:
 
 def task_of(
     data: LoadedTable, columns: dict[str, str], present: Sugeno | None, *, skip_bad: bool = False, **settings: Any
-) -> Task:
+) -> TrainingTask:
     """Make the task of learning from the table ``data``.
 
     ``columns`` says which column is which: to start from the ``present`` system, the column of every variable; for a
     new system, the role of every column ("input", "output" or "unused"). With ``skip_bad`` samples without a number in
-    one of these columns are left out. ``settings`` are the other fields of :class:`Task`. Raises TaskError.
+    one of these columns are left out. ``settings`` are the other fields of
+    :class:`TrainingTask`. Raises TrainingTaskError.
     """
     names = chosen_columns(data, columns, present, settings.get("start", "present"))
     n = len(names[0])
     flat = [*names[0], *names[1]]
     bad = data.lacking(flat)
     if bad.any() and not skip_bad:
-        raise TaskError(f"{data.name}: {data.lack(flat)}; leave such rows out, or choose other columns")
+        raise TrainingTaskError(f"{data.name}: {data.lack(flat)}; leave such rows out, or choose other columns")
     values = data.values[~bad][:, [data.names.index(name) for name in flat]]
     if settings.get("start", "present") == "present":
         assert present is not None
@@ -130,16 +131,16 @@ def task_of(
         called = [data.variables[data.names.index(name)] if data.variables else name for name in flat]
         twice = next((name for name in called if called.count(name) > 1), None)
         if twice is not None:
-            raise TaskError(
+            raise TrainingTaskError(
                 f"{data.name}: two chosen columns are called {quoted(twice)}; give each a name of its own in the header"
             )
     units = [data.unit(name) for name in flat]
     given = ("x", "y", "inputs", "outputs", "input_units", "output_units", "present")
-    known = {name for name in Task.__dataclass_fields__ if name not in given}
+    known = {name for name in TrainingTask.__dataclass_fields__ if name not in given}
     for name in settings:
         if name not in known:
-            raise TaskError(expected(str(name), known, "setting"))
-    return Task(
+            raise TrainingTaskError(expected(str(name), known, "setting"))
+    return TrainingTask(
         x=values[:, :n],
         y=values[:, n:],
         inputs=tuple(called[:n]),
@@ -154,23 +155,23 @@ def task_of(
 def chosen_columns(
     data: LoadedTable, columns: dict[str, str], present: Sugeno | None, start: str
 ) -> tuple[list[str], list[str]]:
-    """The columns that are inputs and outputs by a choice as :func:`task_of` takes it. Raises TaskError."""
+    """The columns that are inputs and outputs by a choice as :func:`task_of` takes it. Raises TrainingTaskError."""
     if start == "present":
         if present is None:
-            raise TaskError("to start from the present system there must be one")
+            raise TrainingTaskError("to start from the present system there must be one")
         chosen = [[v.name for v in present.inputs], [v.name for v in present.outputs]]
         lacking = [name for names in chosen for name in names if columns.get(name) not in data.names]
         if lacking:
-            raise TaskError(f"no column of {data.name} is chosen for {', '.join(lacking)}")
+            raise TrainingTaskError(f"no column of {data.name} is chosen for {', '.join(lacking)}")
         inputs, outputs = ([columns[name] for name in group] for group in chosen)
     else:
         inputs, outputs = ([n for n in data.names if columns.get(n) == role] for role in ("input", "output"))
         if not inputs or not outputs:
-            raise TaskError("at least one column must be an input and one an output")
+            raise TrainingTaskError("at least one column must be an input and one an output")
     flat = [*inputs, *outputs]
     twice = next((n for n in flat if flat.count(n) > 1), None)
     if twice is not None:
-        raise TaskError(f"the column {quoted(twice)} is chosen twice")
+        raise TrainingTaskError(f"the column {quoted(twice)} is chosen twice")
     return inputs, outputs
 
 
@@ -195,7 +196,7 @@ def split(count: int, checking: int, seed: int) -> tuple[np.ndarray, np.ndarray]
     return np.sort(order[checking:]), np.sort(order[:checking])
 
 
-def starting_system(task: Task) -> Sugeno:
+def starting_system(task: TrainingTask) -> Sugeno:
     """Make the system that training starts from, of the samples to learn from only.
 
     Raises an InputError for data that cannot be clustered, and for a present system without rules.
@@ -204,7 +205,7 @@ def starting_system(task: Task) -> Sugeno:
     if task.start == "present":
         assert task.present is not None
         if not task.present.rules:
-            raise TaskError(
+            raise TrainingTaskError(
                 f"{task.present.name} has no rule in force, so there is nothing to learn: start from clusters"
             )
         return task.present
@@ -224,7 +225,7 @@ def starting_system(task: Task) -> Sugeno:
     )
 
 
-def learn(task: Task, report: Report) -> "Training":
+def learn(task: TrainingTask, report: Report) -> "Training":
     """Do the task. ``report(what, about)`` is called as it proceeds, and returns False to stop with the best so far.
 
     It is called with "start" and the starting system, "warning" and a sentence, "epoch" and an
@@ -294,7 +295,7 @@ class TrainOutcome(NamedTuple):
     parameters: int  # how many numbers were learnt
 
 
-def train_task(task: Task, report: Report) -> TrainOutcome:
+def train_task(task: TrainingTask, report: Report) -> TrainOutcome:
     """Do a task as :class:`fuzzy.designer.longtask.TaskProcess` wants it: in plain types, which need no torch."""
 
     def plainly(what: str, about: Any) -> bool:
@@ -303,5 +304,5 @@ def train_task(task: Task, report: Report) -> TrainOutcome:
     try:
         result = learn(task, plainly)
     except MemoryError:
-        raise TaskError("the training needs more memory than there is: fewer rules or samples") from None
+        raise TrainingTaskError("the training needs more memory than there is: fewer rules or samples") from None
     return TrainOutcome(result.system, result.best, result.stopped, result.parameters)

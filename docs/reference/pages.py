@@ -244,11 +244,11 @@ def _cell(text: str) -> str:
 
 def _files() -> dict[str, str]:
     """A page for each kind of file but scenarios and sweeps, which have one that is kept."""
-    from robotics.commands.filekinds import KINDS
+    from robotics.commands.filekinds import FILE_KINDS
     from robotics.tables.page import key_reference
 
     pages = {}
-    for name, kind in KINDS.items():
+    for name, kind in FILE_KINDS.items():
         if name in ("scenario", "sweep"):
             continue
         head = (

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy.ccode.compiler import STRICT, CompilerError
-from fuzzy.ccode.numbertype import FIXED, ONE, c_type, in_q16
+from fuzzy.ccode.numbertype import FIXED_POINT, ONE, c_type, in_q16
 from fuzzy.ccode.phrases import signature
 from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.writing import CFiles
@@ -82,7 +82,7 @@ def run_on_board(fis: Sugeno, files: CFiles, seed: int = 0) -> OnBoard:
 
 
 def _points(x: np.ndarray, files: CFiles) -> str:
-    kept = in_q16(x) if files.number == FIXED else x.astype(np.float32).astype(float)
+    kept = in_q16(x) if files.number == FIXED_POINT else x.astype(np.float32).astype(float)
     suffix = "f" if files.number == "float" else ""
     rows = ",\n".join("{" + ", ".join(f"{value!r}{suffix}" for value in row) + "}" for row in kept.tolist())
     name, upper, real = files.name, files.name.upper(), c_type(files.number)
@@ -137,7 +137,7 @@ def _ran(program: Path) -> tuple[list[int], list[list[int]]]:
 def _equal(fis: Sugeno, files: CFiles, x: np.ndarray, words: list[list[int]]) -> bool:
     """Whether the board's answers are those of the system, as far as the number type goes."""
     raw = np.array(words, dtype=np.uint32)
-    if files.number == FIXED:
+    if files.number == FIXED_POINT:
         y, given = raw.view(np.int32) / ONE, in_q16(x) / ONE
     elif files.number == "float":
         y, given = raw.view(np.float32).astype(float), x.astype(np.float32).astype(float)
@@ -147,7 +147,7 @@ def _equal(fis: Sugeno, files: CFiles, x: np.ndarray, words: list[list[int]]) ->
     wanted = answers_of(fis, given) if files.lookup is None else files.lookup.answers(fis, given)
     span = np.array([max(v.universe[1] - v.universe[0], 1e-9) for v in fis.outputs])
     spread = np.maximum(span, np.nanmax(np.abs(wanted), axis=0))
-    rounding = {"double": 1e-12, "float": 1e-4, FIXED: 1e-3}[files.number]
+    rounding = {"double": 1e-12, "float": 1e-4, FIXED_POINT: 1e-3}[files.number]
     return bool((np.abs(y - wanted) <= rounding * spread).all())
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from fuzzy.ccode.fixedpieces import FIXED_PIECES as PIECES
 from fuzzy.ccode.fixedpoint import check_range, q16
 from fuzzy.ccode.identifier import comment
-from fuzzy.ccode.numbertype import FIXED, ExportError, Floating, c_type, checked_number
+from fuzzy.ccode.numbertype import FIXED_POINT, ExportError, Floating, c_type, checked_number
 from fuzzy.ccode.phrases import chosen, limited_to, signature, table
 from fuzzy.ccode.plan import CodePlan, planned
 from fuzzy.ccode.proofpoints import answers_of, proof_points
@@ -97,7 +97,7 @@ def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "doub
     shape = " x ".join(map(str, lookup.points))
     about = f"A table of {shape} points in place of the rules; inputs are limited to their ranges. Its error: "
     told = comment(about + "; ".join(errors))
-    fixed = number == FIXED
+    fixed = number == FIXED_POINT
     if fixed:
         check_range(plan)
     kind = Floating("float" if number == "float" else "double")

@@ -10,8 +10,8 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 
-FIXED = "q16.16"
-_NUMBERS: tuple[str, ...] = ("double", "float", FIXED)
+FIXED_POINT = "q16.16"
+_NUMBERS: tuple[str, ...] = ("double", "float", FIXED_POINT)
 ONE = 1 << 16  # of Q16.16
 LARGEST_FIXED = (2**31 - 1) / ONE
 
@@ -80,7 +80,7 @@ class Floating:
 
 def c_type(number: str) -> str:
     """The type in C of a type of numbers."""
-    return "int32_t" if number == FIXED else number
+    return "int32_t" if number == FIXED_POINT else number
 
 
 def in_q16(x: np.ndarray) -> np.ndarray:

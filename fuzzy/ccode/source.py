@@ -10,7 +10,7 @@ from fuzzy.ccode.fixedpoint import fixed_source
 from fuzzy.ccode.floating import pieces
 from fuzzy.ccode.floatterm import FloatTerm
 from fuzzy.ccode.identifier import comment, identifier
-from fuzzy.ccode.numbertype import FIXED, Floating, c_type, checked_number
+from fuzzy.ccode.numbertype import FIXED_POINT, Floating, c_type, checked_number
 from fuzzy.ccode.phrases import guarded, limited_to, rule_tables, signature, table
 from fuzzy.ccode.plan import LOGARITHMS, CodeClause, CodePlan, CodeTerm, planned
 from fuzzy.shown import shown
@@ -38,7 +38,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     """
     checked_number(number)
     plan = planned(fis, name)
-    if number == FIXED:
+    if number == FIXED_POINT:
         return CSources(plan.name, header(plan, c_type(number)), fixed_source(plan))
     kind = Floating("double" if number == "double" else "float")
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
@@ -47,7 +47,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
 def header(plan: CodePlan, real: str) -> str:
     """The header: what goes in and comes out, in which units, and how it is called."""
     fis, name, upper = plan.fis, plan.name, plan.name.upper()
-    fixed = real == c_type(FIXED)
+    fixed = real == c_type(FIXED_POINT)
     kind = "Q16.16 fixed point: 65536 is 1" if fixed else real
     declared = [
         f"#define {upper}_INPUTS {len(plan.inputs)}",

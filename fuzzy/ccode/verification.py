@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy.ccode.compiler import SANITIZERS, Compiler, CompilerError, find_compiler, run_program
-from fuzzy.ccode.numbertype import FIXED, ONE, c_type, in_q16
+from fuzzy.ccode.numbertype import FIXED_POINT, ONE, c_type, in_q16
 from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.writing import CFiles
 from fuzzy.inference import Inference, InferenceWarning, infer
@@ -20,7 +20,7 @@ _POINTS = 1_000_000
 _FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type has few digits or none
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
-_TYPES = {"double": np.float64, "float": np.float32, FIXED: np.int32}
+_TYPES = {"double": np.float64, "float": np.float32, FIXED_POINT: np.int32}
 _DRIVER = """#include "{name}.h"
 
 #include <stdio.h>
@@ -117,7 +117,7 @@ def verify_c(
             if not np.array_equal(again, y[: len(again)], equal_nan=True):
                 raise CompilerError(f"{files.source.name}: other answers under the sanitizers than without them")
     wanted = answers_of(fis, x)
-    if files.number == FIXED:
+    if files.number == FIXED_POINT:
         wanted = np.clip(wanted, -32768.0, 32768.0)  # where the C stays
     error = _error(y, wanted)
     differences = _differences(fis, x, wanted, error)
@@ -128,7 +128,7 @@ def verify_c(
 
 def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
     """The points as the C gets them, and the same as float64."""
-    if number == FIXED:
+    if number == FIXED_POINT:
         whole = in_q16(np.nan_to_num(x, posinf=0.0))
         return whole, whole / ONE
     given = np.ascontiguousarray(x.astype(_TYPES[number]))
@@ -148,7 +148,7 @@ def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Pa
     (folder / "points").write_bytes(given.tobytes())
     run_program(program, str(folder / "points"), str(folder / "answers"))
     y = np.frombuffer((folder / "answers").read_bytes(), dtype=_TYPES[number]).reshape(-1, outputs)
-    return y / ONE if number == FIXED else y.astype(np.float64)
+    return y / ONE if number == FIXED_POINT else y.astype(np.float64)
 
 
 def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarray) -> tuple[OutputDifference, ...]:

@@ -44,7 +44,7 @@ from fuzzy.compiled.tables import (
 
 LANES = 64  # points a block: enough to outweigh the loops' starts, few enough for the rows to stay in the first cache
 FOUR = np.uint64(4)
-FEW = np.uint64(12)  # fewer points than this are evaluated one by one
+FEW_POINTS = np.uint64(12)  # fewer points than this are evaluated one by one
 
 
 @compiled_only(forceinline=True)
@@ -339,7 +339,7 @@ def evaluate_batch(
     start, end = np.uint64(0), np.uint64(n)
     while start < end:
         count = min(np.uint64(LANES), end - start)
-        if count < FEW:
+        if count < FEW_POINTS:
             told = 0
             for p in range(start, end):
                 told |= evaluate_packed(system, x[p], output[p], memory)

@@ -18,7 +18,7 @@ from fuzzy.files.fisfile import format_fis, parse_fis
 FOLDER = ".fuzzy-design"
 PROCESS = secrets.token_hex(8)  # tells this process from one before it that had the same number
 _FORMAT = 1
-LARGEST = 20_000_000  # bytes of unsaved work: what a page shows takes less
+MOST_UNSAVED = 20_000_000  # bytes of unsaved work: what a page shows takes less
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ DAMAGED = (OSError, InputError, ValueError, KeyError, TypeError, AttributeError,
 def _read(path: Path, file: Path) -> Unsaved | None:
     """The unsaved work in ``path``, or None where it is none of ``file``'s."""
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MOST_UNSAVED:
             return None
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != _FORMAT or content["file"] != file.name:

@@ -23,7 +23,7 @@ from fuzzy.naming import expected
 from fuzzy.shown import typeset
 from fuzzy.system import Sugeno, Variable
 
-MODULE = Path(__file__).parent / "static" / "data.js"
+_MODULE = Path(__file__).parent / "static" / "data.js"
 _TIMES = ("t", "time")  # names of a column that residuals are drawn over at first
 
 
@@ -47,7 +47,7 @@ class DataSession(PanelSession):
         self.pictures = Latest(self._draw)
         self.spread = Latest(self._share)
         self.put(
-            MODULE,
+            _MODULE,
             self.source.acts(self._show) | {"column": self._column, "choose": self._choose, "look": self._look},
             sources=self.source.files(),
             largest=LARGEST_FILE,

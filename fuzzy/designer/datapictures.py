@@ -17,7 +17,7 @@ from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 BINS = 40  # of a histogram, over the universe
 DRAWN = 2_000  # points of a picture, at most
-WORST = 10  # rows that are listed
+_WORST = 10  # rows that are listed
 _KINDS = ("training", "checking")
 
 
@@ -160,7 +160,7 @@ def chosen_points(axes: Sequence[np.ndarray], residual: np.ndarray, most: int = 
     if len(rows) <= most:
         return rows
     order = rows[np.argsort(residual[rows], kind="stable")]
-    kept = [order[:WORST], order[-WORST:]]
+    kept = [order[:_WORST], order[-_WORST:]]
     bins = max(2, most // (4 * len(axes)))
     for values in axes:
         finite = order[np.isfinite(values[order])]
@@ -232,7 +232,7 @@ def _pictures(fis: Sugeno, rows: Rows, output: int) -> dict[str, Any]:
 def _worst(residual: np.ndarray) -> np.ndarray:
     """The rows of the largest |residual|, the largest first; of equal ones the first rows."""
     rows = np.flatnonzero(np.isfinite(residual))
-    return rows[np.argsort(-np.abs(residual[rows]), kind="stable")[:WORST]]
+    return rows[np.argsort(-np.abs(residual[rows]), kind="stable")[:_WORST]]
 
 
 def _row_data(rows: Rows, said: np.ndarray, j: int, row: int) -> dict[str, Any]:

@@ -18,7 +18,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Problem:
+class Mistake:
     """A mistake in a sentence: ``text[start:end]`` is the word at fault (empty where one is missing)."""
 
     message: str
@@ -34,7 +34,7 @@ class RuleLine:
     rule: Rule  # the last good rule, with its weight
     text: str  # what stands in the editor: str(rule), or a sentence with a problem
     enabled: bool = True
-    problem: Problem | None = None
+    problem: Mistake | None = None
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def read(system: Sugeno, line: RuleLine, text: str) -> RuleLine:
     try:
         rule = sentence(system, text)
     except RuleError as error:
-        return replace(line, text=text, problem=Problem(error.reason, error.start, error.end))
+        return replace(line, text=text, problem=Mistake(error.reason, error.start, error.end))
     return replace(line, rule=rule, text=str(rule), problem=None)
 
 

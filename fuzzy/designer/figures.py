@@ -7,17 +7,17 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-FIGURES = ("memberships", "rules", "structure", "surface")
-ALL = "all"  # of them, as a set
-FORMATS = ("svg", "pdf", "png")
+DESIGN_FIGURES = ("memberships", "rules", "structure", "surface")
+ALL_FIGURES = "all"  # of them, as a set
+_FORMATS = ("svg", "pdf", "png")
 
 
 def check_figure(kind: object, ending: object) -> tuple[str, str]:
     """The kind of figure, or "all", and its format, if both are known. Raises InputError for others."""
-    if kind not in (*FIGURES, ALL):
-        raise InputError(expected(str(kind)[:40], (*FIGURES, ALL), "figure"))
-    if ending not in FORMATS:
-        raise InputError(expected(str(ending)[:40], FORMATS, "format"))
+    if kind not in (*DESIGN_FIGURES, ALL_FIGURES):
+        raise InputError(expected(str(kind)[:40], (*DESIGN_FIGURES, ALL_FIGURES), "figure"))
+    if ending not in _FORMATS:
+        raise InputError(expected(str(ending)[:40], _FORMATS, "format"))
     return str(kind), str(ending)
 
 
@@ -28,8 +28,8 @@ def figure_bytes(
 
     Args:
         fis: The system.
-        kind: The picture, one of :data:`FIGURES`.
-        ending: The format, one of :data:`FORMATS`.
+        kind: The picture, one of :data:`DESIGN_FIGURES`.
+        ending: The format, "svg", "pdf" or "png".
         point: The point (inputs,) at which rules are shown and a surface holds its other inputs.
         inputs: The inputs of the surface's axes, by number.
         output: The surface's output, by number.
@@ -39,8 +39,8 @@ def figure_bytes(
     from fuzzy.figures.figureset import SetPicture, picture_bytes
 
     kind, ending = check_figure(kind, ending)
-    if kind == ALL:
-        raise InputError(expected(kind, FIGURES, "figure"))
+    if kind == ALL_FIGURES:
+        raise InputError(expected(kind, DESIGN_FIGURES, "figure"))
     return picture_bytes(fis, SetPicture(kind, kind, "", None, tuple(inputs), output), point, ending)
 
 
@@ -56,7 +56,7 @@ async def all_figures(
     Args:
         background: Runs a function in a worker.
         fis: The system.
-        ending: The format, one of :data:`FORMATS`.
+        ending: The format, "svg", "pdf" or "png".
         point: The point (inputs,) of the rule viewer and the surfaces.
         told: Called with the number of pictures that are drawn, and that of all; false ends it, and there is no zip.
     """

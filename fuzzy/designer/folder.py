@@ -12,9 +12,9 @@ from fuzzy.system import Sugeno
 
 LARGEST_FILE = 2_000_000  # bytes
 # What a page can show; the reader of files takes more.
-MOST_VARIABLES = 100  # inputs or outputs
-MOST_TERMS = 500  # of a variable
-MOST_RULES = 2000
+_MOST_VARIABLES = 100  # inputs or outputs
+_MOST_TERMS = 500  # of a variable
+_MOST_RULES = 2000
 MOST_CLAUSES = 20_000  # of all rules together
 _MOST_FILES = 500  # that are listed
 _DEPTH = 3  # of the folders whose files are listed
@@ -143,10 +143,10 @@ def read_bytes(data: bytes, name: str) -> FisText:
 def check_shown(fis: Sugeno, name: str) -> None:
     """Raise FolderError for a system that is too large for a page; ``name`` is its file."""
     counts = [
-        (len(fis.inputs), MOST_VARIABLES, "inputs"),
-        (len(fis.outputs), MOST_VARIABLES, "outputs"),
-        *((len(v.terms), MOST_TERMS, f"terms of {quoted(v.name)}") for v in (*fis.inputs, *fis.outputs)),
-        (len(fis.rules), MOST_RULES, "rules"),
+        (len(fis.inputs), _MOST_VARIABLES, "inputs"),
+        (len(fis.outputs), _MOST_VARIABLES, "outputs"),
+        *((len(v.terms), _MOST_TERMS, f"terms of {quoted(v.name)}") for v in (*fis.inputs, *fis.outputs)),
+        (len(fis.rules), _MOST_RULES, "rules"),
         (sum(len(rule.when) for rule in fis.rules), MOST_CLAUSES, "clauses in its rules"),
     ]
     for count, most, what in counts:

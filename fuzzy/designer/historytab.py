@@ -38,7 +38,12 @@ def listing_data(listing: Listing) -> dict[str, Any]:
         {"key": s.key, "name": s.name, "when": _milliseconds(s.when), "picture": s.picture, "summary": s.summary}
         for s in listing.snapshots
     ]
-    return {"kept": kept, "problems": list(listing.problems), "most": snapshots.MOST, "longest": snapshots.LONGEST}
+    return {
+        "kept": kept,
+        "problems": list(listing.problems),
+        "most": snapshots.MOST_SNAPSHOTS,
+        "longest": snapshots.LONGEST_NAME,
+    }
 
 
 class HistoryTab:
@@ -76,7 +81,7 @@ class HistoryTab:
         document = self._document
         if not isinstance(name, str) or not name.strip():
             words = f"{datetime.now():%H:%M:%S}, {document.can_undo or 'as opened'}"
-            name = "".join(c for c in words if c.isprintable())[: snapshots.LONGEST]
+            name = "".join(c for c in words if c.isprintable())[: snapshots.LONGEST_NAME]
         snapshots.keep(document.path, document.design, name, _picture(document.design))
         document.announce()
         return " ".join(name.split())

@@ -1,7 +1,7 @@
 """The keys of the designer's page, as its help lists them."""
 
 # (key, where, what it does); docs/designer.md has the same table.
-KEYS = (
+SHORTCUTS = (
     ("?", "everywhere but in a field", "this list"),
     ("Ctrl+S; Ctrl+Z; Ctrl+Shift+Z or Ctrl+Y", "everywhere", "save; undo; redo (⌘ on a Mac)"),
     ("Tab, Shift+Tab", "everywhere", "the next control, the one before"),

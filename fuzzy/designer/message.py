@@ -7,7 +7,7 @@ from typing import Any
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
 
-LARGEST = 1e100  # the largest number in an edit: squares of differences stay finite
+_LARGEST = 1e100  # the largest number in an edit: squares of differences stay finite
 # What people type, by the name that the page gives it; all else is written by the page itself.
 TYPED = {
     "name": "the name",
@@ -82,7 +82,7 @@ class Message:
 
     def _number(self, field: str, value: Any) -> float:
         # Compared before it is converted: a large integer fits in no float.
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
             raise self._wrong(field, "a finite number", value)
         return float(value)
 

@@ -18,13 +18,13 @@ from fuzzy.ccode.writing import c_zip
 from fuzzy.designer.bridge import Bridge, Shared
 from fuzzy.designer.design import Design
 from fuzzy.designer.document import Document
-from fuzzy.designer.figures import ALL, all_figures, check_figure, figure_bytes
+from fuzzy.designer.figures import ALL_FIGURES, all_figures, check_figure, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.historytab import HistoryTab
-from fuzzy.designer.keys import KEYS
+from fuzzy.designer.keys import SHORTCUTS
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
-from fuzzy.designer.panel import Place, Workbench, find_panels
+from fuzzy.designer.panel import PagePart, Workbench, find_panels
 from fuzzy.designer.saving import OverwriteError, digest_of
 from fuzzy.designer.sideeffects import broken
 from fuzzy.designer.starting import Starting
@@ -50,7 +50,7 @@ _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.4  # s after the last edit before the rules are checked
-AT_ONCE = 50  # rules up to which that is done here and not in a worker
+_AT_ONCE = 50  # rules up to which that is done here and not in a worker
 DRAWN_WITHIN = 2.0  # s that drawing may take before the next state is sent all the same
 # A page in the background draws nothing until it is looked at.
 _DRAWN = """new Promise((done) => {
@@ -166,7 +166,7 @@ class _Page:
                 TextElement(tag="a", text=text).classes("shell-skip").props(f'href="#{name}"')
             with ui.element("header"):
                 self.header = self.bench.widget(
-                    _STATIC / "header.js", design=traits["design"], shell=self._shell(), keys=KEYS
+                    _STATIC / "header.js", design=traits["design"], shell=self._shell(), keys=SHORTCUTS
                 )
                 self.header.on_message(self._asked)
                 self.starting = Starting(self.opened, self._tell_header)
@@ -181,7 +181,7 @@ class _Page:
                     Tab("Check", self._build_check),
                     Tab("History", self.history.build),
                 ]
-                self.surface_place = Place(shown=False)
+                self.surface_place = PagePart(shown=False)
                 right = [
                     Tab("Viewer", lambda: self._module(_STATIC / "viewer.js", self._now())),
                     Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place),
@@ -373,7 +373,7 @@ class _Page:
         self._checked, self._looking = of, True
         try:
             # A small system is checked within some hundredths of a second.
-            small = len(design.lines) <= AT_ONCE
+            small = len(design.lines) <= _AT_ONCE
             findings = findings_data(design) if small else await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
@@ -543,7 +543,7 @@ class _Page:
     async def _export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
         design = self.document.design
-        if kind == ALL:
+        if kind == ALL_FIGURES:
             await self._export_all(design, ending)
             return
         axes, output = self._known_axes()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fuzzy.designer.bridge import Bridge
     from fuzzy.designer.document import Document
 
-GROUP = "fuzzyfleet.designer"
+PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
 
 class Panel(Protocol):
@@ -52,7 +52,7 @@ class SessionPanel:
 
 
 @dataclass
-class Place:
+class PagePart:
     """A part of the page that is shown or hidden; callbacks that depend on the design rest while it is hidden."""
 
     shown: bool = True
@@ -73,9 +73,9 @@ class Workbench:
         self.document = document
         self.closed = False
         self._workers, self._module_url, self._say, self._reading = workers, module_url, say, reading
-        self._change_callbacks: list[tuple[Place, Callable[[], Any]]] = []
+        self._change_callbacks: list[tuple[PagePart, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
-        self._here = Place()
+        self._here = PagePart()
         self._groups: dict[str, Callable[[str], None]] = {}
         self._open_rule: Callable[[int], None] = lambda key: None
         self._tell_shared: Callable[[], None] = lambda: None
@@ -93,7 +93,7 @@ class Workbench:
         While the panel that is being built now is hidden, its callbacks rest; they are called once when it is
         shown again. With ``hidden`` this one never rests.
         """
-        self._change_callbacks.append((Place() if hidden else self._here, callback))
+        self._change_callbacks.append((PagePart() if hidden else self._here, callback))
 
     def on_close(self, callback: Callable[[], Any]) -> None:
         """Call ``callback()`` when the browser tab has been closed for good, or shows another file."""
@@ -163,7 +163,7 @@ class Workbench:
         self._tell_shared = tell
 
     @contextmanager
-    def building(self, place: Place) -> Iterator[None]:
+    def building(self, place: PagePart) -> Iterator[None]:
         """Note that what is built in the ``with`` block stands in ``place``."""
         before, self._here = self._here, place
         try:
@@ -171,7 +171,7 @@ class Workbench:
         finally:
             self._here = before
 
-    async def changed(self, place: Place | None = None) -> None:
+    async def changed(self, place: PagePart | None = None) -> None:
         """Tell all that is shown, or all in ``place``, that the document changed."""
         waiting = []
         for where, callback in list(self._change_callbacks):
@@ -208,7 +208,7 @@ def find_panels() -> tuple[list[Panel], list[str]]:
     """The installed panels in their order, and a sentence for each that cannot be used."""
     panels: list[Panel] = []
     sentences = []
-    for point in sorted(metadata.entry_points(group=GROUP), key=lambda point: point.name):
+    for point in sorted(metadata.entry_points(group=PANEL_ENTRY_POINTS), key=lambda point: point.name):
         try:
             found = point.load()
             panels.append(found() if callable(found) else found)

@@ -13,14 +13,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.designer.autosave import DAMAGED, FOLDER, LARGEST, design_content, design_from
+from fuzzy.designer.autosave import DAMAGED, FOLDER, MOST_UNSAVED, design_content, design_from
 from fuzzy.designer.design import Design
 from fuzzy.designer.folder import check_shown
 from fuzzy.designer.saving import DocumentError
 from fuzzy.files.atomic import replacing
 
-MOST = 100  # snapshots of a file
-LONGEST = 80  # characters of a name
+MOST_SNAPSHOTS = 100  # snapshots of a file
+LONGEST_NAME = 80  # characters of a name
 PICTURE = 19  # points along each side of a picture
 _FORMAT = 1
 _KEY = re.compile(r"[0-9a-f]{16}")
@@ -74,7 +74,7 @@ def keep(file: Path, design: Design, name: str, picture: dict[str, Any] | None =
         count = len(_files(folder))
     except OSError as error:
         raise DocumentError(f"the snapshot cannot be kept in {folder}: {error.strerror or error}") from None
-    if count >= MOST:
+    if count >= MOST_SNAPSHOTS:
         raise DocumentError(f"{file.name} has {count} snapshots, the most that are kept; remove one first")
     key = secrets.token_hex(8)
     system = design.system
@@ -105,7 +105,7 @@ def listed(file: Path) -> Listing:
         paths = _files(folder)
     except OSError:
         return Listing((), ())
-    for path in paths[: 10 * MOST]:
+    for path in paths[: 10 * MOST_SNAPSHOTS]:
         try:
             found.append(_shown(path.stem, _read(path)))
         except DAMAGED:
@@ -176,8 +176,8 @@ def _named(name: Any) -> str:
     if not isinstance(name, str) or not name.strip():
         raise DocumentError("a snapshot has a name")
     name = " ".join(name.split())
-    if len(name) > LONGEST or not name.isprintable():
-        raise DocumentError(f"a snapshot's name has at most {LONGEST} printable characters")
+    if len(name) > LONGEST_NAME or not name.isprintable():
+        raise DocumentError(f"a snapshot's name has at most {LONGEST_NAME} printable characters")
     return name
 
 
@@ -196,7 +196,7 @@ def _place(file: Path, key: Any) -> Path:
 
 def _read(path: Path) -> dict[str, Any]:
     """The content of a snapshot's file. Raises one of DAMAGED."""
-    if not _KEY.fullmatch(path.stem) or path.is_symlink() or path.stat().st_size > LARGEST:
+    if not _KEY.fullmatch(path.stem) or path.is_symlink() or path.stat().st_size > MOST_UNSAVED:
         raise FileNotFoundError(path)
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     if content["format"] != _FORMAT:
@@ -208,7 +208,9 @@ def _shown(key: str, content: dict[str, Any]) -> Snapshot:
     when = datetime.fromisoformat(content["when"]).astimezone()
     if not isinstance(content["system"], str) or not isinstance(content["rules"], list):
         raise ValueError("no design")
-    return Snapshot(key, str(content["name"])[:LONGEST], when, _picture(content["picture"]), str(content["summary"]))
+    return Snapshot(
+        key, str(content["name"])[:LONGEST_NAME], when, _picture(content["picture"]), str(content["summary"])
+    )
 
 
 def _picture(picture: Any) -> dict[str, Any] | None:

@@ -24,8 +24,8 @@ from fuzzy.starts.catalogue import Catalogue, find_starts
 from fuzzy.starts.start import File, Start, StartError
 from fuzzy.system import Sugeno
 
-POINTS = 21  # of a small picture, along each axis
-LONGEST = 600.0  # s that a start which reports may work
+_POINTS = 21  # of a small picture, along each axis
+_LONGEST = 600.0  # s that a start which reports may work
 
 
 class MadeSystem(NamedTuple):
@@ -120,7 +120,7 @@ class Starting:
             return made
         process = TaskProcess((start.name, given, stem), report_making, "making of the design")
         try:
-            async with asyncio.timeout(LONGEST):
+            async with asyncio.timeout(_LONGEST):
                 while True:
                     for what, about in process.news():
                         if what == "done":
@@ -130,7 +130,7 @@ class Starting:
                         self._send({"start_progress": {"share": about[0], "said": about[1]}})
                     await asyncio.sleep(EVERY)
         except TimeoutError:
-            raise InputError(f"{start.title} took longer than {LONGEST:g} s and was given up") from None
+            raise InputError(f"{start.title} took longer than {_LONGEST:g} s and was given up") from None
         finally:
             process.close()
 
@@ -155,7 +155,7 @@ def picture(fis: Sugeno) -> dict[str, Any]:
 
     Where none changes: ``curves``, the degrees (terms, points) of the first input's terms over its range.
     """
-    surfaces = [surface_data(fis, output=j, points=POINTS) for j in range(len(fis.outputs))]
+    surfaces = [surface_data(fis, output=j, points=_POINTS) for j in range(len(fis.outputs))]
     changes = [
         (s["high"] - s["low"]) / ((v.universe[1] - v.universe[0]) or 1.0)
         for s, v in zip(surfaces, fis.outputs, strict=True)
@@ -164,7 +164,7 @@ def picture(fis: Sugeno) -> dict[str, Any]:
     if changes[most] > 1e-6 and np.any(surfaces[most]["fired"]):
         return {"surface": small(surfaces[most])}
     first = fis.inputs[0]
-    x = np.linspace(*first.universe, 4 * POINTS)
+    x = np.linspace(*first.universe, 4 * _POINTS)
     return {"curves": [np.round(term(x), 3).tolist() for term in first.terms.values()]}
 
 

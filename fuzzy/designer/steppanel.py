@@ -27,13 +27,13 @@ from fuzzy.naming import expected
 from fuzzy.shown import typeset
 from fuzzy.system import Sugeno
 
-MODULE = Path(__file__).parent / "static" / "step.js"
-FACTORS = ("Ke", "Kde", "Kie", "Ku", "Kdu")
+_MODULE = Path(__file__).parent / "static" / "step.js"
+_FACTORS = ("Ke", "Kde", "Kie", "Ku", "Kdu")
 _TEXTS = ("numerator", "denominator")
 _NUMBERS = (
     *("dead_time", "reference", "duration", "sample_time", "disturbance_time", "disturbance", "noise", "rate_filter"),
     *("low", "high"),  # None: no limit
-    *FACTORS,
+    *_FACTORS,
     *("Kp", "Ki", "Kd"),  # None: by a rule
 )
 _MAY_LACK = ("low", "high", "Kp", "Ki", "Kd")
@@ -50,7 +50,7 @@ def chosen_example(name: str) -> dict[str, Any]:
         "example": name, "source": "", "numerator": numerator, "denominator": denominator,
         "dead_time": example.plant.dead_time, "duration": example.duration, "sample_time": example.duration / STEPS,
         "disturbance_time": example.disturbance[0], "disturbance": example.disturbance[1],
-        "low": example.limits[0], "high": example.limits[1], **dict(zip(FACTORS, example.scale, strict=True)),
+        "low": example.limits[0], "high": example.limits[1], **dict(zip(_FACTORS, example.scale, strict=True)),
         "Kp": None, "Ki": None, "Kd": None,
     }  # fmt: skip
 
@@ -75,7 +75,7 @@ class StepSession(PanelSession):
         self.shown = self.present  # the system that is simulated
         acts = {"choose": self._choose, "example": self._example, "role": self._role}
         self.put(
-            MODULE,
+            _MODULE,
             acts | {"template": self._template, "look": self._look},
             choice=self.choice,
             examples=[[name, example.title] for name, example in PLANT_EXAMPLES.items()],
@@ -195,7 +195,7 @@ class StepSession(PanelSession):
             **settings,
             low=-math.inf if chosen["low"] is None else chosen["low"],
             high=math.inf if chosen["high"] is None else chosen["high"],
-            scale=Scale(*(float(chosen[name]) for name in FACTORS)),
+            scale=Scale(*(float(chosen[name]) for name in _FACTORS)),
         )
         before, before_roles = self.before if chosen["before"] and self.before != fis else None, None
         if before is not None:

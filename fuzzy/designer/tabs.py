@@ -8,7 +8,7 @@ from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
 
-from fuzzy.designer.panel import Place, Workbench
+from fuzzy.designer.panel import PagePart, Workbench
 
 _KEYS = """(event) => {
   if (!["ArrowLeft", "ArrowRight", "Home", "End"].includes(event.key)) return;
@@ -23,7 +23,7 @@ class Tab:
 
     title: str
     build: Callable[[], Any]
-    place: Place = field(default_factory=lambda: Place(shown=False))
+    place: PagePart = field(default_factory=lambda: PagePart(shown=False))
     built: bool = False
 
 

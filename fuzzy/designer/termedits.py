@@ -28,7 +28,7 @@ from fuzzy.membership import Triangle, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
 from fuzzy.system import Constant, Linear, Variable
 
-MOST_TERMS = 200  # the largest number of terms of a variable
+_MOST_TERMS = 200  # the largest number of terms of a variable
 
 
 def move_term(design: Design, message: Message) -> tuple[Design, str]:
@@ -108,8 +108,8 @@ def spread_terms(design: Design, message: Message) -> tuple[Design, str]:
     """
     place = found(design, message)
     variable, count = place.variable, message.whole("count")
-    if not 2 <= count <= MOST_TERMS:
-        raise EditError(f"the number of terms must be >= 2 and <= {MOST_TERMS}, got {count}")
+    if not 2 <= count <= _MOST_TERMS:
+        raise EditError(f"the number of terms must be >= 2 and <= {_MOST_TERMS}, got {count}")
     low, high = variable.universe
     if not low < high:
         raise EditError(f"{variable.name} has no range over which terms could be spread")
@@ -177,7 +177,7 @@ def add_term(design: Design, message: Message) -> tuple[Design, str]:
     """add_term {variable, type?, name?}: an input's where the others leave most room, an output's in the middle."""
     place = found(design, message)
     variable = place.variable
-    room(len(variable.terms), MOST_TERMS, f"terms of {variable.name!r}")
+    room(len(variable.terms), _MOST_TERMS, f"terms of {variable.name!r}")
     if message.has("name"):
         label = new_name(message.label("name"), variable.terms, f"term of {variable.name!r}")
     else:

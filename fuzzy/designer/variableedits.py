@@ -21,7 +21,7 @@ from fuzzy.membership import Triangle
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.system import Constant, Linear, Terms, Variable
 
-MOST_VARIABLES = 50  # the largest number of inputs, and of outputs
+_MOST_VARIABLES = 50  # the largest number of inputs, and of outputs
 
 
 def add_variable(design: Design, message: Message) -> tuple[Design, str]:
@@ -29,7 +29,7 @@ def add_variable(design: Design, message: Message) -> tuple[Design, str]:
     kind = message.one_of("kind", ("input", "output"), "kind")
     taken = [v.name for k in ("input", "output") for v in variables_of(design, k)]
     present = variables_of(design, kind)
-    room(len(present), MOST_VARIABLES, f"{kind}s")
+    room(len(present), _MOST_VARIABLES, f"{kind}s")
     if message.has("name"):
         name = new_name(message.label("name"), taken, "variable")
     else:

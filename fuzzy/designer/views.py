@@ -19,7 +19,7 @@ from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 if TYPE_CHECKING:
     from fuzzy.designer.document import Document
 
-POINTS = 41  # of a surface along each axis
+_POINTS = 41  # of a surface along each axis
 SMALL_POINTS = 25  # of a small one
 MANY_SMALL = 15  # small surfaces, from which on they are coarser: those of 6 inputs are not
 MOST_SMALL = 36  # small surfaces: the pairs of 9 inputs
@@ -234,7 +234,7 @@ def surface_data(
     inputs: Sequence[int] | None = None,
     output: int = 0,
     point: Sequence[float] | None = None,
-    points: int = POINTS,
+    points: int = _POINTS,
 ) -> dict[str, Any]:
     """The trait ``surface``: an output over one or two inputs, the others held at a point.
 

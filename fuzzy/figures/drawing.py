@@ -20,7 +20,7 @@ from fuzzy.system import FuzzySystemError, Variable
 
 STYLE = Path(__file__).parent / "style" / "fuzzyfleet.mplstyle"
 COLUMN, DOUBLE = 3.5, 7.16  # widths of one and of two columns of a paper, in inches
-PAGE = 4.6  # inches: the width of figures of a page, whose letters can be read on a phone of 390 pixels too
+PAGE_WIDTH = 4.6  # inches: the width of figures of a page, whose letters can be read on a phone of 390 pixels too
 # The line style tells the terms apart in grey.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (3, 3)))
 FORMATS = ("png", "pdf", "svg")

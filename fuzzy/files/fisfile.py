@@ -54,8 +54,8 @@ __all__ = [
 ]
 
 # What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
-MOST_VARIABLES = 1_000  # inputs or outputs
-MOST_TERMS = 10_000  # of a variable
+_MOST_VARIABLES = 1_000  # inputs or outputs
+_MOST_TERMS = 10_000  # of a variable
 _MOST_RULES = 100_000  # rules
 _LISTED = 1000  # characters of the list of terms that a message shows
 _DEFUZZIFICATIONS = ("wtaver", "wtsum")
@@ -210,8 +210,8 @@ class _Reader(FisLines):
             raise FisFileError(self.path, None, what)
         system = sections["System"]
         mamdani = self._is_mamdani(system)
-        inputs = self._variables(sections, "Input", self._count(system, "NumInputs", MOST_VARIABLES), None)
-        count = self._count(system, "NumOutputs", MOST_VARIABLES)
+        inputs = self._variables(sections, "Input", self._count(system, "NumInputs", _MOST_VARIABLES), None)
+        count = self._count(system, "NumOutputs", _MOST_VARIABLES)
         outputs = self._variables(sections, "Output", count, None if mamdani else len(inputs))
         lines = sections["Rules"].rules if "Rules" in sections else []
         count = self._count(system, "NumRules", _MOST_RULES)
@@ -323,7 +323,7 @@ class _Reader(FisLines):
         universe = self._numbers(bounds[1], at, "Range") if bounds else []
         if len(universe) != 2:
             raise self.error(at, f"Range must be two numbers, [lowest highest], got {quoted(at.value)}")
-        count = self._count(section, "NumMFs", MOST_TERMS)
+        count = self._count(section, "NumMFs", _MOST_TERMS)
         for number, entry in section.terms.items():
             if number > count:
                 raise self.error(entry, f"NumMFs is {count}, but {section.title} has MF{number}")

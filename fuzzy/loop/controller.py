@@ -20,14 +20,14 @@ from fuzzy.system import Sugeno
 
 INPUT_ROLES = ("error", "error_rate", "error_sum")
 OUTPUT_ROLES = ("u", "du")
-ALIASES = {
+_ALIASES = {
     "error": "e err controlerror",
     "error_rate": "de derror dedt edot ce deltae deltaerror changeoferror changeinerror errorchange rateoferror",
     "error_sum": "ie ierror errorintegral interror integraloferror sumoferror sumerror",
     "u": "control controlsignal controlaction controleffort",
     "du": "deltau dudt udot changeofcontrol changeincontrol changeofu controlrate controlchange",
 }
-_ROLE_OF = {word: role for role, words in ALIASES.items() for word in (role.replace("_", ""), *words.split())}
+_ROLE_OF = {word: role for role, words in _ALIASES.items() for word in (role.replace("_", ""), *words.split())}
 
 
 class LoopError(InputError):

@@ -20,11 +20,11 @@ from fuzzy.extras import install_command
 from fuzzy.naming import expected
 from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of
 
-STEP = 0.1  # of CMA-ES at first, in unit coordinates
-WORST = 1e250  # what CMA-ES is told of an infinite cost, with which it cannot count
+_STEP = 0.1  # of CMA-ES at first, in unit coordinates
+_WORST = 1e250  # what CMA-ES is told of an infinite cost, with which it cannot count
 _FRONT = 6  # places on a front that are looked for side by side
 AFAR = 0.2  # of the points of the random search: anywhere
-_NEAREST, FARTHEST = 0.005, 0.3  # the steps of the others from the best, in unit coordinates
+_NEAREST, _FARTHEST = 0.005, 0.3  # the steps of the others from the best, in unit coordinates
 
 
 class Engine(ABC):
@@ -63,7 +63,7 @@ class RandomSearch(Engine):
     def ask(self) -> np.ndarray:  # noqa: D102
         shape = self.size, len(self.best)
         anywhere = self.rng.random(shape)
-        steps = _NEAREST * (FARTHEST / _NEAREST) ** self.rng.random((self.size, 1))
+        steps = _NEAREST * (_FARTHEST / _NEAREST) ** self.rng.random((self.size, 1))
         near = np.abs(self.best + steps * self.rng.standard_normal(shape))  # reflected at 0, and at 1
         near = np.clip(1 - np.abs(1 - near), 0.0, 1.0)
         afar = self.rng.random((self.size, 1)) < AFAR
@@ -96,7 +96,7 @@ class CmaEs(Engine):
         if self.choices:
             self.engine: Any = _mixed(self.cmaes, inside, self.choices, self.best[self.is_choice], size, seed)
         else:
-            self.engine = self.cmaes.CMA(mean=inside, sigma=STEP, bounds=bounds, seed=seed, population_size=size)
+            self.engine = self.cmaes.CMA(mean=inside, sigma=_STEP, bounds=bounds, seed=seed, population_size=size)
 
     def ask(self) -> np.ndarray:  # noqa: D102
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
@@ -106,7 +106,7 @@ class CmaEs(Engine):
     def tell(self, points: np.ndarray, objectives: np.ndarray) -> None:  # noqa: D102
         costs = objectives.sum(axis=1)
         self._keep(points, costs)
-        finite = np.minimum(costs, WORST)
+        finite = np.minimum(costs, _WORST)
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             self.engine.tell(list(zip(self.asked, finite.tolist(), strict=True)))
             stopped = not self.is_choice.all() and self.engine.should_stop()
@@ -130,7 +130,7 @@ class ParetoCmaEs(Engine):
         seeds = np.random.SeedSequence(seed).generate_state(_FRONT + 1)
         kernels = []
         for own in seeds[:_FRONT]:
-            inside = np.clip(numbers + STEP * rng.standard_normal(len(numbers)), 0.01, 0.99)
+            inside = np.clip(numbers + _STEP * rng.standard_normal(len(numbers)), 0.01, 0.99)
             kernels.append(_mixed(cmaes, inside, choices, self.best[self.is_choice], size, int(own)))
         spaces: dict[str, Any] = {"x_space": np.tile([0.0, 1.0], (len(numbers), 1))} if len(numbers) else {}
         spaces |= {"c_space": choices} if choices else {}
@@ -144,7 +144,7 @@ class ParetoCmaEs(Engine):
     def tell(self, points: np.ndarray, objectives: np.ndarray) -> None:  # noqa: D102
         if objectives.shape[1] != 2:
             raise TuningError(f"a front is looked for between two objectives; the cost has {objectives.shape[1]}")
-        finite = np.minimum(objectives, WORST)
+        finite = np.minimum(objectives, _WORST)
         self.engine.tell([(one, row.tolist()) for one, row in zip(self.asked, finite, strict=True)])
 
 
@@ -165,7 +165,7 @@ def _mixed(cmaes: Any, numbers: np.ndarray, choices: list[int], places: np.ndarr
     """
     spaces: dict[str, Any] = {}
     if len(numbers):
-        spaces |= {"x_space": np.tile([0.0, 1.0], (len(numbers), 1)), "mean": numbers, "sigma": STEP}
+        spaces |= {"x_space": np.tile([0.0, 1.0], (len(numbers), 1)), "mean": numbers, "sigma": _STEP}
     if choices:
         leaning = np.zeros((len(choices), max(choices)))
         for row, count, place in zip(leaning, choices, places, strict=True):

@@ -22,15 +22,15 @@ from robotics.vehicle.plant import Level
 
 REPEATS = 15  # of which the quickest counts: what else the machine does only adds
 SEEDS = 8  # runs that are driven at a time
-LONG = 2.0  # s: fewer repeats where one takes long
-LEVEL = codes(Level)
+_LONG = 2.0  # s: fewer repeats where one takes long
+_LEVEL = codes(Level)
 _LEAST = 0.01  # µs: what is less is lost in the measurement
 
 
 @equation
 def _nothing(aim, gain):  # type: ignore[no-untyped-def]
     """Command the reference's velocity, or no torques."""
-    share = 1.0 if gain.at == LEVEL.velocity else 0.0
+    share = 1.0 if gain.at == _LEVEL.velocity else 0.0
     return share * aim.v, share * aim.w
 
 
@@ -62,7 +62,7 @@ def timed(arena: Arena, law: str) -> Timed:
     for one in pair:
         simulate(scenario, one, [0], threads=1)
     rows: list[tuple[float, float]] = []
-    while len(rows) < REPEATS and np.sum(rows) < LONG:
+    while len(rows) < REPEATS and np.sum(rows) < _LONG:
         rows.append((_seconds(scenario, pair[0]), _seconds(scenario, pair[1])))
     whole, without = (float(v) for v in np.min(rows, axis=0))
     return Timed(max(1e6 * (whole - without) / (SEEDS * scenario.ticks), _LEAST), whole / SEEDS)

@@ -10,7 +10,7 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
-from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 
@@ -20,7 +20,7 @@ _SORTS: Mapping[type[Law[Any]], Sort] = {
     Lyapunov: "lyapunov",
     SlidingMode: "lyapunov",
     PurePursuit: "geometric",
-    PID: "linear",
+    TrackingPID: "linear",
     LinearQuadratic: "linear",
     PathIntegral: "predictive",
     PredictiveControl: "predictive",

@@ -9,7 +9,7 @@ from typing import Any
 from fuzzy.ccode.numbertype import ExportError
 from robotics.ccode.expressions import Array, Expressions, Translation
 from robotics.ccode.pythonsource import spoken
-from robotics.ccode.terms import Known, Lane, Row, Table, Term
+from robotics.ccode.terms import CTable, CTerm, KnownValue, Lane, Row
 
 _UNROLLED = 8  # turns of a loop that are written one by one
 
@@ -19,7 +19,7 @@ def _stored(nodes: Sequence[ast.AST]) -> list[str]:
     return [n.id for n in walked if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
 
 
-class Body(Expressions):
+class CFunction(Expressions):
     """The body of one function: its statements, line by line."""
 
     def __init__(self, translator: Translation, python: Any, tree: ast.FunctionDef) -> None:
@@ -60,7 +60,7 @@ class Body(Expressions):
         if isinstance(statement.value, ast.Constant):
             return
         value = self.value(statement.value)
-        if isinstance(value, Term):
+        if isinstance(value, CTerm):
             self.say(f"{value.text};")
 
     def _pass(self, statement: ast.Pass) -> None:
@@ -101,9 +101,9 @@ class Body(Expressions):
     def _place(self, target: ast.expr) -> str:
         if isinstance(target, ast.Name):
             held = self.env.get(target.id)
-            return held.text if isinstance(held, Term) else ""
+            return held.text if isinstance(held, CTerm) else ""
         found = self.value(target)
-        return found.text if isinstance(found, Term) else ""
+        return found.text if isinstance(found, CTerm) else ""
 
     def assign(self, target: ast.expr, value: Any) -> None:
         """Let a name, a tuple of names or an entry of a table be a value."""
@@ -117,7 +117,7 @@ class Body(Expressions):
             place = self.value(target)
             if place is None:  # what a robot has no use for
                 return
-            if not isinstance(place, Term):
+            if not isinstance(place, CTerm):
                 raise self.refused(target)
             self.say(f"{place.text} = {self.arithmetic.real(value)};")
 
@@ -128,11 +128,11 @@ class Body(Expressions):
             self._settle(name, value)
             return
         held = self.env.get(name)
-        if isinstance(held, Term) and held.text == spoken(name):
+        if isinstance(held, CTerm) and held.text == spoken(name):
             self.say(f"{held.text} = {self._as(held.kind, value)};")
         elif isinstance(held, Array) and held.name == spoken(name):
             self._copied(held, value)
-        elif isinstance(value, (Known, Table, Lane)):
+        elif isinstance(value, (KnownValue, CTable, Lane)):
             self.env[name] = value
         elif isinstance(value, (Row, Array)):
             self.array(name, value)
@@ -140,7 +140,7 @@ class Body(Expressions):
             kind = "int" if value.kind == "int" else self.translator.real
             constant = "" if name in self.twice else "const "
             self.say(f"{constant}{kind} {spoken(name)} = {value.text};")
-            self.env[name] = Term(spoken(name), value.kind)
+            self.env[name] = CTerm(spoken(name), value.kind)
 
     def _copied(self, held: Array, value: Any) -> None:
         if isinstance(value, Array):
@@ -160,9 +160,9 @@ class Body(Expressions):
     def _settle(self, name: str, value: Any) -> None:
         """Declare a name where it waits for its type."""
         line, term = self.open.pop(name), self.arithmetic.term(value)
-        kind = "int" if term.kind == "int" and not isinstance(value, Known) else self.translator.real
+        kind = "int" if term.kind == "int" and not isinstance(value, KnownValue) else self.translator.real
         self.lines[line] = self.lines[line].replace("?", kind)
-        self.env[name] = Term(spoken(name), "int" if kind == "int" else "real")
+        self.env[name] = CTerm(spoken(name), "int" if kind == "int" else "real")
         self.say(f"{spoken(name)} = {self._as(self.env[name].kind, value)};")
 
     def _augassign(self, statement: ast.AugAssign) -> None:
@@ -176,20 +176,20 @@ class Body(Expressions):
         used = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name) and id(n) not in within}
         for name in dict.fromkeys(_stored(inside)):
             held = self.env.get(name)
-            if isinstance(held, Known):
+            if isinstance(held, KnownValue):
                 kind = "int" if type(held.value) is int else self.translator.real
                 self.say(f"{kind} {spoken(name)} = {self._as('int' if kind == 'int' else 'real', held)};")
-                self.env[name] = Term(spoken(name), "int" if kind == "int" else "real")
-            elif isinstance(held, Term) and held.text != spoken(name):
+                self.env[name] = CTerm(spoken(name), "int" if kind == "int" else "real")
+            elif isinstance(held, CTerm) and held.text != spoken(name):
                 self.say(f"{self.translator.real} {spoken(name)} = {held.text};")
-                self.env[name] = Term(spoken(name), "real")
+                self.env[name] = CTerm(spoken(name), "real")
             elif held is None and name in used and name != "_" and name not in self.open:
                 self.open[name] = len(self.lines)
                 self.say(f"? {spoken(name)};")
 
     def _if(self, statement: ast.If) -> None:
         condition = self.value(statement.test)
-        if isinstance(condition, Known):
+        if isinstance(condition, KnownValue):
             self.run(statement.body if condition.value else statement.orelse)
             return
         self._held([*statement.body, *statement.orelse], statement)
@@ -217,24 +217,24 @@ class Body(Expressions):
         if not isinstance(call, ast.Call) or not isinstance(statement.target, ast.Name):
             raise self.refused(statement)
         bounds = [self.value(a) for a in call.args]
-        first, last = (Known(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
+        first, last = (KnownValue(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
         name = statement.target.id
         breaks = any(isinstance(n, (ast.Break, ast.Return)) for n in ast.walk(statement))
         if (
-            isinstance(first, Known)
-            and isinstance(last, Known)
+            isinstance(first, KnownValue)
+            and isinstance(last, KnownValue)
             and last.value - first.value <= _UNROLLED
             and not breaks
         ):
             for n in range(first.value, last.value):
-                self.env[name] = Known(n)
+                self.env[name] = KnownValue(n)
                 self.run(statement.body)
             return
         self._held(statement.body, statement)
         counter = "turn_" if name == "_" else spoken(name)
         start, end = self.arithmetic.term(first).text, self.arithmetic.term(last).within(1)
         self.say(f"for (int {counter} = {start}; {counter} < {end}; {counter}++) {{")
-        self.env[name] = Term(counter, "int")
+        self.env[name] = CTerm(counter, "int")
         self._block(statement.body)
         self.say("}")
 
@@ -259,7 +259,7 @@ class Body(Expressions):
                 self.say("return;")
         elif value is not None:
             term = self.arithmetic.term(value)
-            self.result = "real" if self.result == "real" or isinstance(value, Known) else term.kind
+            self.result = "real" if self.result == "real" or isinstance(value, KnownValue) else term.kind
             self.say(f"return {self.arithmetic.real(value) if self.result == 'real' else term.text};")
         self.ended = True
 
@@ -269,7 +269,7 @@ class Body(Expressions):
             return Row(tuple(self._left(part, all_of_it) for part in value.parts))
         if isinstance(value, Array):
             return self._left(Row(tuple(self.taken_apart(value))), all_of_it)
-        if isinstance(value, Known) and not all_of_it:
+        if isinstance(value, KnownValue) and not all_of_it:
             return value
         self.say(f"left[{self.left}] = {self.arithmetic.real(value)};")
         self.left += 1
@@ -281,7 +281,7 @@ def _loaded(target: ast.expr) -> ast.expr:
 
 
 def _reads(value: Any, place: str) -> bool:
-    return isinstance(value, Term) and re.search(rf"(?<![\w>.]){re.escape(place)}(?!\w)", value.text) is not None
+    return isinstance(value, CTerm) and re.search(rf"(?<![\w>.]){re.escape(place)}(?!\w)", value.text) is not None
 
 
 def _idle(line: str, text: str) -> bool:

@@ -13,7 +13,7 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
 
 # What a number is called in C, where that is not its name in capitals
@@ -34,7 +34,7 @@ CARRIED: dict[type[Law[Any]], Carried] = {
     OwnRules: _FUZZY,
     Lyapunov: Carried("(2.30) to (2.32)"),
     LinearQuadratic: Carried(),
-    PID: Carried(),
+    TrackingPID: Carried(),
     SlidingMode: Carried("(2.13) to (2.23)"),
 }
 NAMES = "fuzzy (with any rule base of fuzzy tracking), fuzzy-lateral, lyapunov, lqr, pid, csm, assm, qssm, esm"

@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy.ccode.numbertype import ExportError
 from fuzzy.compiled.columns import Columns
 from robotics.ccode.pythonsource import said_of, spoken
-from robotics.ccode.terms import Arithmetic, Known, Lane, Row, Table, Term
+from robotics.ccode.terms import Arithmetic, CTable, CTerm, KnownValue, Lane, Row
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class Translation(Protocol):
     def function(self, python: Any, arguments: Sequence[Any]) -> Function:
         """The function of C for these arguments."""
 
-    def pointer(self, table: Table | Lane) -> str:
+    def pointer(self, table: CTable | Lane) -> str:
         """What a function takes for a table."""
 
-    def read(self, table: Table | Lane, entry: int | str) -> Any:
+    def read(self, table: CTable | Lane, entry: int | str) -> Any:
         """An entry of a table, or a column of a lane."""
 
-    def constant(self, name: str, value: float) -> Term:
+    def constant(self, name: str, value: float) -> CTerm:
         """A number with a name and a unit."""
 
     def call(self, body: Any, name: str, arguments: Sequence[Any]) -> Any:
@@ -94,13 +94,13 @@ class Expressions:
         if isinstance(value, Row):
             return list(value.parts)
         assert isinstance(value, Array), value
-        return [Term(f"{value.name}[{k}]", "real") for k in range(value.size)]
+        return [CTerm(f"{value.name}[{k}]", "real") for k in range(value.size)]
 
     def value(self, node: ast.expr, wanted: str = "") -> Any:
         """What an expression stands for; ``wanted`` is the name that it is for."""
         match node:
             case ast.Constant():
-                return Known(node.value)
+                return KnownValue(node.value)
             case ast.Name():
                 return self._name(node)
             case ast.Tuple():
@@ -117,7 +117,7 @@ class Expressions:
                 return self.arithmetic.compared(operator, self.value(node.left), self.value(other))
             case ast.IfExp():
                 condition = self.value(node.test)
-                if isinstance(condition, Known):
+                if isinstance(condition, KnownValue):
                     return self.value(node.body if condition.value else node.orelse)
                 return self.arithmetic.choice(condition, self.value(node.body), self.value(node.orelse))
             case ast.Attribute():
@@ -134,7 +134,7 @@ class Expressions:
         for each in node.values:
             part = self.value(each)
             parts.append(part)
-            if isinstance(part, Known) and bool(part.value) is either:
+            if isinstance(part, KnownValue) and bool(part.value) is either:
                 break
         return self.arithmetic.joined(either, parts)
 
@@ -147,32 +147,32 @@ class Expressions:
             value = self.outer[node.id]
             if isinstance(value, float) and node.id.isupper():
                 return self.translator.constant(f"{node.id} {said_of(self.python, node.id)}", value)
-            return Known(value)
+            return KnownValue(value)
         raise self.refused(node)
 
     def _attribute(self, node: ast.Attribute) -> Any:
         owner = self.value(node.value)
         if isinstance(owner, Lane):
             return self.translator.read(owner, node.attr)
-        if isinstance(owner, Table):
-            return self.translator.read(Table(f"{owner.name}.{node.attr}".removeprefix("known.")), -1)
-        if isinstance(owner, Known) and hasattr(owner.value, node.attr):
-            return Known(getattr(owner.value, node.attr))
+        if isinstance(owner, CTable):
+            return self.translator.read(CTable(f"{owner.name}.{node.attr}".removeprefix("known.")), -1)
+        if isinstance(owner, KnownValue) and hasattr(owner.value, node.attr):
+            return KnownValue(getattr(owner.value, node.attr))
         raise self.refused(node)
 
     def _entry(self, node: ast.Subscript) -> Any:
         table, index = self.value(node.value), node.slice
         if isinstance(index, ast.Slice):
-            first = Known(0) if index.lower is None else self.value(index.lower)
-            if isinstance(table, Table) and isinstance(first, Known):
-                return Table(table.name, table.first + first.value)
+            first = KnownValue(0) if index.lower is None else self.value(index.lower)
+            if isinstance(table, CTable) and isinstance(first, KnownValue):
+                return CTable(table.name, table.first + first.value)
             raise self.refused(node)
         if isinstance(index, ast.Tuple):
-            index = index.elts[0] if isinstance(table, Table) else index
+            index = index.elts[0] if isinstance(table, CTable) else index
         row = self.value(index)
-        if isinstance(table, (Array, Row)) and isinstance(row, Known):
+        if isinstance(table, (Array, Row)) and isinstance(row, KnownValue):
             return self.taken_apart(table)[row.value]
-        if isinstance(table, Table) and isinstance(row, Known):
+        if isinstance(table, CTable) and isinstance(row, KnownValue):
             return self.translator.read(table, table.first + row.value)
         raise self.refused(node)
 
@@ -182,13 +182,13 @@ class Expressions:
         if isinstance(node.func, ast.Name) and node.func.id in ("min", "max", "abs", "int"):
             return self.arithmetic.called(node.func.id, arguments)
         function = self.value(node.func)
-        if not isinstance(function, Known):
+        if not isinstance(function, KnownValue):
             raise self.refused(node)
         python = function.value
         if getattr(python, "__module__", "") == "math" or isinstance(python, np.ufunc):
             name = {"absolute": "abs"}.get(python.__name__, python.__name__)
             return self.arithmetic.called(name, arguments)
-        if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], Table):
+        if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], CTable):
             return Lane(arguments[0].name, python, arguments[0].first)
         name = getattr(python, "__name__", "")
         own = self.translator.call(self, name, arguments)
@@ -206,17 +206,17 @@ class Expressions:
         """A call of a function of C."""
         given: list[str] = []
         for a in arguments:
-            if isinstance(a, (Table, Lane)):
+            if isinstance(a, (CTable, Lane)):
                 pointer = self.translator.pointer(a)
                 name = pointer.rpartition("*")[2]
                 given += [name] if pointer and name not in given else []
             elif isinstance(a, Array):
                 given.append(a.name)
-            elif not isinstance(a, Known):
+            elif not isinstance(a, KnownValue):
                 given.append(a.text)
         if not isinstance(function.result, Row):
             text = f"{function.name}({', '.join(given)})"
-            return Term(text, function.result or "real")
+            return CTerm(text, function.result or "real")
         left = spoken(wanted) if wanted and wanted not in self.env and wanted not in self.open else ""
         if not left:
             self.temporary += 1
@@ -232,4 +232,4 @@ def _of_left(part: Any, name: str) -> Any:
     """What a function has left under a name."""
     if isinstance(part, Row):
         return Row(tuple(_of_left(each, name) for each in part.parts))
-    return part if isinstance(part, Known) else Term(f"{name}[{part}]", "real")
+    return part if isinstance(part, KnownValue) else CTerm(f"{name}[{part}]", "real")

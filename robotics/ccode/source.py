@@ -17,19 +17,19 @@ from fuzzy.ccode.phrases import guarded
 from fuzzy.ccode.source import CSources, c_sources
 from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import expected
-from robotics.ccode.body import Body
+from robotics.ccode.body import CFunction
 from robotics.ccode.carried import SYMBOLS, Carried, carried, first_numbers, rule_bases
 from robotics.ccode.pythonsource import parsed
-from robotics.ccode.terms import PIECES, Arithmetic, Known, Lane, Row, Table, Term, piece
+from robotics.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
 from robotics.ccode.translation import Translator
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
-NUMBERS = ("double", "float")
-SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
-AHEAD = tuple(f"ahead_{name}" for name in AimColumns.columns)
+_NUMBERS = ("double", "float")
+_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
+AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
 
 
 class LawSources(NamedTuple):
@@ -57,8 +57,8 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     Raises:
         ExportError: A law or a type of numbers that is not written.
     """
-    if number not in NUMBERS:
-        raise ExportError(expected(number, NUMBERS, "number type of a law"))
+    if number not in _NUMBERS:
+        raise ExportError(expected(number, _NUMBERS, "number type of a law"))
     how = carried(law, name)
     return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
 
@@ -89,13 +89,13 @@ class _Writer:
 
     # What the translated functions read --------------------------------------------------------------------
 
-    def constant(self, text: str, value: float) -> Term:
+    def constant(self, text: str, value: float) -> CTerm:
         """A named number."""
         name, _, unit = text.partition(" ")
         self.constants[name] = _Constant(value, unit)
-        return Term(name, "real")
+        return CTerm(name, "real")
 
-    def read(self, table: Table | Lane, row: Any) -> Any:
+    def read(self, table: CTable | Lane, row: Any) -> Any:
         """An entry of a table of the law, or (row −1) a part of all that it knows; a column of a lane by its name."""
         return self._column(table, row) if isinstance(table, Lane) else self._entry(table, row)
 
@@ -104,47 +104,47 @@ class _Writer:
         if column.of is not None:
             return Lane(lane.name, column.of, lane.first + column.row, path)
         if column.width is not None:
-            return Table(lane.name, lane.first + column.row)
+            return CTable(lane.name, lane.first + column.row)
         match lane.name:
             case "robot":
-                return Term(f"input->{name}", "real")
+                return CTerm(f"input->{name}", "real")
             case "aim":
-                return Term(f"input->at_{name}", "real")
+                return CTerm(f"input->at_{name}", "real")
             case "gain":
                 value = self.gains[lane.first + column.row]
-                return self._gain(path, column, value) if column.unit else Known(value)
+                return self._gain(path, column, value) if column.unit else KnownValue(value)
             case "limit":
                 return self._gain(path, column, self.limits[column.row])
             case "memory":
-                return Term(f"state->{_field(path)}", "real")
+                return CTerm(f"state->{_field(path)}", "real")
             case "command":
                 return self._commanded(path)
-        return self._entry(Table(lane.name), lane.first + column.row)
+        return self._entry(CTable(lane.name), lane.first + column.row)
 
-    def _gain(self, path: tuple[str, ...], column: Column, value: float) -> Term:
+    def _gain(self, path: tuple[str, ...], column: Column, value: float) -> CTerm:
         """A gain under its own name, or under all that lead to it where another number has that."""
         names = [SYMBOLS.get(name, name).upper() for name in path]
         told = _said(column, ", ")
         taken = names[-1] in self.constants and self.constants[names[-1]].value != value
         return self.constant(f"{'_'.join(names) if taken else names[-1]} {told}", value)
 
-    def _entry(self, table: Table, row: int) -> Any:
+    def _entry(self, table: CTable, row: int) -> Any:
         match table.name:
             case "dt":
                 return self.constant("PERIOD s, from one step to the next", self.setting.period)
             case "time":
-                return Term("0.0", "real")
+                return CTerm("0.0", "real")
             case "column" | "path" | "base":
-                return Table(table.name) if row < 0 else Known(0)
+                return CTable(table.name) if row < 0 else KnownValue(0)
             case "seen" | "gains" | "rules" | "road" if row < 0:
                 return table
             case "rules":
                 return table
             case "gain":
-                return Known(self.gains[row])
+                return KnownValue(self.gains[row])
             case "work":
                 place, first = max(((p, f) for p, f in self.work.items() if f <= row), key=lambda pair: pair[1])
-                return Term(f"work[{place}{f' + {row - first}' if row > first else ''}]", "real")
+                return CTerm(f"work[{place}{f' + {row - first}' if row > first else ''}]", "real")
         raise ExportError(f"{type(self.law).__name__} reads {table.name}, which C does not have")
 
     def _commanded(self, path: tuple[str, ...]) -> Any:
@@ -154,26 +154,26 @@ class _Writer:
             return None
         if name not in self.outputs:
             self.outputs.append(name)
-        return Term(f"output->{name}", "real")
+        return CTerm(f"output->{name}", "real")
 
-    def call(self, body: Body, name: str, arguments: Any) -> Any:
+    def call(self, body: CFunction, name: str, arguments: Any) -> Any:
         """The functions that are not translated: rule bases, and the reference at a later time."""
         if name == "moving":
-            return Row(tuple(Term(f"input->{field}", "real") for field in AHEAD))
+            return Row(tuple(CTerm(f"input->{field}", "real") for field in AIM_SYMBOLS))
         if name == "tell_inputs":
-            return Known(None)
+            return KnownValue(None)
         if name == "evaluate_packed":
             return self._rule_base(body, *arguments[:3])
         return NotImplemented
 
-    def _rule_base(self, body: Body, rules: Table, asked: Table, said: Table) -> Any:
+    def _rule_base(self, body: CFunction, rules: CTable, asked: CTable, said: CTable) -> Any:
         title, fis = self.bases[rules.first]
         if title not in self.called:
             self.called[title] = c_sources(fis, f"{self.name}_{title}", self.number.name)
         base = self.called[title]
         places = [self.read(table, table.first).text for table in (asked, said)]
         body.say(f"{base.name}_infer(&{places[0]}, &{places[1]});")
-        return Known(0)
+        return KnownValue(0)
 
     # The texts ---------------------------------------------------------------------------------------------
 
@@ -183,7 +183,7 @@ class _Writer:
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
         outputs = (*self.outputs, *wheels)
         held = " ".join(function.text for function in self.translator.done.values())
-        inputs = tuple(field for field in (*SEEN, *AHEAD) if f"input->{field}" in f"{step} {held}")
+        inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS) if f"input->{field}" in f"{step} {held}")
         memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         header = self._header(inputs, outputs, look_ahead)
@@ -201,7 +201,7 @@ class _Writer:
 
     def _step(self, one: Any) -> str:
         tree = parsed(one)
-        body = Body(self.translator, one, tree)
+        body = CFunction(self.translator, one, tree)
         for argument in self.equation.asks:
             body.env[argument] = self._argument(argument)
         if isinstance(tree.body[-1], ast.Return) and tree.body[-1].value is not None:
@@ -238,14 +238,14 @@ class _Writer:
         if name in self.lanes:
             return self.lanes[name]
         if name in ("i", "lane", "path"):
-            return Known(0)
-        return self._entry(Table(name), -1) if name in ("time", "dt") else Table(name)
+            return KnownValue(0)
+        return self._entry(CTable(name), -1) if name in ("time", "dt") else CTable(name)
 
     def _fields(self) -> list[tuple[str, Column]]:
         """The fields of the state, with what each is."""
         return [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
 
-    def _wheels(self, body: Body, zero: str) -> None:
+    def _wheels(self, body: CFunction, zero: str) -> None:
         body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")
         body.say("if (!isfinite(output->v) || !isfinite(output->w)) {")
         body.say(f"    output->wheel_right = output->wheel_left = {zero};")
@@ -253,7 +253,7 @@ class _Writer:
         body.say("}")
         own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
         limit = self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
-        arguments = [limit, Term("output->v", "real"), Term("output->w", "real")]
+        arguments = [limit, CTerm("output->v", "real"), CTerm("output->w", "real")]
         held = body.called(self.translator.function(within_limits, arguments), arguments, "held")
         half = self.read(limit, "half_axle").text
         radius = self.constant("WHEEL_RADIUS m", self.radius).text
@@ -308,7 +308,7 @@ class _Writer:
         period = self.number.constant(self.setting.period)
         declared = [
             f"#define {upper}_PERIOD_S {period}",
-            *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AHEAD[0] in inputs else []),
+            *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AIM_SYMBOLS[0] in inputs else []),
             "",
             "typedef struct {",
             *fields,

@@ -24,7 +24,7 @@ COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "
 
 
 @dataclass(frozen=True)
-class Term:
+class CTerm:
     """An expression of C, computed by the robot."""
 
     text: str
@@ -37,7 +37,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownValue:
     """What is known when the code is written: a number, or a thing that only stands for others, such as a table."""
 
     value: Any
@@ -51,7 +51,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class CTable:
     """A table that a law reads or writes, and what has been said of where; ``name`` says which."""
 
     name: str
@@ -77,99 +77,105 @@ class Arithmetic:
 
     def real(self, value: Any, binds: int = CHOICE) -> str:
         """A value as a text of the type of real numbers."""
-        if isinstance(value, Known):
+        if isinstance(value, KnownValue):
             text = self.number.constant(float(value.value))
             return f"({text})" if text.startswith("-") and binds < SUM else text
-        assert isinstance(value, Term), value
+        assert isinstance(value, CTerm), value
         if value.kind == "int":
             return f"({self.number.name}){value.within(UNARY)}"
         return value.within(binds)
 
-    def term(self, value: Any) -> Term:
+    def term(self, value: Any) -> CTerm:
         """A value as a term."""
-        if isinstance(value, Known):
+        if isinstance(value, KnownValue):
             if isinstance(value.value, bool):
-                return Term(str(int(value.value)), "int")
+                return CTerm(str(int(value.value)), "int")
             if isinstance(value.value, int):
-                return Term(str(value.value), "int")
-            return Term(self.real(value), "real", UNARY if value.value < 0 else ATOM)
-        assert isinstance(value, Term), value
+                return CTerm(str(value.value), "int")
+            return CTerm(self.real(value), "real", UNARY if value.value < 0 else ATOM)
+        assert isinstance(value, CTerm), value
         return value
 
     def binary(self, operator: ast.operator, a: Any, b: Any) -> Any:
         """a + b, a − b, a b, a / b, the remainder."""
         kind = type(operator)
-        if isinstance(a, Known) and isinstance(b, Known):
-            return Known(_FOLD[kind](a.value, b.value))
+        if isinstance(a, KnownValue) and isinstance(b, KnownValue):
+            return KnownValue(_FOLD[kind](a.value, b.value))
         if (simple := _simplified(kind, a, b)) is not None:
             return simple
         if kind is ast.Mod:
             self.needed.add("modulo")
-            return Term(f"modulo({self.real(a)}, {self.real(b)})", "real")
+            return CTerm(f"modulo({self.real(a)}, {self.real(b)})", "real")
         whole = self.term(a).kind == self.term(b).kind == "int" and kind is not ast.Div
         binds, sign = _BINDS[kind], _SIGNS[kind]
         if whole:
-            return Term(f"{self.term(a).within(binds)} {sign} {self.term(b).within(binds - 1)}", "int", binds)
+            return CTerm(f"{self.term(a).within(binds)} {sign} {self.term(b).within(binds - 1)}", "int", binds)
         right = binds - 1 if kind in (ast.Sub, ast.Div) or _compound(b, binds) else binds
-        return Term(f"{self.real(a, binds)} {sign} {self.real(b, right)}", "real", binds)
+        return CTerm(f"{self.real(a, binds)} {sign} {self.real(b, right)}", "real", binds)
 
     def negative(self, a: Any) -> Any:
         """−a."""
         return (
-            Known(-a.value) if isinstance(a, Known) else Term(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
+            KnownValue(-a.value)
+            if isinstance(a, KnownValue)
+            else CTerm(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
         )
 
     def compared(self, operator: ast.cmpop, a: Any, b: Any) -> Any:
         """Whether a < b, and the like."""
-        if isinstance(a, Known) and isinstance(b, Known):
-            return Known(_COMPARE[type(operator)](a.value, b.value))
+        if isinstance(a, KnownValue) and isinstance(b, KnownValue):
+            return KnownValue(_COMPARE[type(operator)](a.value, b.value))
         sign = COMPARISONS[type(operator)]
         if self.term(a).kind == self.term(b).kind == "int":
-            return Term(f"{self.term(a).within(SUM)} {sign} {self.term(b).within(SUM)}", "int", COMPARED)
-        return Term(f"{self.real(a, SUM)} {sign} {self.real(b, SUM)}", "int", COMPARED)
+            return CTerm(f"{self.term(a).within(SUM)} {sign} {self.term(b).within(SUM)}", "int", COMPARED)
+        return CTerm(f"{self.real(a, SUM)} {sign} {self.real(b, SUM)}", "int", COMPARED)
 
     def inverse(self, a: Any) -> Any:
         """Not a."""
-        return Known(not a.value) if isinstance(a, Known) else Term(f"!{self.term(a).within(ATOM)}", "int", UNARY)
+        return (
+            KnownValue(not a.value)
+            if isinstance(a, KnownValue)
+            else CTerm(f"!{self.term(a).within(ATOM)}", "int", UNARY)
+        )
 
     def joined(self, either: bool, parts: Sequence[Any]) -> Any:
         """All of them, or either."""
-        left = [part for part in parts if not (isinstance(part, Known) and bool(part.value) is not either)]
-        if any(isinstance(part, Known) for part in left):
-            return Known(either)
+        left = [part for part in parts if not (isinstance(part, KnownValue) and bool(part.value) is not either)]
+        if any(isinstance(part, KnownValue) for part in left):
+            return KnownValue(either)
         if not left:
-            return Known(not either)
+            return KnownValue(not either)
         if len(left) == 1:
             return left[0]
         sign, binds = (" || ", OR) if either else (" && ", AND)
-        return Term(sign.join(part.within(COMPARED) for part in left), "int", binds)
+        return CTerm(sign.join(part.within(COMPARED) for part in left), "int", binds)
 
     def choice(self, condition: Any, yes: Any, no: Any) -> Any:
         """One or the other."""
-        if isinstance(condition, Known):
+        if isinstance(condition, KnownValue):
             return yes if condition.value else no
         kinds = {self.term(yes).kind, self.term(no).kind}
         if kinds == {"int"}:
             texts = self.term(yes).within(OR), self.term(no).within(CHOICE)
-            return Term(f"{condition.within(COMPARED)} ? {texts[0]} : {texts[1]}", "int", CHOICE)
-        return Term(f"{condition.within(COMPARED)} ? {self.real(yes, OR)} : {self.real(no)}", "real", CHOICE)
+            return CTerm(f"{condition.within(COMPARED)} ? {texts[0]} : {texts[1]}", "int", CHOICE)
+        return CTerm(f"{condition.within(COMPARED)} ? {self.real(yes, OR)} : {self.real(no)}", "real", CHOICE)
 
     def called(self, name: str, arguments: Sequence[Any]) -> Any:
         """A function of math.h, or one that Python has and C writes in another way."""
         if name == "int":
             (a,) = arguments
-            if isinstance(a, Known):
-                return Known(int(a.value))
-            return a if a.kind == "int" else Term(f"(int){a.within(ATOM)}", "int", UNARY)
+            if isinstance(a, KnownValue):
+                return KnownValue(int(a.value))
+            return a if a.kind == "int" else CTerm(f"(int){a.within(ATOM)}", "int", UNARY)
         if name in ("min", "max") and all(self.term(a).kind == "int" for a in arguments):
             a, b = (self.term(value) for value in arguments)
             sign = "<" if name == "min" else ">"
-            return Term(f"{b.within(SUM)} {sign} {a.within(SUM)} ? {b.text} : {a.text}", "int", CHOICE)
-        if all(isinstance(a, Known) for a in arguments):
+            return CTerm(f"{b.within(SUM)} {sign} {a.within(SUM)} ? {b.text} : {a.text}", "int", CHOICE)
+        if all(isinstance(a, KnownValue) for a in arguments):
             values = [a.value for a in arguments]
-            return Known(_CALL[name](*values) if name in _CALL else getattr(math, name)(*values))
+            return KnownValue(_CALL[name](*values) if name in _CALL else getattr(math, name)(*values))
         if name == "isnan":
-            return Term(f"isnan({self.real(arguments[0])})", "int")
+            return CTerm(f"isnan({self.real(arguments[0])})", "int")
         suffix = self.number.suffix
         own = {"min": "min_of", "max": "max_of"}
         if name in own:
@@ -177,22 +183,22 @@ class Arithmetic:
             call = own[name]
         else:
             call = {"abs": "fabs"}.get(name, name) + suffix
-        return Term(f"{call}({', '.join(self.real(a) for a in arguments)})", "real")
+        return CTerm(f"{call}({', '.join(self.real(a) for a in arguments)})", "real")
 
 
 def _compound(b: Any, binds: int) -> bool:
     """Whether a right side would be taken apart without brackets: C, as Python, adds from left to right."""
-    return isinstance(b, Term) and b.binds == binds
+    return isinstance(b, CTerm) and b.binds == binds
 
 
 def _simplified(kind: type, a: Any, b: Any) -> Any:
-    if isinstance(a, Known) and a.value == 1 and kind is ast.Mult:
+    if isinstance(a, KnownValue) and a.value == 1 and kind is ast.Mult:
         return b if b.kind == "real" else None
-    if isinstance(b, Known) and b.value == 1 and kind in (ast.Mult, ast.Div):
+    if isinstance(b, KnownValue) and b.value == 1 and kind in (ast.Mult, ast.Div):
         return a if a.kind == "real" else None
-    if isinstance(b, Known) and b.value == 0 and kind in (ast.Add, ast.Sub):
+    if isinstance(b, KnownValue) and b.value == 0 and kind in (ast.Add, ast.Sub):
         return a
-    if isinstance(a, Known) and a.value == 0 and kind is ast.Add:
+    if isinstance(a, KnownValue) and a.value == 0 and kind is ast.Add:
         return b
     return None
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robotics.ccode.body import Body
+from robotics.ccode.body import CFunction
 from robotics.ccode.expressions import Array, Function
 from robotics.ccode.pythonsource import parsed, spoken
-from robotics.ccode.terms import Arithmetic, Known, Lane, Table, Term
+from robotics.ccode.terms import Arithmetic, CTable, CTerm, KnownValue, Lane
 
 _INPUT = "const {0}_input *input"
 _POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
@@ -28,7 +28,7 @@ class Translator:
     arithmetic: Arithmetic
     read: Reads  # an entry of a table, or a column of a lane
     call: Calls  # functions that are not translated; NotImplemented: this one is
-    constant: Callable[[str, float], Term]  # a number with a name: "NAME unit"
+    constant: Callable[[str, float], CTerm]  # a number with a name: "NAME unit"
     done: dict[Any, Function] = field(default_factory=dict)
 
     @property
@@ -39,7 +39,9 @@ class Translator:
     def function(self, python: Any, arguments: Sequence[Any]) -> Function:
         """The function for these arguments: known ones are worked into it."""
         python = getattr(python, "py_func", python)
-        still = tuple(repr(a) if isinstance(a, (Known, Table, Lane)) else getattr(a, "size", "") for a in arguments)
+        still = tuple(
+            repr(a) if isinstance(a, (KnownValue, CTable, Lane)) else getattr(a, "size", "") for a in arguments
+        )
         key = (python, still)
         if key not in self.done:
             taken = {f.name for f in self.done.values()}
@@ -53,20 +55,20 @@ class Translator:
 
     def _written(self, python: Any, arguments: Sequence[Any], found: Function) -> str:
         tree = parsed(python)
-        body = Body(self, python, tree)
+        body = CFunction(self, python, tree)
         parameters = []
         for argument, value in zip(tree.args.args, arguments, strict=True):
             name = spoken(argument.arg)
-            if isinstance(value, (Known, Table, Lane)):
+            if isinstance(value, (KnownValue, CTable, Lane)):
                 body.env[argument.arg] = value
-                if not isinstance(value, Known) and (pointer := self.pointer(value)) and pointer not in parameters:
+                if not isinstance(value, KnownValue) and (pointer := self.pointer(value)) and pointer not in parameters:
                     parameters.append(pointer)
             elif isinstance(value, Array):
                 body.env[argument.arg] = Array(name, value.size)
                 parameters.append(f"const {self.real} {name}[{value.size}]")
             else:
                 kind = "int" if value.kind == "int" else self.real
-                body.env[argument.arg] = Term(name, value.kind)
+                body.env[argument.arg] = CTerm(name, value.kind)
                 changed = argument.arg in body.assigned
                 parameters.append(f"{'' if changed else 'const '}{kind} {name}")
         body.run(tree.body)
@@ -86,6 +88,6 @@ class Translator:
         said = [textwrap.fill(f"/* {' '.join(doc.split())} */", 116, subsequent_indent=" * ")] if doc else []
         return "\n".join([*said, head, *lines, "}", ""])
 
-    def pointer(self, table: Table | Lane) -> str:
+    def pointer(self, table: CTable | Lane) -> str:
         """What a function takes for a table, if it is one of C."""
         return _POINTERS.get(table.name, "").format(self.prefix, self.real)

@@ -12,7 +12,7 @@ import numpy as np
 
 from fuzzy.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
 from fuzzy.ccode.numbertype import ExportError
-from robotics.ccode.source import AHEAD, LawSources, law_sources
+from robotics.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.ccode.writing import CLawFiles
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
@@ -21,8 +21,8 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import record_run
 from robotics.vehicle.plant import Level, saturate, velocity_limits
 
-COUNTS = 1e12  # a turn: of encoders that count finely
-LIMIT = 1e-9  # m: between the two trajectories, in double
+_COUNTS = 1e12  # a turn: of encoders that count finely
+_LIMIT = 1e-9  # m: between the two trajectories, in double
 _REAL = {"double": (ctypes.c_double, np.float64), "float": (ctypes.c_float, np.float32)}
 _WHEELS = {"double": 1e-9, "float": 1e-4}  # rad/s: of the wheel speeds from those of the robot's limits
 _DRIVER = """#include "{name}.h"
@@ -83,7 +83,7 @@ class VerifiedLaw:
         """Whether the trajectories are the same; None in float, whose distance is only told."""
         if not all(drive.wheels <= _WHEELS[self.number] for drive in self.drives):
             return False
-        same = all(min(drive.greatest, drive.fine) <= LIMIT for drive in self.drives)
+        same = all(min(drive.greatest, drive.fine) <= _LIMIT for drive in self.drives)
         return same if self.number == "double" else None if math.isfinite(self.greatest) else False
 
 
@@ -139,7 +139,7 @@ class InC(Law[Any]):
         columns = dict(zip(names, seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
         if "ahead_x" in sources.inputs:
-            columns |= dict(zip(AHEAD, _ahead(road, seen.time + sources.look_ahead), strict=True))
+            columns |= dict(zip(AIM_SYMBOLS, _ahead(road, seen.time + sources.look_ahead), strict=True))
         given = np.stack([np.broadcast_to(columns[field], shape).ravel() for field in sources.inputs], axis=1)
         said = np.empty((len(states), len(sources.outputs)))
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):
@@ -211,9 +211,9 @@ def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]
     apart = _apart(law, in_c, setting, seeds)
     steps, fine = in_c.kept["steps"], apart
     if (
-        in_c.c.number == "double" and apart > LIMIT
+        in_c.c.number == "double" and apart > _LIMIT
     ):  # one encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
-        robots = tuple(replace(robot, counts_per_turn=COUNTS) for robot in setting.robots)
+        robots = tuple(replace(robot, counts_per_turn=_COUNTS) for robot in setting.robots)
         fine = _apart(law, in_c, replace(setting, robots=robots), seeds)
     return DriveDifference(scenario.name, seeds, apart, fine, in_c.kept["wheels"], steps)
 

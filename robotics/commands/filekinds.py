@@ -184,7 +184,7 @@ _TUNING = {
     ],
 }
 
-KINDS: dict[str, FileKind] = {
+FILE_KINDS: dict[str, FileKind] = {
     "scenario": FileKind(
         "a scenario", _scenario_table, _read_scenario, _SCENARIOS, "robotics check FILE, then robotics run FILE"
     ),

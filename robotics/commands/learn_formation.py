@@ -111,10 +111,10 @@ def formation(
         networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance, jobs=count)
         write_networks(networks, out, data.name)
         if report is not None:
-            from robotics.laws.formation.leader_follower import OUTPUTS
+            from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
             from robotics.report.learning import Samples, drive_networks, write_learning_report
 
-            if drive is None and {network.output for network in networks} == set(OUTPUTS):
+            if drive is None and {network.output for network in networks} == set(FORMATION_OUTPUTS):
                 scenarios = [load_scenario(name) for name in DRIVES]
             write_learning_report(
                 report,

@@ -55,9 +55,9 @@ def list_(
 
 def _print_section(section: Section, rows: list[dict[str, Any]]) -> None:
     """Print the entries of a section, in their groups if they have any; the names' column is as wide as the longest."""
-    from robotics.scenario.conditions import GROUPS
+    from robotics.scenario.conditions import CONDITION_GROUPS
 
-    groups = [group for group in GROUPS if any(row.get("group") == group for row in rows)]
+    groups = [group for group in CONDITION_GROUPS if any(row.get("group") == group for row in rows)]
     indent = "    " if groups else "  "
     column = len(indent) + max((len(row["name"]) for row in rows), default=0) + 2
     for group in groups or [""]:

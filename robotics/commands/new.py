@@ -11,13 +11,13 @@ from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import KINDS
+from robotics.commands.filekinds import FILE_KINDS
 from robotics.commands.scenario import file_kind
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 
 
 def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, (*KINDS, *TEMPLATES))
+    return completed(incomplete, (*FILE_KINDS, *TEMPLATES))
 
 
 def new(
@@ -25,7 +25,7 @@ def new(
         str,
         typer.Argument(
             metavar="FILEKIND",
-            help=f"One of {', '.join((*KINDS, *TEMPLATES))}.",
+            help=f"One of {', '.join((*FILE_KINDS, *TEMPLATES))}.",
             show_default=False,
             autocompletion=_kinds,
         ),
@@ -60,8 +60,8 @@ def new(
         _check_free(file, force)
         _say(file, write_template(kind, file), json)
         return
-    if kind not in KINDS:
-        raise InputError(expected(kind, (*KINDS, *TEMPLATES), "kind of file"))
+    if kind not in FILE_KINDS:
+        raise InputError(expected(kind, (*FILE_KINDS, *TEMPLATES), "kind of file"))
     made = file_kind(kind)
     if variant is not None and variant not in made.values:
         raise InputError(expected(variant, made.values, f"kind of {kind}"))

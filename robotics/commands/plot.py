@@ -22,7 +22,7 @@ class Kind(NamedTuple):
     several: bool = False  # whether it shows several runs on one scenario beside each other
 
 
-KINDS = {
+PLOT_KINDS = {
     "run": Kind("plot_run", "paths, errors, speeds and commands"),
     "paths": Kind("plot_paths", "paths from above, and errors across them with bands over the seeds", several=True),
     "errors": Kind("plot_errors", "errors of one robot in x, y and heading", ("robot",), several=True),
@@ -42,7 +42,7 @@ KINDS = {
 
 
 def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, KINDS)
+    return completed(incomplete, PLOT_KINDS)
 
 
 def plot(
@@ -51,7 +51,7 @@ def plot(
         typer.Argument(
             metavar="RUN.npz",
             help="Files that `robotics run ... --save` wrote; several, of one scenario, for "
-            f"{', '.join(name for name, kind in KINDS.items() if kind.several)}.",
+            f"{', '.join(name for name, kind in PLOT_KINDS.items() if kind.several)}.",
             show_default=False,
         ),
     ],
@@ -61,7 +61,7 @@ def plot(
         typer.Option(
             "--kind",
             "-k",
-            help="; ".join(f"{name}: {about.shows}" for name, about in KINDS.items()) + ".",
+            help="; ".join(f"{name}: {about.shows}" for name, about in PLOT_KINDS.items()) + ".",
             autocompletion=_kinds,
         ),
     ] = "run",
@@ -82,12 +82,12 @@ def plot(
       robotics run three-cross --save run.npz
       robotics plot run.npz --kind distances -o distances.png
     """
-    if kind not in KINDS:
-        raise InputError(expected(kind, KINDS, "kind of picture"))
-    about = KINDS[kind]
+    if kind not in PLOT_KINDS:
+        raise InputError(expected(kind, PLOT_KINDS, "kind of picture"))
+    about = PLOT_KINDS[kind]
     for name, value in (("robot", robot), ("time", time), ("task", task)):
         if value is not None and name not in about.takes:
-            takers = " and ".join(other for other, each in KINDS.items() if name in each.takes)
+            takers = " and ".join(other for other, each in PLOT_KINDS.items() if name in each.takes)
             raise InputError(f"--{name} belongs to the kind{'s' if ' and ' in takers else ''} {takers}, not to {kind}")
     if time is None and "time" in about.takes:
         raise InputError(f"the kind {kind} needs --time S")

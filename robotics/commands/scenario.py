@@ -10,14 +10,14 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import KINDS, FileKind
+from robotics.commands.filekinds import FILE_KINDS, FileKind
 
 if TYPE_CHECKING:
     from robotics.tables.keys import KeyTable, Placed
 
 
 def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, KINDS)
+    return completed(incomplete, FILE_KINDS)
 
 
 def scenario(
@@ -27,7 +27,7 @@ def scenario(
     explain: Annotated[bool, typer.Option("--explain", help="Say what the keys mean; this is the default.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, for editors.")] = False,
     of: Annotated[
-        str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(KINDS)}.", autocompletion=_kinds)
+        str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(FILE_KINDS)}.", autocompletion=_kinds)
     ] = "scenario",
     json: Json = False,
 ) -> None:
@@ -64,9 +64,9 @@ def scenario(
 
 def file_kind(name: str) -> FileKind:
     """The kind of file of that name. Raises InputError for another."""
-    if name not in KINDS:
-        raise InputError(expected(name, KINDS, "kind of file"))
-    return KINDS[name]
+    if name not in FILE_KINDS:
+        raise InputError(expected(name, FILE_KINDS, "kind of file"))
+    return FILE_KINDS[name]
 
 
 def _row(p: "Placed") -> dict[str, Any]:

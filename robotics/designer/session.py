@@ -41,7 +41,7 @@ from robotics.designer.severalseeds import (
     system_seeds,
     worst_seed,
 )
-from robotics.designer.textdesk import KINDS, TextDesk
+from robotics.designer.textdesk import TEXT_KINDS, TextDesk
 from robotics.designer.tryout import TryoutTrial
 from robotics.designer.uses import TryoutError
 
@@ -59,7 +59,7 @@ _REST = 0.3  # s after a run in which nothing else was wanted, until it is found
 _KEPT = 32  # runs of rivals
 _CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival", "beside")
 _HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
-MODULE = Path(__file__).parent / "static" / "tryout.js"
+_MODULE = Path(__file__).parent / "static" / "tryout.js"
 
 
 class TryoutSession(FolderSession):
@@ -117,7 +117,7 @@ class TryoutSession(FolderSession):
         acts = {"see": self._see, "list": self.list_files, "choose": self._choose, "file": self._take, "pin": self._pin}
         texts = {"edit": self._edit, "text": self._write, "save": self._save, "revert": self._revert}
         self.put(
-            MODULE,
+            _MODULE,
             acts | {"time": self._look_at_time} | texts,
             files=files,
             trial=self._trial(),
@@ -346,8 +346,8 @@ class TryoutSession(FolderSession):
 
     def _what(self, content: dict[str, Any]) -> str:
         what = content.get("what")
-        if what not in KINDS:
-            raise TryoutError(expected(str(what), KINDS, "text"))
+        if what not in TEXT_KINDS:
+            raise TryoutError(expected(str(what), TEXT_KINDS, "text"))
         return str(what)
 
     def _desk(self, content: dict[str, Any]) -> TextDesk:

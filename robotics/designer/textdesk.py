@@ -8,7 +8,7 @@ from fuzzy.designer.saving import OverwriteError
 from robotics.designer.folderfiles import FolderText, checked_text, write_text_file
 from robotics.designer.uses import TryoutError
 
-KINDS = ("scenario", "robot")
+TEXT_KINDS = ("scenario", "robot")
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from robotics.measures.registry import headlines, measure_all, tried
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
-from robotics.scenario.conditions import AMONG_OBSTACLES, GROUPS, MEETINGS, group_of, noises
+from robotics.scenario.conditions import AMONG_OBSTACLES, CONDITION_GROUPS, MEETINGS, group_of, noises
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import scenario_names
 from robotics.scenario.robots import load_robot, robot_names
@@ -105,7 +105,7 @@ def choices() -> dict[str, Any]:
         rivals[preset.kind].append([name, preset.title])
     found = [(name, scenario_of(name, None)) for name in scenario_names()]
     return {
-        "groups": list(GROUPS),
+        "groups": list(CONDITION_GROUPS),
         "scenarios": [{"name": n, "title": s.title or n, "kind": s.kind, "group": group_of(s)} for n, s in found],
         "rivals": rivals,
         "robots": [[name, load_robot(name).title] for name in robot_names()],

@@ -21,9 +21,9 @@ from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
 from robotics.designer.folderfiles import FolderOffers, read_text_file
 from robotics.designer.tunetask import (
-    ENGINES,
     MOST_EVALUATIONS,
     MOST_RUNS,
+    OFFERED_ENGINES,
     TuneTask,
     checked,
     forget,
@@ -38,7 +38,7 @@ from robotics.designer.tunetask import (
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.tuning.space import PARTS
 
-MODULE = Path(__file__).parent / "static" / "tuning.js"
+_MODULE = Path(__file__).parent / "static" / "tuning.js"
 _BEFORE = "before tuning"
 _HELD: set[Path] = set()  # searches that run in this process, whichever page began them
 
@@ -72,7 +72,7 @@ class TuneSession(TaskSession):
         self.told: dict[str, Any] = {}
         self.words = ""
         self.put(
-            MODULE,
+            _MODULE,
             {
                 "choose": self._choose,
                 "start": self._start,
@@ -84,7 +84,12 @@ class TuneSession(TaskSession):
                 "take": self._take,
                 "forget": self._forget,
             },
-            accepted={"engine": list(ENGINES), "runs": MOST_RUNS, "evaluations": MOST_EVALUATIONS, "move": list(PARTS)},
+            accepted={
+                "engine": list(OFFERED_ENGINES),
+                "runs": MOST_RUNS,
+                "evaluations": MOST_EVALUATIONS,
+                "move": list(PARTS),
+            },
             choice=self.choice,
             offer=self.offer,
             scenarios=[],

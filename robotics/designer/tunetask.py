@@ -39,8 +39,8 @@ from robotics.tuning.space import PARTS, LawSpace
 from robotics.tuning.tune import TUNING, tune, with_noise
 from robotics.tuning.unseen import compared
 
-ENGINES = ("cmaes", "random")
-UNSEEN = 50  # seeds with which before and after are compared
+OFFERED_ENGINES = ("cmaes", "random")
+_UNSEEN = 50  # seeds with which before and after are compared
 MOST_RUNS = 1000  # of a candidate
 MOST_EVALUATIONS = 100_000
 _OFTEN = 0.4  # s between two candidates that are shown
@@ -136,8 +136,8 @@ def checked(choice: dict[str, Any]) -> None:
         least = 0 if name == "seed" else 1
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             raise TuningError(f"{name} must be a whole number from {least} to {most}; got {value!r}").about(name)
-    if choice["engine"] not in ENGINES:
-        raise TuningError(expected(str(choice["engine"]), ENGINES, "engine")).about("engine")
+    if choice["engine"] not in OFFERED_ENGINES:
+        raise TuningError(expected(str(choice["engine"]), OFFERED_ENGINES, "engine")).about("engine")
     for name in ("symmetric", "noise"):
         if not isinstance(choice[name], bool):
             raise TuningError(f"{name} must be true or false; got {choice[name]!r}").about(name)
@@ -259,7 +259,7 @@ def _searched(task: TuneTask, report: Report) -> dict[str, Any]:
     report("testing", None)
     words = "no candidate was better than what it began with"
     if tuned.evaluated.best > 0:
-        words = compared(tuned, scenarios, seeds=UNSEEN, threads=threads)[0].sentence()
+        words = compared(tuned, scenarios, seeds=_UNSEEN, threads=threads)[0].sentence()
     return {"sentence": words, "stopped": tuned.evaluations < task.evaluations, "gains": teller.gains(tuned.evaluated)}
 
 

@@ -17,7 +17,14 @@ from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules import fuzzy_team, own_rules
-from robotics.laws.rules.quantities import GROUPS, PAGE, PATTERNS, QUANTITIES, Quantity, quantity_of
+from robotics.laws.rules.quantities import (
+    PATTERNS,
+    QUANTITIES_PAGE,
+    QUANTITY_GROUPS,
+    RULE_QUANTITIES,
+    Quantity,
+    quantity_of,
+)
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
@@ -87,9 +94,11 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
     ranked = [*_team_uses(fis, file), *_curve_uses(fis, file)]
     if own_rules.is_tracking(fis):
         ranked += [(3.0, use) for use in _tracking_uses()]
-    elif outputs <= {*own_rules.OUTPUTS} and not _unknown(fis):
+    elif outputs <= {*own_rules.RULE_OUTPUTS} and not _unknown(fis):
         ranked.append((1.5, _own_use(fis)))
-    if outputs <= {*leader_follower.OUTPUTS} and {v.name for v in fis.inputs} <= {*leader_follower.INPUTS}:
+    if outputs <= {*leader_follower.FORMATION_OUTPUTS} and {v.name for v in fis.inputs} <= {
+        *leader_follower.FORMATION_INPUTS
+    }:
         kinds = ("formation",)
         ranked.append((3.0, Use("formation", "formation", kinds, _SCENARIOS["formation"], _RIVALS["formation"])))
     if not ranked:
@@ -103,14 +112,14 @@ def _team_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
     outputs, known = {v.name for v in fis.outputs}, _quantities(fis)
     if _unknown(fis):
         return []
-    for task, possible in fuzzy_team.OUTPUTS.items():
+    for task, possible in fuzzy_team.TEAM_OUTPUTS.items():
         if not outputs <= {*possible}:
             continue
         packaged = {v.name for v in load_rule_base(task).inputs}
         alike = len(packaged & known.keys()) / len(packaged)
         typical = {
             "crash": any(q.pair for q in known.values()),
-            "obstacles": any(name in GROUPS["The room around it"] or q.sensor for name, q in known.items()),
+            "obstacles": any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()),
         }.get(task, True)
         likely = 4.0 * _named(task, fis, file) + _SUITS * typical + alike
         found.append((likely, Use("fuzzy-team", task, _BOTH, _SCENARIOS[task], _RIVALS[task])))
@@ -151,7 +160,7 @@ def _own_use(fis: Sugeno) -> Use:
         task = "cooperation"
     elif any(q.radio for q in known.values()):
         task = "crash"
-    elif any(name in GROUPS["The room around it"] or q.sensor for name, q in known.items()):
+    elif any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()):
         task = "obstacles"
     else:
         return Use("fuzzy", "own", _BOTH[::-1], _ALONE, "lyapunov")
@@ -190,17 +199,18 @@ def _unknown(fis: Sugeno) -> list[str]:
 
 def _why_none(fis: Sugeno) -> str:
     """Why no law takes ``fis``: its variables that nobody knows, each with the names that are nearest."""
-    tasks = [name for possible in fuzzy_team.OUTPUTS.values() for name in possible]
-    outputs = list(dict.fromkeys([*own_rules.OUTPUTS, *tasks]))
+    tasks = [name for possible in fuzzy_team.TEAM_OUTPUTS.values() for name in possible]
+    outputs = list(dict.fromkeys([*own_rules.RULE_OUTPUTS, *tasks]))
     strange = [v.name for v in fis.outputs if v.name not in outputs]
-    parts = [f"no robot knows the input {_meant(name, [*QUANTITIES, *PATTERNS])}" for name in _unknown(fis)[:3]]
+    parts = [f"no robot knows the input {_meant(name, [*RULE_QUANTITIES, *PATTERNS])}" for name in _unknown(fis)[:3]]
     parts += [f"no law takes the output {_meant(name, outputs)}" for name in strange[:3]]
     if not parts:
         parts = [f"no law takes all of its outputs together: {listed(v.name for v in fis.outputs)}"]
-    supervisor = listed(fuzzy_team.OUTPUTS["supervisor"])
+    supervisor = listed(fuzzy_team.TEAM_OUTPUTS["supervisor"])
     return (
-        f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs {listed(own_rules.OUTPUTS)}, "
-        f"and the supervisor of a fuzzy team {supervisor}; {PAGE} lists all that a robot knows, by these names."
+        f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs "
+        f"{listed(own_rules.RULE_OUTPUTS)}, and the supervisor of a fuzzy team {supervisor}; {QUANTITIES_PAGE} lists "
+        "all that a robot knows, by these names."
     )
 
 

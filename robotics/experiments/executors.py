@@ -28,9 +28,9 @@ from fuzzy.extras import install_command
 # What the numerical libraries read when they are loaded: each worker has one core
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 TRIES = 2  # processes that try the same piece of work, where they die
-AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
+_AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
 _FORKSERVER = "forkserver"
-PATIENCE = 5.0  # s that a cluster may be without workers before it is said
+_PATIENCE = 5.0  # s that a cluster may be without workers before it is said
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
 
 Job = TypeVar("Job")
@@ -59,7 +59,7 @@ def as_done(
 ) -> "Iterator[tuple[Job, Future[Any]]]":
     """Jobs with their futures as these get done; no more are handed out at a time than ``workers`` say.
 
-    It warns once if nobody is there to do the work for PATIENCE seconds. Raises ``lost`` where what is in flight can no
+    It warns once if nobody is there to do the work for some seconds. Raises ``lost`` where what is in flight can no
     longer be answered.
 
     Args:
@@ -83,7 +83,7 @@ def as_done(
             raise lost
         idle = "" if done else workers.idle()
         since = monotonic() if not idle else since
-        if idle and not told and monotonic() - since > PATIENCE:
+        if idle and not told and monotonic() - since > _PATIENCE:
             told = True
             warnings.warn(idle, stacklevel=2)
         for future in done:
@@ -117,7 +117,7 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
     with _environment(dict.fromkeys(THREADS, "1")):
         crew = _Crew(count, context)
         try:
-            yield Workers(crew, AHEAD * count)
+            yield Workers(crew, _AHEAD * count)
         except BaseException:
             crew.stop()
             raise
@@ -345,7 +345,7 @@ def dask(address: str) -> Iterator[Workers]:
             return "" if left else f"the cluster has no workers left; this waits until one comes: dask worker {address}"
 
         try:
-            yield Workers(executor, AHEAD * sum(client.nthreads().values()), alive, idle)
+            yield Workers(executor, _AHEAD * sum(client.nthreads().values()), alive, idle)
         except BaseException:
             executor.shutdown(wait=False)
             raise

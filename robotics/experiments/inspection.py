@@ -32,7 +32,7 @@ Severity = Literal["error", "warning", "note"]
 _GRAVEST: tuple[Severity, ...] = ("error", "warning", "note")
 LITTLE = 0.1  # 1: a reserve of speed below which a robot that is behind hardly catches up
 LAG = 0.05  # m: a robot that falls farther behind while it gathers speed is told
-ROOM = 0.05  # m: beside an obstacle; noise and tracking errors take as much
+_ROOM = 0.05  # m: beside an obstacle; noise and tracking errors take as much
 OFF, FAR_OFF = 0.05, 1.0  # m: a start beside its reference, and one that may be an oversight
 TURNED, TURNED_AWAY = 0.35, np.pi / 2  # rad: likewise of the heading
 
@@ -265,7 +265,7 @@ def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
 def _narrow(setting: Setting, on: Reference, world: Geometry, struck: set[int]) -> Iterator[ScenarioFinding]:
     gaps = obstacle_clearance(on.x, on.y, on.heading, footprints(setting.robots), world)
     for i, k in enumerate(gaps.argmin(axis=0)):
-        if i not in struck and gaps[k, i] < ROOM:
+        if i not in struck and gaps[k, i] < _ROOM:
             place = (float(on.x[k, i]), float(on.y[k, i]))
             where = f"at ({place[0]:.2f}, {place[1]:.2f}) m"
             text = f"robot {i + 1}: its path leaves {100 * gaps[k, i]:.1f} cm between it and an obstacle {where}"

@@ -23,7 +23,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
 PROGRESS_GAP = 0.05  # of the path: robots that are nearer to each other are in formation
-ON_PATH = 0.1  # m: a robot that is nearer to its path is on it
+_ON_PATH = 0.1  # m: a robot that is nearer to its path is on it
 _LATEST = 0.97  # of the foremost robot's path: a recovery after that does not count
 _FIRST, _LAST = 5.0, 35.0  # s: when a fault may begin
 
@@ -72,7 +72,7 @@ def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
     """Judge the recovery in ``run``, whose last faults end at ``fault_ends`` (runs,) [s]."""
     gap, cross = progress_gap(run), np.abs(cross_track_error(run)).max(axis=1)
     progress = true_progress(run).max(axis=1)
-    good = (gap < PROGRESS_GAP) & (cross < ON_PATH)
+    good = (gap < PROGRESS_GAP) & (cross < _ON_PATH)
     counted = run.time[None] >= fault_ends[:, None]
     bad = counted & ~good
     samples = bad.shape[1]

@@ -22,7 +22,7 @@ from robotics.figures.drawing import PlotError, few_ticks, panel_grid
 from robotics.statistics.intervals import Interval
 from robotics.statistics.ranking import pareto_front
 
-WIDTH = 6.3  # inches: 16 cm, the text of a printed page
+_WIDTH = 6.3  # inches: 16 cm, the text of a printed page
 _MOST = 20.0  # times the reference's cost: what is more is written at the edge
 _GAP = 0.1  # inches between columns of text
 _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
@@ -74,7 +74,7 @@ class Standings:
     numbers: np.ndarray  # (laws,), how many numbers were tuned
 
 
-def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
+def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
     """Draw the one look: laws from the least tuned cost down, as published and tuned, beside what they ask for.
 
     Hollow marks are costs as published, filled ones tuned, each with its 95 % interval, over the reference's tuned
@@ -190,7 +190,7 @@ def plot_budget(
     budgets: np.ndarray,
     curves: Interval,
     cost: str = "cost of the best so far [1]",
-    width: float = WIDTH,
+    width: float = _WIDTH,
 ) -> Figure:
     """Draw the cost of the best so far over the number of evaluations, a line a law with a band over the repeats.
 
@@ -302,7 +302,7 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
 
 
 def plot_profiles(
-    laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]", width: float = WIDTH
+    laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]", width: float = _WIDTH
 ) -> Figure:
     """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
 
@@ -352,7 +352,7 @@ def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np
     )  # fmt: skip
 
 
-def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray, width: float = WIDTH) -> Figure:
+def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray, width: float = _WIDTH) -> Figure:
     """Draw the probability that the row's law costs less than the column's, with the verdict on each pair.
 
     Args:
@@ -383,7 +383,7 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         return figure
 
 
-def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval, width: float = WIDTH) -> Figure:
+def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval, width: float = _WIDTH) -> Figure:
     """Draw what a change that no law was tuned for does to its cost: a heat map with numbers, rows laws.
 
     A number in brackets cannot be told from 1: its interval contains it.
@@ -433,7 +433,7 @@ def plot_pareto(
     precision: np.ndarray,
     titles: tuple[str, str],
     published: np.ndarray | None = None,
-    width: float = WIDTH,
+    width: float = _WIDTH,
 ) -> Figure:
     """Draw precision against effort, a named point a law, and the front of those that none beats in both.
 

@@ -26,7 +26,7 @@ from robotics.figures.drawing import (
     shown_until,
     unjumped,
 )
-from robotics.figures.faults import FEW
+from robotics.figures.faults import FEW_ROBOTS
 from robotics.figures.modes import draw_modes
 from robotics.figures.robots import draw_path, draw_way
 from robotics.figures.world import draw_bodies, draw_body, draw_world
@@ -186,7 +186,7 @@ def _robots_legend(figure: Figure, views: Sequence[_View], rows: Sequence[str]) 
     """At the top, what holds of all panels: the robots' lines, and of the trajectories what else is in them."""
     robots = len(views[0].run.paths)
     entries: dict[str, Any] = {}
-    if robots <= FEW:
+    if robots <= FEW_ROBOTS:
         entries |= {f"robot {i + 1}": Line2D([], [], **line_look(i), linewidth=1.1) for i in range(robots)}
     if "trajectories" in rows:
         found = legend_entries(*figure.axes[: len(views)])
@@ -227,7 +227,7 @@ def _trajectories(ax: Axes, view: _View) -> None:
     robots = len(run.paths)
     for i in range(robots):
         draw_path(ax, run, i, zorder=1)
-        name = f"robot {i + 1}" if robots <= FEW else None
+        name = f"robot {i + 1}" if robots <= FEW_ROBOTS else None
         draw_way(ax, run, place, i, end, **line_look(i), linewidth=1.1, label=name)
         if nearest is not None and i in nearest[:2]:
             color = line_look(i)["color"]
@@ -250,7 +250,7 @@ def _per_robot(values: Callable[[_View], np.ndarray]) -> Callable[[Axes, _View],
     def draw(ax: Axes, view: _View) -> None:
         ax.axhline(0.0, **TARGET)
         rows = values(view)
-        if len(rows) > FEW:
+        if len(rows) > FEW_ROBOTS:
             draw_many(ax, view.run.time[: view.end], rows[:, : view.end])
             return
         for i, row in enumerate(rows):

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import DOUBLE, PAGE, figure_of, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, new_figure, style
 from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import (
     TARGET,
@@ -29,7 +29,7 @@ from robotics.figures.drawing import (
     room_for,
     unjumped,
 )
-from robotics.figures.faults import FEW
+from robotics.figures.faults import FEW_ROBOTS
 from robotics.figures.robots import START, draw_path, draw_way, mark_stop
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import law_title
@@ -65,9 +65,9 @@ def plot_paths(
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     with style():
         top = _overview_height(drawn, width)
-        columns = min(len(runs), 2 if width <= PAGE else 3)
+        columns = min(len(runs), 2 if width <= PAGE_WIDTH else 3)
         rows = -(-len(runs) // columns)
-        legend = -(-(len(runs) + 3) // (2 if width <= PAGE else 4)) * 0.15
+        legend = -(-(len(runs) + 3) // (2 if width <= PAGE_WIDTH else 4)) * 0.15
         figure = new_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3)
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[top + 0.3, *[0.95] * rows])
         overview = figure.add_subplot(grid[0, :])
@@ -82,7 +82,11 @@ def plot_paths(
                            runs, chosen, columns)  # fmt: skip
         unique = legend_entries(overview)
         figure.legend(
-            unique.values(), unique.keys(), loc="outside upper center", ncol=2 if width <= PAGE else 4, handlelength=2.8
+            unique.values(),
+            unique.keys(),
+            loc="outside upper center",
+            ncol=2 if width <= PAGE_WIDTH else 4,
+            handlelength=2.8,
         )
         return figure
 
@@ -164,7 +168,7 @@ def _mark_starts(ax: Axes, run: Run) -> None:
         x, y, heading = (float(run[channel][0, i, 0]) for channel in ("x", "y", "heading"))
         ax.plot([x], [y], **START, label="start", zorder=5)
         ax.annotate(
-            f"robot {i + 1}" if 1 < robots <= FEW else str(i + 1) if robots > FEW else "",
+            f"robot {i + 1}" if 1 < robots <= FEW_ROBOTS else str(i + 1) if robots > FEW_ROBOTS else "",
             (x, y),
             xytext=(-6, 4),
             textcoords="offset points",
@@ -236,7 +240,7 @@ def plot_errors(
         figure.legend(
             *grid[0, 0].get_legend_handles_labels(),
             loc="outside upper center",
-            ncol=3 if width > PAGE else 2,
+            ncol=3 if width > PAGE_WIDTH else 2,
             handlelength=2.8,
         )
         return figure

@@ -35,7 +35,7 @@ CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
-AFTER = 4.0  # s shown after the last robot came to rest
+_AFTER = 4.0  # s shown after the last robot came to rest
 _MARKERS = "os^DvPX*"
 # The place of each preset among the colours; the palest, orange, is left for the controllers that users add.
 _PLACES = {"fuzzy": 0, "lyapunov": 1, "csm": 2, "assm": 3, "qssm": 4, "esm": 6}
@@ -84,7 +84,7 @@ def only(run: Run, seed: int | None) -> Run:
     return run.only(seed)
 
 
-def shown_until(run: Run, place: int, after: float = AFTER) -> int:
+def shown_until(run: Run, place: int, after: float = _AFTER) -> int:
     """The number of samples that pictures of the seed at ``place`` show: until ``after`` [s] its last robot rests."""
     shown = min(run.time[last_move(run, place)] + after, run.time[-1])
     return int(np.searchsorted(run.time, shown + 1e-9))

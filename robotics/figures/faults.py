@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import figure_of, text_width
 
-FEW = 8  # robots that are drawn boldly, with their numbers
+FEW_ROBOTS = 8  # robots that are drawn boldly, with their numbers
 WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
 HATCHES = {"failure": "xxxx", "delay": "////", "silence": "----", "stall": "||||"}
 

@@ -23,7 +23,7 @@ from robotics.figures.drawing import (
     shown_until,
     top_view_height,
 )
-from robotics.figures.faults import FEW
+from robotics.figures.faults import FEW_ROBOTS
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import draw_path, draw_robots, draw_way, robot_look
 from robotics.figures.world import draw_bodies, draw_world, moments
@@ -97,7 +97,7 @@ def is_formation(run: Run) -> bool:
 
 
 def _look(robot: int, robots: int) -> dict[str, Any]:
-    few = robots <= FEW
+    few = robots <= FEW_ROBOTS
     front: dict[str, Any] = {"alpha": 1.0 if few or robot == 0 else 0.6, "zorder": 2 if few or robot else 3}
     return robot_look(robot, robots, thin=0.6) | front
 
@@ -109,8 +109,8 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     at = moments(last)
     ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
     for i in range(robots):
-        draw_path(ax, run, i, quiet=robots > FEW, zorder=1)
-        name = f"robot {i + 1}" if robots <= FEW else "robot 1" if i == 0 else "others" if i == 1 else None
+        draw_path(ax, run, i, quiet=robots > FEW_ROBOTS, zorder=1)
+        name = f"robot {i + 1}" if robots <= FEW_ROBOTS else "robot 1" if i == 0 else "others" if i == 1 else None
         draw_way(ax, run, place, i, last + 1, **_look(i, robots), label=name)
     draw_bodies(ax, run, place, last)
     mark_contacts(ax, run, place)
@@ -137,7 +137,7 @@ def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, command: s
     robots, time = values.shape[1], run.time[: values.shape[2]]
     ax.axhline(0.0, **TARGET)
     if command and run.level != "torque":
-        for i in range(robots if robots <= FEW else 0):
+        for i in range(robots if robots <= FEW_ROBOTS else 0):
             thin = {"color": COLORS[i % len(COLORS)], "linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}
             draw_line(ax, time, run[command][place, i, : len(time)], **thin)
         cut_to_what_robots_can(ax, run, place, command)

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from anfis.plot import draw_errors
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, line_look, log_y, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, new_figure, style
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
@@ -41,7 +41,7 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
     figure in inches.
     """
     with style():
-        columns = 2 if width > PAGE else 1
+        columns = 2 if width > PAGE_WIDTH else 1
         rows = -(-len(runs) // columns)
         figure = new_figure(width, 0.3 + 1.45 * rows)
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
@@ -100,7 +100,9 @@ def plot_formation_signals(
             ax.set_xlabel("time [s]")
         figure.align_ylabels()
         figure.legend(
-            *axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=len(runs) if width > PAGE else 2
+            *axes[0, 0].get_legend_handles_labels(),
+            loc="outside upper left",
+            ncols=len(runs) if width > PAGE_WIDTH else 2,
         )
         return figure
 

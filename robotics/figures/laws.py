@@ -8,17 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, new_figure, number, style
 from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
-SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
+_SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
 
 
 def plot_switching(
-    settings: Sequence[Sequence[tuple[float, float]]] = SETTINGS,
+    settings: Sequence[Sequence[tuple[float, float]]] = _SETTINGS,
     alpha: float = 3.0,
     reach: float = 2.0,
     width: float = DOUBLE,
@@ -36,7 +36,7 @@ def plot_switching(
     s = np.concatenate([-half[::-1], half])
     steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
     with style():
-        rows, columns = (1, len(settings)) if width > PAGE else (len(settings), 1)
+        rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
         figure = new_figure(width, 2.6 * rows)
         for n, group in enumerate(settings):
             ax = figure.add_subplot(rows, columns, n + 1)
@@ -57,7 +57,7 @@ def plot_tracking_memberships(rule_base: str = "tracking", width: float = DOUBLE
     """Draw the membership functions of distance and α, thesis Fig 2.19; ``width`` is that of the figure in inches."""
     fis = load_rule_base(rule_base)
     with style():
-        rows, columns = (1, 2) if width > PAGE else (2, 1)
+        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
         figure = new_figure(width, 2.0 * rows)
         axes = figure.subplots(rows, columns)
         figure.draw_without_rendering()
@@ -123,7 +123,7 @@ def _plot_turn(rule_base: str, symbol: str, argument: str, width: float) -> Figu
     """Draw a rule base with one input, the ``argument`` [m]: its membership functions and its turn [rad]."""
     fis = load_rule_base(rule_base)
     with style():
-        rows, columns = (1, 2) if width > PAGE else (2, 1)
+        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
         figure = new_figure(width, 2.0 * rows)
         left, right = figure.subplots(rows, columns)
         figure.draw_without_rendering()

@@ -14,10 +14,10 @@ from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
 NEAR = 1.0  # m between centers: robots that come no nearer do not meet
-MOST = 3  # meetings drawn
+MEETINGS_DRAWN = 3  # meetings drawn
 SPAN = 3.0  # s drawn before and after the moment at which two robots came nearest
-EVERY = 1.0  # s between the moments at which robots are drawn
-ROOM = 0.45  # m shown at least around the two, when they came nearest
+_EVERY = 1.0  # s between the moments at which robots are drawn
+_ROOM = 0.45  # m shown at least around the two, when they came nearest
 _FAINT = 0.6  # opacity of the robots before and after that moment
 
 
@@ -40,7 +40,7 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
     place = seed_place(run, seed)
     met = _meetings(run, place)
     with style():
-        figure = new_figure(DOUBLE * max(len(met), 2) / MOST, 3.1)
+        figure = new_figure(DOUBLE * max(len(met), 2) / MEETINGS_DRAWN, 3.1)
         panels = figure.subplots(1, len(met), squeeze=False)[0]
         for ax, (pair, sample, distance) in zip(panels, met, strict=True):
             _draw(ax, run, place, pair, sample, distance)
@@ -58,18 +58,18 @@ def _meetings(run: Run, place: int) -> list[tuple[tuple[int, int], int, float]]:
         raise PlotError("a run of one robot has no meetings")
     known = {pair: np.where(np.isfinite(gap), gap, np.inf) for pair, gap in gaps.items()}
     found = sorted(((pair, int(gap.argmin()), float(gap.min())) for pair, gap in known.items()), key=lambda met: met[2])
-    return sorted([met for met in found[:MOST] if met[2] < NEAR] or found[:1], key=lambda met: met[1])
+    return sorted([met for met in found[:MEETINGS_DRAWN] if met[2] < NEAR] or found[:1], key=lambda met: met[1])
 
 
 def _draw(ax: Axes, run: Run, place: int, pair: tuple[int, int], sample: int, distance: float) -> None:
     x, y = run["x"][place], run["y"][place]
     period = float(run.time[1] - run.time[0])
-    half, step = round(SPAN / period), max(1, round(EVERY / period))
+    half, step = round(SPAN / period), max(1, round(_EVERY / period))
     first, last = max(sample - half, 0), min(sample + half, len(run.time) - 1)
     seen = np.arange(sample - half // step * step, last + 1, step)
     seen = seen[seen >= first]
     middle = np.array([x[list(pair), sample].mean(), y[list(pair), sample].mean()])
-    room = max(ROOM, 0.75 * distance + 0.2)
+    room = max(_ROOM, 0.75 * distance + 0.2)
     if run.obstacles is not None:
         moved = 0 if len(run.obstacles.counts) == 1 else sample
         draw_obstacles(ax, outlines(run.obstacles, moved))

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, new_figure, style
 from robotics.figures.drawing import ABOVE, PlotError, draw_legend, page_title
-from robotics.figures.faults import FEW, shade_panels
+from robotics.figures.faults import FEW_ROBOTS, shade_panels
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.team import differences_panel, draw_team_channel
 from robotics.simulation.run import Run
@@ -40,5 +40,5 @@ def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         draw_legend(axes[0], **ABOVE)
         faults = fault_spans(run, place)
-        shade_panels(figure, axes, faults, span, axes[0] if len(faults) <= FEW else None)
+        shade_panels(figure, axes, faults, span, axes[0] if len(faults) <= FEW_ROBOTS else None)
         return figure

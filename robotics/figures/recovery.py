@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, new_figure, number, style
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
 from robotics.figures.drawing import TARGET, legend_entries, panel_grid, scale_values
@@ -53,7 +53,7 @@ def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figu
         counts = sorted({len(r.recovered) for r in recoveries})
         figure.legend(
             loc="outside upper left",
-            ncol=3 if width > PAGE else 1,
+            ncol=3 if width > PAGE_WIDTH else 1,
             title_fontsize=7,
             title=f"{' or '.join(map(str, counts))} runs a point",
         )
@@ -72,7 +72,7 @@ def plot_robot_errors(
         titles: The kinds of errors, with their units.
         width: The width of the figure in inches.
     """
-    columns = 4 if width > PAGE else 2
+    columns = 4 if width > PAGE_WIDTH else 2
     with style():
         figure = new_figure(width, 0.3 + -(-len(titles) // columns) * (0.55 + 0.34 * len(means)))
         axes = panel_grid(figure, len(titles), columns)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from fuzzy.figures.drawing import line_look
 from robotics.figures.drawing import TARGET, draw_line, last_known, strided
-from robotics.figures.faults import FEW
+from robotics.figures.faults import FEW_ROBOTS
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
@@ -39,7 +39,7 @@ def robot_look(robot: int, robots: int, bold: bool = True, *, step: float = 0.5,
         step: How much wider [points] a line is than the next one.
         thin: The width [points] of lines that are not bold, or of many robots.
     """
-    few = robots <= FEW
+    few = robots <= FEW_ROBOTS
     look = line_look(robot) if few else line_look(robot) | {"linestyle": "-"}
     width = 1.0 + step * (robots - 1 - robot) if bold and few else thin
     return look | {"alpha": 1.0 if bold else FAINT, "linewidth": width}

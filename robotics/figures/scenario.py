@@ -17,7 +17,7 @@ from robotics.paths.references import sampled
 from robotics.scenario.description import Scenario
 
 MARKS = 5  # times that are written along a path
-FEW = 8  # robots whose sensors and times are drawn
+_FEW = 8  # robots whose sensors and times are drawn
 _BEAMS = 12  # sensors of a robot that are drawn each by itself; of more only the outermost reach
 _SIGNS = {"error": ("X", "black"), "warning": ("^", "black"), "note": ("d", "0.35")}
 
@@ -41,7 +41,7 @@ def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) 
         _draw_obstacles(ax, scenario)
         times = np.linspace(0.0, min(scenario.duration, float(scenario.trajectory.ends.max())), 1201)
         on = sampled(scenario.trajectory, times)
-        few, written = len(scenario.robots) <= FEW, list[tuple[float, float]]()
+        few, written = len(scenario.robots) <= _FEW, list[tuple[float, float]]()
         for i, path in enumerate(scenario.trajectory.paths):
             color = COLORS[i % len(COLORS)]
             look = {"color": color, "linestyle": LINES[i % 7] if few else "-", "linewidth": 1.1 if few else 0.6}

@@ -14,7 +14,7 @@ from robotics.sensing.carried import sensor_names
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
-MOST = 6  # robots that get a panel each
+_MOST = 6  # robots that get a panel each
 
 
 def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -> Figure:
@@ -40,7 +40,7 @@ def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -
     if robot is not None and robot - 1 not in carriers:
         known = ", ".join(str(i + 1) for i in carriers)
         raise PlotError(f"robot {robot} carries no range sensors; those that do are {known or 'none'}")
-    shown = carriers[:MOST] if robot is None else [robot - 1]
+    shown = carriers[:_MOST] if robot is None else [robot - 1]
     end = shown_until(run, place)
     of = {i: f"robot {i + 1}\n" if len(run.paths) > 1 else "" for i in shown}
     rows = [(TimePlot(f"{of[i]}range [m]", partial(_draw, run=run, place=place, robot=i, end=end)),) for i in shown]

@@ -14,7 +14,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style, text_width
 from robotics.figures.drawing import PlotError
 from robotics.laws.catalogue import law_title, make_controller
-from robotics.laws.modes import Box, StateDiagram, Transition
+from robotics.laws.modes import StateBox, StateDiagram, Transition
 
 # All lengths are in inches: the axes of a diagram have this unit.
 _BOX, _GAP, _TALL = 1.55, 1.18, 0.62  # a box's width, the space between two of a row, a box's height
@@ -128,7 +128,7 @@ def _draw(ax: Axes, diagram: StateDiagram, height: float) -> None:
                 ax.text(at + side * 0.05, y, words, **_text(), ha="right" if side < 0 else "left", va="center")
 
 
-def _box(ax: Axes, state: Box, x: float, y: float, width: float, color: Any) -> None:
+def _box(ax: Axes, state: StateBox, x: float, y: float, width: float, color: Any) -> None:
     shape = FancyBboxPatch(
         (x - width / 2 + 0.04, y - _TALL / 2 + 0.04),
         width - 0.08,

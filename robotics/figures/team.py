@@ -30,7 +30,7 @@ from robotics.figures.drawing import (
     top_view_height,
     unjumped,
 )
-from robotics.figures.faults import FEW, WORDS, shade_panels
+from robotics.figures.faults import FEW_ROBOTS, WORDS, shade_panels
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.figures.world import draw_bodies, draw_world
@@ -63,7 +63,7 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
         ReplayError: A seed that was not run.
     """
     robots = run.samples.shape[3]
-    order = seed_order(run, seed)[: None if robots <= FEW else 1]
+    order = seed_order(run, seed)[: None if robots <= FEW_ROBOTS else 1]
     faults, error = fault_spans(run, order[0]), tracking_error(run)
     progress = run["progress"] if run.team is not None else np.full_like(error.x, np.nan)
     known = bool(np.isfinite(progress).any())
@@ -109,7 +109,7 @@ def _look(robot: int, robots: int, bold: bool, thin: float) -> dict[str, Any]:
 
 def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Sequence[FaultSpan]) -> None:
     robots, first = run.samples.shape[3], order[0]
-    few = robots <= FEW
+    few = robots <= FEW_ROBOTS
     for i in range(robots):
         draw_path(ax, run, i, quiet=not few, zorder=1)
         for r in reversed(order):
@@ -157,7 +157,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], 
         named: Whether a legend is to know few robots' lines.
     """
     robots = values.shape[1]
-    if robots > FEW:
+    if robots > FEW_ROBOTS:
         draw_many(ax, run.time, values[order[0]])
         return
 

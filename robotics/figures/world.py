@@ -11,11 +11,11 @@ from robotics.environment.world import outlines
 from robotics.figures.drawing import draw_obstacles, rectangles
 from robotics.simulation.run import Run
 
-MOMENTS = 8  # number of samples at which robots, and obstacles that move, are drawn
+_MOMENTS = 8  # number of samples at which robots, and obstacles that move, are drawn
 
 
 def draw_world(ax: Axes, run: Run, last: int) -> None:
-    """Draw the obstacles of ``run``, if it has any; those that move are drawn at MOMENTS samples up to ``last``."""
+    """Draw the obstacles of ``run``, if it has any; those that move are drawn at _MOMENTS samples up to ``last``."""
     if run.obstacles is None:
         return
     if len(run.obstacles.counts) == 1:
@@ -26,7 +26,7 @@ def draw_world(ax: Axes, run: Run, last: int) -> None:
 
 
 def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
-    """Draw the robots in their true size and their colours, at MOMENTS samples.
+    """Draw the robots in their true size and their colours, at _MOMENTS samples.
 
     Args:
         ax: The axes of a top view.
@@ -57,5 +57,5 @@ def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, *
 
 
 def moments(last: int) -> np.ndarray:
-    """The samples at which moving bodies are drawn: MOMENTS of them, evenly up to ``last``."""
-    return np.linspace(0, last, MOMENTS).round().astype(int)
+    """The samples at which moving bodies are drawn: _MOMENTS of them, evenly up to ``last``."""
+    return np.linspace(0, last, _MOMENTS).round().astype(int)

@@ -33,7 +33,7 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
-from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.laws.tuned import tuned_presets
@@ -42,7 +42,7 @@ from robotics.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
-GROUP = "fuzzyfleet.laws"  # the entry points by which other packages add laws
+LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which other packages add laws
 
 
 _PUBLISHED: dict[str, Preset] = {
@@ -84,7 +84,10 @@ _PUBLISHED: dict[str, Preset] = {
         PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
     ),
     "pid": Preset(
-        PID, {}, "PID", "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s"
+        TrackingPID,
+        {},
+        "PID",
+        "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s",
     ),
     "mppi": Preset(
         PathIntegral,
@@ -249,7 +252,7 @@ def unusable_laws() -> dict[str, str]:
 def _installed() -> tuple[dict[str, Preset], dict[str, str]]:
     good: dict[str, Preset] = {}
     bad: dict[str, str] = {}
-    for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
+    for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
         what = f"the law {entry.name!r} of {_origin(entry)}"
         if entry.name in CATALOGUE:
             bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"

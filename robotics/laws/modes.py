@@ -31,7 +31,7 @@ class Transition(NamedTuple):
     condition: str  # what leads from the one to the other
 
 
-class Box(NamedTuple):
+class StateBox(NamedTuple):
     """One state of a state diagram."""
 
     name: str
@@ -46,6 +46,6 @@ class StateDiagram:
     :func:`robotics.figures.states.plot_states` draws.
     """
 
-    states: Mapping[int, Box]  # by code, in the order in which they are drawn
+    states: Mapping[int, StateBox]  # by code, in the order in which they are drawn
     transitions: tuple[Transition, ...]
     mask: int = LEFT_BEHIND - 1  # the bits of a robot's code that are the state; without the others

@@ -18,7 +18,7 @@ import numpy as np
 from robotics.logs.drive import Drive, PlannedPath, Track
 from robotics.logs.typestore import LogError
 
-AT_ONCE = 1e-6  # s: stamps are whole nanoseconds, and times of the grid are not
+_AT_ONCE = 1e-6  # s: stamps are whole nanoseconds, and times of the grid are not
 _LEAST = 2  # samples of a piece
 
 
@@ -57,14 +57,14 @@ def pieces(
             raise LogError(f"{name} must be a number of seconds from {least:g} to 60, got {value:g}")
     seen, given = _moving(drive.odometry), drive.commands
     start = max(seen.time[0], given.time[0] - delay)
-    count = int(np.floor((min(seen.time[-1], given.time[-1] + gap - delay) - start) / period + AT_ONCE)) + 1
+    count = int(np.floor((min(seen.time[-1], given.time[-1] + gap - delay) - start) / period + _AT_ONCE)) + 1
     if count < _LEAST:
         raise LogError(
             f"{drive.log}: {drive.topics['odometry']} (from {seen.time[0]:.3f} to {seen.time[-1]:.3f} s) and "
             f"{drive.topics['commands']} (from {given.time[0]:.3f} to {given.time[-1]:.3f} s) do not overlap"
         )
     grid = start + period * np.arange(count)
-    place = np.searchsorted(given.time, grid + delay + AT_ONCE, side="right") - 1
+    place = np.searchsorted(given.time, grid + delay + _AT_ONCE, side="right") - 1
     known = _known(seen.time, grid, gap) & (place >= 0) & (grid + delay - given.time[np.maximum(place, 0)] <= gap)
     if drive.reference is not None:
         known &= _known(drive.reference.time, grid, gap)
@@ -93,8 +93,8 @@ def pieces(
 
 def _known(time: np.ndarray, grid: np.ndarray, gap: float) -> np.ndarray:
     """Whether the samples at ``time`` before and after each time of the ``grid`` are no farther apart than ``gap``."""
-    after = np.searchsorted(time, grid - AT_ONCE, side="left")
-    before = np.searchsorted(time, grid + AT_ONCE, side="right") - 1
+    after = np.searchsorted(time, grid - _AT_ONCE, side="left")
+    before = np.searchsorted(time, grid + _AT_ONCE, side="right") - 1
     inside = (before >= 0) & (after < len(time))
     before, after = np.maximum(before, 0), np.minimum(after, len(time) - 1)
     return inside & (time[after] - time[before] <= gap)

@@ -15,7 +15,7 @@ from robotics.laws.modes import MODES
 from robotics.measures.decisions import NONE, UNKNOWN, DecisionError, RuleSpan, decisions, rule_spans
 from robotics.measures.standing import stands_still
 from robotics.simulation.run import Run
-from robotics.simulation.spans import KINDS, seed_place
+from robotics.simulation.spans import FAULT_KINDS, seed_place
 
 _FEW = 6  # robots that all get a sentence
 SLOW_TURN = 0.02  # rad/s: a robot that turns no faster is said to drive straight
@@ -32,7 +32,7 @@ class RobotMoment(NamedTuple):
     v: float  # m/s
     w: float  # rad/s
     mode: str | None  # of robotics.laws.modes.MODES; None: the law has no modes
-    fault: str | None  # a value of robotics.simulation.spans.KINDS; None: it is at no fault
+    fault: str | None  # a value of robotics.simulation.spans.FAULT_KINDS; None: it is at no fault
     nearest_robot: int | None  # from 1; None: there is no other
     robot_gap: float | None  # m
     obstacle_gap: float | None  # m; None: there are no obstacles
@@ -184,7 +184,7 @@ def situation(run: Run, place: int, k: int, robot: int) -> RobotMoment:
         v,
         w,
         None if run.modes is None else MODES[int(run.modes[k, place, robot])],
-        KINDS[int(fault)] if fault > 0 else None,
+        FAULT_KINDS[int(fault)] if fault > 0 else None,
         near + 1 if np.isfinite(gaps[near]) else None,
         float(gaps[near]) if np.isfinite(gaps[near]) else None,
         obstacle if obstacle is not None and np.isfinite(obstacle) else None,

@@ -15,9 +15,9 @@ from robotics.paths.path import Path
 from robotics.simulation.run import Run
 
 SETTLING = 10.0  # s from the start until a robot should be in its place
-REACH = 0.5  # m: how far along its path a robot is looked for, from where it was a period before
+_REACH = 0.5  # m: how far along its path a robot is looked for, from where it was a period before
 ALIGNED = 0.1  # m: leader and followers are level
-AT_END = 0.01  # m: the leader is at its path's end; a noisy measurement stops it some mm before or after
+_AT_END = 0.01  # m: the leader is at its path's end; a noisy measurement stops it some mm before or after
 
 
 def leads(run: Run) -> np.ndarray:
@@ -29,9 +29,9 @@ def leads(run: Run) -> np.ndarray:
 def last_samples(run: Run) -> np.ndarray:
     """The sample (runs,) at which the leader reaches the end of its path (to 1 cm); -1 if it never does."""
     if x_grows(run):
-        there = run["x"][:, 0] >= run.paths[0][0, -1] - AT_END
+        there = run["x"][:, 0] >= run.paths[0][0, -1] - _AT_END
     else:
-        there = abscissae(run)[:, 0] >= _paths(run).lengths[0] - AT_END
+        there = abscissae(run)[:, 0] >= _paths(run).lengths[0] - _AT_END
     return np.where(there.any(-1), np.argmax(there, axis=-1), -1)
 
 
@@ -92,11 +92,11 @@ def abscissae(run: Run) -> np.ndarray:
     found = np.full(x.shape, np.nan)
     s = np.broadcast_to(run.target("s")[:, 0], x.shape[:2])
     begin_x, begin_y = run.target("x")[:, 0], run.target("y")[:, 0]
-    reach = REACH + 1.2 * np.hypot(x[..., 0] - begin_x, y[..., 0] - begin_y)
+    reach = _REACH + 1.2 * np.hypot(x[..., 0] - begin_x, y[..., 0] - begin_y)
     for k in range(x.shape[-1]):
         near = paths.nearest(x[..., k], y[..., k], s, reach)
         found[..., k] = np.where(np.isfinite(x[..., k]), near, np.nan)  # a robot that was stopped is nowhere
-        s, reach = np.where(np.isfinite(x[..., k]), near, s), np.full_like(reach, REACH)
+        s, reach = np.where(np.isfinite(x[..., k]), near, s), np.full_like(reach, _REACH)
     return found
 
 
@@ -104,7 +104,7 @@ def abscissae(run: Run) -> np.ndarray:
 def _level(run: Run) -> np.ndarray:
     """Level abscissae [m] (robots, places): those of the references, and the ends, where a run is over before them."""
     due, ends = run.target("s"), _paths(run).lengths
-    return due if due[0, -1] >= ends[0] - AT_END else np.concatenate([due, ends[:, None]], axis=1)
+    return due if due[0, -1] >= ends[0] - _AT_END else np.concatenate([due, ends[:, None]], axis=1)
 
 
 def on_leader(run: Run) -> np.ndarray:

@@ -18,7 +18,7 @@ from robotics.simulation.run import Run
 
 _TOLERANCE = 0.01  # of the universe: what lies beyond its end by less is noise
 SELDOM = 0.002  # of the time: a universe that leaves out the rarest of the data is left as seldom
-FAR = 10.0  # times the universe: so far beyond its end it is looked whether a term holds on
+_FAR = 10.0  # times the universe: so far beyond its end it is looked whether a term holds on
 
 
 class OutsideInput(NamedTuple):
@@ -64,7 +64,7 @@ def is_of_data(variable: Variable) -> bool:
     if any(type(term).log_formula is None for term in variable.terms.values()):
         return False
     for end, way in ((low, -1.0), (high, 1.0)):
-        places = np.array([end, end + way * FAR * (high - low)])
+        places = np.array([end, end + way * _FAR * (high - low)])
         near, far = np.array([np.asarray(term(places), dtype=float) for term in variable.terms.values()]).max(axis=0)
         if far > near / 2:  # a term holds on: a shoulder
             return False

@@ -7,7 +7,7 @@ from robotics.measures.once import CachedPerRun
 from robotics.paths.nearest import boxed, nearest_node
 from robotics.simulation.run import Run
 
-SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
+_SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
 _START = 0.25  # of the path: where the first place is looked for
 
 
@@ -25,7 +25,7 @@ def true_progress(run: Run) -> np.ndarray:
     for i, nodes in enumerate(run.paths):
         length = float(np.hypot(*np.diff(nodes, axis=1)).sum())
         spacing = length / (nodes.shape[1] - 1)
-        window = max(2, int(SEARCH_REACH / spacing))
+        window = max(2, int(_SEARCH_REACH / spacing))
         first = max(2, int(_START * nodes.shape[1]))
         _follow(*boxed(nodes), run["x"][:, i], run["y"][:, i], window, first, result[:, i])
     return result

@@ -68,7 +68,7 @@ def _judged(run: Run) -> tuple[Judgement, Run]:
     return found, until_contact(run, found.first)
 
 
-QUANTITIES: Mapping[str, MeasuredQuantity] = {
+MEASURED_QUANTITIES: Mapping[str, MeasuredQuantity] = {
     **{n: MeasuredQuantity(m.measure, m.unit, m.larger, m.title) for n, m in ALL_METRICS.items()},
     "contacts": MeasuredQuantity(lambda r: _judged(r)[0].counts, "1", title=ALL_METRICS["contacts"].title),
     "min_clearance_m": MeasuredQuantity(
@@ -125,10 +125,10 @@ def measured(run: Run, quantity: str | Measured, robots: str = "worst") -> np.nd
 
     Args:
         run: The run.
-        quantity: A name of QUANTITIES, or what is measured itself, such as a metric of one's own.
+        quantity: A name of MEASURED_QUANTITIES, or what is measured itself, such as a metric of one's own.
         robots: Whose number is taken: "worst", "mean", or one robot from "1".
     """
-    about = QUANTITIES[quantity] if isinstance(quantity, str) else quantity
+    about = MEASURED_QUANTITIES[quantity] if isinstance(quantity, str) else quantity
     values = about.measure(_judged(run)[1] if can_touch(run) and quantity not in _WHOLE else run)
     if robots == "mean":
         return np.asarray(values.mean(axis=1))

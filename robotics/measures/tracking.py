@@ -18,7 +18,7 @@ from robotics.paths.posture import PostureError, posture_error, wrapped_compiled
 from robotics.paths.trajectory import Reference
 from robotics.simulation.run import Run
 
-SETTLED = 0.05  # m: a robot that stays nearer has settled
+_SETTLED = 0.05  # m: a robot that stays nearer has settled
 UNDER_WAY = 6.0  # s: from then on what is measured is the tracking, not how a robot came to its path
 SCENARIO_KINDS = ("tracking", "formation", "team")  # of scenarios
 
@@ -127,7 +127,7 @@ def _sum_up(x, y, heading, target_x, target_y, target_heading, time, found):  # 
                         total[n] += value
                         known[n] += 1
                 distance = np.hypot(e_x, e_y)
-                if not distance < SETTLED:
+                if not distance < _SETTLED:
                     first = k + 1
                 if np.isfinite(distance) or (k == samples - 1 and not np.isfinite(last)):
                     last = distance
@@ -177,7 +177,7 @@ def settling_time(run: Run, distance: np.ndarray) -> np.ndarray:
 
     ``distance`` (runs, robots, samples) is in m, and may be signed.
     """
-    outside = ~(np.abs(distance) < SETTLED)
+    outside = ~(np.abs(distance) < _SETTLED)
     samples = outside.shape[-1]
     first = np.where(outside.any(-1), samples - np.argmax(outside[..., ::-1], axis=-1), 0)
     return np.where(first < samples, run.time[np.minimum(first, samples - 1)], np.inf)

@@ -15,7 +15,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from robotics.quantity import LARGEST, check_quantities, described, quantity
+from robotics.quantity import LARGEST_NUMBER, check_quantities, described, quantity
 
 _NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
 _LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
@@ -43,9 +43,9 @@ def _finite(shape: object, **values: object) -> None:
         sizes = np.abs(np.asarray(value, dtype=float))
         if not np.isfinite(sizes).all():
             raise PathError(f"{type(shape).__name__.lower()} path: {name} must be finite, got {value!r}")
-        if (sizes > LARGEST).any():
+        if (sizes > LARGEST_NUMBER).any():
             raise PathError(
-                f"{type(shape).__name__.lower()} path: the numbers of {name} may be {LARGEST:g} in size at most"
+                f"{type(shape).__name__.lower()} path: the numbers of {name} may be {LARGEST_NUMBER:g} in size at most"
             )
 
 

@@ -27,12 +27,12 @@ from robotics.figures.drawing import (
     split_outlines,
     strided,
 )
-from robotics.figures.faults import FEW, HATCHES, WORDS, shade_faults
+from robotics.figures.faults import FEW_ROBOTS, HATCHES, WORDS, shade_faults
 from robotics.laws.modes import MODES, STOPPED
 from robotics.measures.contacts import who
 from robotics.measures.standing import stands_still
 from robotics.playback.replay import Replay
-from robotics.simulation.spans import KINDS
+from robotics.simulation.spans import FAULT_KINDS
 
 _MANY_LINKS = 400  # of more links only the stale ones are drawn
 _STANDS = 0.005, 0.05  # m/s and rad/s: a robot that is slower is drawn hollow
@@ -144,7 +144,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     ax.set(xlim=(x - wide / scale / 2, x + wide / scale / 2), ylim=(y - high / scale / 2, y + high / scale / 2))
     ax.set(xlabel="x [m]", ylabel="y [m]")
     chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
-    robots, few = len(film.x), len(film.x) <= FEW
+    robots, few = len(film.x), len(film.x) <= FEW_ROBOTS
     sizes = np.array([(robot.length, robot.width) for robot in film.robots])
     least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
     # Among obstacles a robot that is drawn too large would seem to touch them.
@@ -162,7 +162,7 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
         PolyCollection([], edgecolors=colors, linewidths=thin, zorder=5),
         PolyCollection([], facecolors="0.2", linewidths=0, zorder=6.5),
         PolyCollection([], linewidths=0, zorder=7),
-        {kind: PolyCollection([], facecolors="none", hatch=HATCHES[kind], zorder=6) for kind in KINDS.values()},
+        {kind: PolyCollection([], facecolors="none", hatch=HATCHES[kind], zorder=6) for kind in FAULT_KINDS.values()},
         LineCollection([], colors=colors, linewidths=thin, zorder=2),
     )
     bodies, wheels, marks, hatched, trails = collections
@@ -218,7 +218,7 @@ def _wheels(scene: Scene, side: int) -> np.ndarray:
 def show_frame(scene: Scene, time: float) -> None:
     """Move everything in the figure to ``time`` [s]."""
     film, now = scene.film, scene.film.at(time)
-    few, x, y, heading = len(film.x) <= FEW, now.x, now.y, now.heading
+    few, x, y, heading = len(film.x) <= FEW_ROBOTS, now.x, now.y, now.heading
     kinds = [film.kind_at(i, time) for i in range(len(x))]
     stopped = film.stops <= time
     still = stands_still(now.v, _STANDS[0]) & stands_still(now.w, _STANDS[1])
@@ -300,7 +300,7 @@ def _halves(places: np.ndarray, receivers: np.ndarray, senders: np.ndarray) -> n
 
 def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
     """Progress over time, or without such a thing the distance to the target; faults shaded and named."""
-    few = len(film.x) <= FEW
+    few = len(film.x) <= FEW_ROBOTS
     values = film.progress
     if values is None:
         values = np.hypot(film.x_target - film.x, film.y_target - film.y)
@@ -315,7 +315,7 @@ def _draw_chart(ax: Axes, film: Replay, colors: list[str]) -> None:
     if film.modes is not None:
         _draw_modes(ax, film, few)
     if few:
-        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncol=FEW, handlelength=2.2)
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncol=FEW_ROBOTS, handlelength=2.2)
 
 
 def _draw_modes(ax: Axes, film: Replay, few: bool) -> None:

@@ -20,7 +20,7 @@ from fuzzy.errors import InputError
 from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.radio.graph import GRAPHS, adjacency
 
-PRESETS: dict[str, dict[str, Any]] = {
+RADIO_PRESETS: dict[str, dict[str, Any]] = {
     # Thesis 4.5: ZigBee modules at 9600 baud. Frame overhead: transmit request with a 16-bit address (assumed).
     "zigbee-9600": {"baud": 9600.0, "header_bytes": 9, "value_bytes": 2, "period": 0.1, "latency": 0.03},
 }

@@ -33,7 +33,7 @@ from robotics.sensing.carried import CarriedSensors, Looks
 from robotics.sensing.posture import PostureNoise, wheel_errors
 from robotics.vehicle import plant as p
 
-SHARE = 256  # lanes of a thread at least: fewer are not worth one
+_SHARE = 256  # lanes of a thread at least: fewer are not worth one
 
 
 class Episodes:
@@ -48,7 +48,7 @@ class Episodes:
         self.looks, self.sensors = _looks(task, count)
         self.watch: Watch | None = None
         wanted = processors() if threads is None else threads
-        parts = max(1, min(wanted, count // SHARE))
+        parts = max(1, min(wanted, count // _SHARE))
         step = -(-count // parts // 32) * 32 if parts > 1 else count
         self.parts = [(a, min(a + step, count)) for a in range(0, count, step)]
         self.scratch = [np.empty(p.SCRATCH) for _ in self.parts]

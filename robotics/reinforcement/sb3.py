@@ -13,7 +13,7 @@ from robotics.reinforcement.task import FAILED_COST
 from robotics.reinforcement.vector import TrackingVectorEnv
 
 
-class Lanes(VecEnv):
+class EpisodeVectorEnv(VecEnv):
     """A vector environment in the same-step mode, for Stable-Baselines3."""
 
     def __init__(self, env: TrackingVectorEnv, discount: float, scale: np.ndarray, clip: float) -> None:
@@ -71,11 +71,11 @@ class Lanes(VecEnv):
         return [getattr(self.env, attr_name)] * self._count(indices)
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Lanes have no attributes of their own."""
+        """EpisodeVectorEnv have no attributes of their own."""
         raise NotImplementedError
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Lanes have no methods of their own."""
+        """EpisodeVectorEnv have no methods of their own."""
         raise NotImplementedError
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: Any = None) -> list[bool]:

@@ -16,7 +16,7 @@ from robotics.reinforcement.choosing import Chooser
 from robotics.reinforcement.packages import gymnasium
 from robotics.reinforcement.stepping import END, collide, costs, judge, observe_all
 from robotics.reinforcement.task import RewardKind, TaskError
-from robotics.reinforcement.teamcolumns import MESSAGE, columns, heard_of, team_entries
+from robotics.reinforcement.teamcolumns import BROADCAST, columns, heard_of, team_entries
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import Simulation
@@ -34,7 +34,7 @@ class Agents(Law[None]):
 
     at: Level = "velocity"
     sees: bool = False
-    message = MESSAGE
+    message = BROADCAST
 
     @property
     def level(self) -> Level:
@@ -176,7 +176,7 @@ class TeamEnv(ParallelEnv):
         lanes, mine, setting = one.lanes, self.columns, self.scenario.setting
         seen = lanes.known.seen[:, None]
         speeds = wanted if self.level == "velocity" else lanes.body.truth[3:5]
-        message = dict(zip(MESSAGE, seen[:5], strict=True))
+        message = dict(zip(BROADCAST, seen[:5], strict=True))
         one.told(Command(wanted[:1], wanted[1:], speeds[:1], speeds[1:], message))
         one.obey()
         judge(mine, wanted)

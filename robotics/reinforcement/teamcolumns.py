@@ -7,7 +7,7 @@ import numpy as np
 from fuzzy.compiled.columns import within
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import FIXED, Entry, entries, highs_of
+from robotics.laws.tracking.observed import FIXED_ENTRIES, Entry, entries, highs_of
 from robotics.measures.tracking import moves_on
 from robotics.paths.posture import wrapped
 from robotics.reinforcement.stepping import REWARD, EpisodeLanes, SumColumns
@@ -16,7 +16,7 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import Simulation
 from robotics.vehicle.plant import Level, velocity_limits
 
-MESSAGE = RobotColumns.leaves()  # what every robot broadcasts
+BROADCAST = RobotColumns.leaves()  # what every robot broadcasts
 OLDEST = 5.0  # s: a message is told to be no older; also before the first
 
 
@@ -88,5 +88,5 @@ def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKin
         np.empty((0, robots)), np.arange(robots), none.copy(), none,
         np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan),
         np.zeros((SumColumns.size, robots)),
-        np.zeros(robots), np.zeros((robots, FIXED)),
+        np.zeros(robots), np.zeros((robots, FIXED_ENTRIES)),
     )  # fmt: skip

@@ -27,7 +27,7 @@ try:
     from stable_baselines3.common.vec_env import VecNormalize
 except ModuleNotFoundError:
     raise TaskError(f"training needs stable-baselines3: {install_command('rl')}") from None
-from robotics.reinforcement.sb3 import EpisodeWatch, Lanes
+from robotics.reinforcement.sb3 import EpisodeVectorEnv, EpisodeWatch
 
 FASTER, SHARPER = 1.5, 2.0  # times the references' greatest speed and turn rate: the command of an output 1
 _INPUT_RANGE = 10.0  # times what is much of an entry
@@ -75,7 +75,7 @@ def train(
         most=(min(float(most[0]), FASTER * v), min(float(most[1]), max(SHARPER * w, 1.0))),
     )
     scale = _scales(vector.task)
-    lanes = Lanes(vector, about.discount, scale, _INPUT_RANGE)
+    lanes = EpisodeVectorEnv(vector, about.discount, scale, _INPUT_RANGE)
     normal = VecNormalize(lanes, norm_obs=False, gamma=about.discount)
     began = time.perf_counter()
     threads = torch.get_num_threads()

@@ -18,7 +18,7 @@ from robotics.quantity import described
 from robotics.report.wording import limit
 from robotics.tables.build import Builder, Keys, Special
 
-ALL = "all"  # as the only scenario: every one of the study
+ALL_SCENARIOS = "all"  # as the only scenario: every one of the study
 
 
 def run_name(scenario: str, law: str) -> str:
@@ -43,7 +43,7 @@ class Condition:
         example="rms_cross_track_m",
     )
     on: tuple[str, ...] = described(
-        'The scenario on which it is measured, or several, or "all": each is a part.', (ALL,)
+        'The scenario on which it is measured, or several, or "all": each is a part.', (ALL_SCENARIOS,)
     )
     of: str = described("The controller whose number it is.", "", example="fuzzy")
     against: tuple[str, ...] = described(

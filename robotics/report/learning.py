@@ -40,7 +40,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
 _MOST_COLUMNS = 16  # of the data that are listed unfolded
-OPEN = 6  # networks that are shown unfolded, at most
+_OPEN = 6  # networks that are shown unfolded, at most
 STAGES = ("after clustering", "after learning")
 _NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
 _ROBOTS = 6  # robots that get a column each
@@ -155,7 +155,7 @@ def learning_chapters(
     return [
         _summary(errors),
         _data(networks, samples, check),
-        *(_network(k, each, samples, check, len(networks) > OPEN) for k, each in enumerate(errors)),
+        *(_network(k, each, samples, check, len(networks) > _OPEN) for k, each in enumerate(errors)),
         *(_drive(k, run) for k, run in enumerate(runs)),
     ]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.files.atomic import write_whole
 from robotics.experiments.comparison import Comparison, terms
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
@@ -28,7 +28,7 @@ from robotics.report.template import rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
 
-SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
+_SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
 OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
@@ -118,7 +118,7 @@ def write_report(
         claims=claims,
         homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
-        symbols=SYMBOLS,
+        symbols=_SYMBOLS,
         outcomes=OUTCOMES,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
         fewest=FEWEST_RUNS,
@@ -168,7 +168,7 @@ def _leads(found: Sequence[Lead]) -> Picture:
         "that touches something in any run does not lead.",
         f"A panel for each scenario, with a row for each law. Leading: {said}.",
         lambda: plot_leads(found),
-        lambda: plot_leads(found, PAGE, 1),
+        lambda: plot_leads(found, PAGE_WIDTH, 1),
     )
 
 
@@ -221,14 +221,14 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
             f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
             f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
-            lambda: plot_comparison(comparison, name, list(shown), looks=looked, width=PAGE),
+            lambda: plot_comparison(comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),
         ),
         Picture(
             f"{slug}-paths",
             f"Driven paths on {name}, seed {seed}; below, how far each controller was off the path over time: median "
             "and band of all seeds. ▲, ▼: so far beyond the axis.",
             f"Top view of the reference and of the paths that {who} drove on {name}, and cross-track errors over time.",
-            lambda: plot_paths(runs, looks=looked, width=PAGE),
+            lambda: plot_paths(runs, looks=looked, width=PAGE_WIDTH),
         ),
     ]
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
@@ -239,7 +239,7 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame.",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
-                lambda i=i: plot_errors(runs, robot=i, looks=looked, width=PAGE),  # type: ignore[misc]
+                lambda i=i: plot_errors(runs, robot=i, looks=looked, width=PAGE_WIDTH),  # type: ignore[misc]
             ),
             Picture(
                 f"{slug}-speeds{suffix}",
@@ -247,7 +247,7 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
                 "turn rate a second, without the start. ▲, ▼: so far beyond the axis.",
                 f"Speed, turn rate and demanded turn rate over time of {who} on {name}{of}, one row a controller.",
                 lambda i=i, m=member: plot_velocities(  # type: ignore[misc]
-                    runs, robot=i, machine=m.robot, looks=looked, width=PAGE
+                    runs, robot=i, machine=m.robot, looks=looked, width=PAGE_WIDTH
                 ),
             ),
         ]

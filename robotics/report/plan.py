@@ -16,11 +16,11 @@ from robotics.laws.law import Law, check_needs
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS
 from robotics.measures.own import installed_metrics, measured, metric_at
-from robotics.measures.quantities import QUANTITIES, Measured
+from robotics.measures.quantities import MEASURED_QUANTITIES, Measured
 from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.quantity import check_quantities, described, whole
-from robotics.report.claims import ALL, Condition, Statement, builder_of, statements
+from robotics.report.claims import ALL_SCENARIOS, Condition, Statement, builder_of, statements
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.tables.build import Keys
@@ -163,7 +163,7 @@ class StudyPlan:
         """What ``metric``, as a claim calls it, measures."""
         name = self._metric(metric, dict(self.own_metrics), ())
         if name not in self.own_metrics:
-            return QUANTITIES[name]
+            return MEASURED_QUANTITIES[name]
         about = self.own_metrics[name]
         return about._replace(measure=partial(measured, name, about))
 
@@ -228,15 +228,15 @@ class StudyPlan:
             if self.metric_files.setdefault(name, text) != text:
                 what = f"{text} and {self.metric_files[name]} would both be called {name} in tables"
                 raise StudyError(f"{what}; rename one").about(*keys)
-            if name in QUANTITIES:
+            if name in MEASURED_QUANTITIES:
                 raise StudyError(f"{text}: {name} is the name of a metric of the package").about(*keys)
             own.setdefault(name, found)
             return name
         if text in installed_metrics()[0]:
             own.setdefault(text, installed_metrics()[0][text])
             return text
-        if text not in QUANTITIES and text not in own:
-            what = expected(text, [*own, *QUANTITIES], "metric")
+        if text not in MEASURED_QUANTITIES and text not in own:
+            what = expected(text, [*own, *MEASURED_QUANTITIES], "metric")
             raise StudyError(f"{what}; or a function of your own, file.py:function").about(*keys)
         return text
 
@@ -245,8 +245,10 @@ class StudyPlan:
         metric = self._metric(condition.metric, own, (*keys, "metric"))
         known = [*dict.fromkeys([*(s.name for s in self.settings), *self.scenarios])]
         for name in condition.on:
-            if name != ALL and name not in known:
-                raise StudyError(f"{expected(name, known, 'scenario of the study')}, or {ALL!r}").about(*keys, "on")
+            if name != ALL_SCENARIOS and name not in known:
+                raise StudyError(f"{expected(name, known, 'scenario of the study')}, or {ALL_SCENARIOS!r}").about(
+                    *keys, "on"
+                )
         if not condition.of:
             raise StudyError(f"whose {metric}? It needs of = NAME, one of {', '.join(self.laws)}").about(*keys, "of")
         if condition.rivals and not condition.against:
@@ -333,7 +335,7 @@ def _refusal(scenario: Scenario, law: Law[Any]) -> str:
 
 
 def _called(scenario: Scenario, text: str, wanted: set[str]) -> bool:
-    return ALL in wanted or scenario.name in wanted or text in wanted
+    return ALL_SCENARIOS in wanted or scenario.name in wanted or text in wanted
 
 
 def _refuse_twice(key: str, names: Any) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from robotics.scenario.description import Scenario
 
 # The groups of scenarios in the order of lists
-_ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = GROUPS = (
+_ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
     "One robot",
     "Formations: followers keep to a leader",
     "Teams: all arrive together",
@@ -17,7 +17,7 @@ _ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = GROUPS = (
 
 
 def group_of(scenario: Scenario) -> str:
-    """The one of GROUPS to which a scenario belongs."""
+    """The one of CONDITION_GROUPS to which a scenario belongs."""
     if len(scenario.robots) == 1:
         return _ONE
     if scenario.obstacles:

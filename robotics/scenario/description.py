@@ -21,7 +21,7 @@ from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import LARGEST, check_quantities, described, is_number, quantity
+from robotics.quantity import LARGEST_NUMBER, check_quantities, described, is_number, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
 from robotics.scenario.feasibility import demands
@@ -76,7 +76,8 @@ class Member:
         if self.model is None and self.robot is standard_robot().robot:  # nothing was said of it
             object.__setattr__(self, "model", standard_robot())
         if not all(is_number(v) for v in self.start):
-            raise ScenarioError(f"start must be finite, its numbers {LARGEST:g} in size at most; got {self.start!r}")
+            what = f"start must be finite, its numbers {LARGEST_NUMBER:g} in size at most; got {self.start!r}"
+            raise ScenarioError(what)
         if abs(self.start[2]) > 2 * pi:
             raise ScenarioError(
                 f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"

@@ -14,12 +14,11 @@ from robotics.environment.world import OBSTACLES, Obstacle
 from robotics.paths.offset import Offset
 from robotics.paths.path import SHAPES, Shape
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import PRESETS, Radio
+from robotics.radio.description import RADIO_PRESETS, Radio
 from robotics.scenario.description import Member, Scenario
 from robotics.scenario.obstacletable import MEASURED
 from robotics.scenario.robots import RobotModel
-from robotics.sensing.sonar import PRESETS as SENSOR_PRESETS
-from robotics.sensing.sonar import RangeSensor
+from robotics.sensing.sonar import SENSOR_PRESETS, RangeSensor
 from robotics.tables.keys import Key, KeyTable, Specials, first_line, keys_of, table_of
 from robotics.vehicle.robot import ALTERNATIVES, NEEDED, Robot
 
@@ -134,7 +133,10 @@ def _timing() -> KeyTable:
 @cache
 def _radio() -> KeyTable:
     preset = Key(
-        name="preset", doc="A known radio, of which other keys may change a part.", holds="word", words=tuple(PRESETS)
+        name="preset",
+        doc="A known radio, of which other keys may change a part.",
+        holds="word",
+        words=tuple(RADIO_PRESETS),
     )
     return table_of(Radio, "radio", also=(preset,))
 

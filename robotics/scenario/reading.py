@@ -15,7 +15,7 @@ from robotics.laws.law import check_needs
 from robotics.paths.offset import Offset, offset_start
 from robotics.paths.path import SHAPES, PathError, Shape, compile_path
 from robotics.paths.trajectory import Timing, compile_trajectory
-from robotics.radio.description import PRESETS, Radio, RadioError
+from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.obstacletable import obstacle_from_table
 from robotics.scenario.robots import RobotChoice, chosen_robot
@@ -214,9 +214,9 @@ def _radio(value: Any, keys: Keys) -> Radio:
     table = dict(_BUILDER.table(value, keys))
     if "preset" in table:
         preset = table.pop("preset")
-        if not isinstance(preset, str) or preset not in PRESETS:
-            raise ScenarioError(expected(str(preset), PRESETS, "radio preset")).about(*keys, "preset")
-        table = {**PRESETS[preset], **table}
+        if not isinstance(preset, str) or preset not in RADIO_PRESETS:
+            raise ScenarioError(expected(str(preset), RADIO_PRESETS, "radio preset")).about(*keys, "preset")
+        table = {**RADIO_PRESETS[preset], **table}
     radio: Radio = _BUILDER.build(Radio, table, keys, ("preset",))
     return radio
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.sensing.sonar import PRESETS, RangeSensor, lidar, sonar
+from robotics.sensing.sonar import SENSOR_PRESETS, RangeSensor, lidar, sonar
 from robotics.tables.build import Builder, Keys
 from robotics.vehicle.robot import Robot
 
@@ -40,18 +40,18 @@ def _sensors(row: dict[str, Any], at: Keys, builder: Builder, robot: Robot) -> d
     if "preset" not in row:
         name = row.get("name")
         if not isinstance(name, str) or not name:
-            text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(PRESETS)}'
+            text = f'a sensor needs a name such as "rear", or preset, one of {", ".join(SENSOR_PRESETS)}'
             raise builder.fault(text).about(*at)
         if "prefix" in row:
             raise builder.fault("prefix belongs to a preset, whose sensors' names it begins").about(*at, "prefix")
         return {name: builder.build(RangeSensor, own, at, PRESET_KEYS)}
     preset, prefix = row["preset"], row.get("prefix", "")
-    if "name" in row or not isinstance(preset, str) or preset not in PRESETS:
-        what = expected(str(preset), PRESETS, "sensor preset")
+    if "name" in row or not isinstance(preset, str) or preset not in SENSOR_PRESETS:
+        what = expected(str(preset), SENSOR_PRESETS, "sensor preset")
         raise builder.fault(what if "name" not in row else "give name or preset, not both").about(*at, "preset")
     if not isinstance(prefix, str):
         raise builder.fault(f"prefix must be text in quotes; got {prefix!r}").about(*at, "prefix")
-    sensors = PRESETS[preset]
+    sensors = SENSOR_PRESETS[preset]
     if preset == "sonar":
         sensors = sonar(robot.length, robot.width)
     elif preset == "lidar":

@@ -19,7 +19,7 @@ from robotics.sensing.sonar import RangeSensor, SonarError
 from robotics.vehicle.plant import TruthColumns
 
 _DRAWS = 4096  # random numbers of one kind that a run draws at a time: bounds memory, whatever the number of runs
-DRAWN = codes(("noise", "loss", "crosstalk"))  # each from a generator of its own
+_DRAWN = codes(("noise", "loss", "crosstalk"))  # each from a generator of its own
 
 
 class KindColumns(Columns):
@@ -51,7 +51,7 @@ class Looks(NamedTuple):
     sizes: Floats2  # (3, lanes): of robotics.environment.collision.footprints
     here: Geometry  # the obstacles, of as many runs or of one world for all
     moving: Moving
-    draws: Floats3  # (3, runs, numbers): normal numbers, and evenly distributed ones, as DRAWN
+    draws: Floats3  # (3, runs, numbers): normal numbers, and evenly distributed ones, as _DRAWN
     drawn: Ints1  # (kinds,): the block of random numbers that is there; -1: none
     readings: Floats2  # (lanes, names) m; infinite also where a robot does not carry that sensor
     wanted: Ints1  # (needs,): the readings that a law needs, in its order
@@ -116,7 +116,7 @@ class CarriedSensors:
         )
         every = np.array([_periods(sensor, self.tick) for sensor in sensors], dtype=np.int64)
         kinds, numbers = self._kinds(every)
-        wanted = any(self._draws(carried, kind) for carried in self.kinds for kind in DRAWN)
+        wanted = any(self._draws(carried, kind) for carried in self.kinds for kind in _DRAWN)
         return Looks(
             eyes,
             every,
@@ -153,9 +153,9 @@ class CarriedSensors:
 
     def _draws(self, carried: Mapping[str, RangeSensor], kind: int) -> bool:
         """Whether sensors need random numbers of a kind."""
-        if kind == DRAWN.noise:
+        if kind == _DRAWN.noise:
             return any(s.noise or s.relative_noise for s in carried.values())
-        if kind == DRAWN.loss:
+        if kind == _DRAWN.loss:
             return any(s.dropout for s in carried.values())
         return self.robots > 1 and any(s.crosstalk for s in carried.values())
 
@@ -176,14 +176,14 @@ class CarriedSensors:
             fresh.add(at)
             alike = [c for c, place_of in zip(self.kinds, kinds.place, strict=True) if place_of == at]
             numbers = length * self.robots * len(carried)
-            for kind in DRAWN:
+            for kind in _DRAWN:
                 if any(self._draws(c, kind) for c in alike):
                     self._draw(looks.draws[kind, :, at : at + numbers], kind, block)
 
     def _draw(self, rows: np.ndarray, kind: int, block: int) -> None:
         for seed, row in zip(self.seeds, rows, strict=True):
             generator = np.random.default_rng([seed, SONAR_STREAM, kind + 1, block])
-            if kind == DRAWN.noise:
+            if kind == _DRAWN.noise:
                 generator.standard_normal(out=row)
             else:
                 generator.random(out=row)
@@ -286,17 +286,17 @@ def look_of(looks, k, lane, robots, truth):  # type: ignore[no-untyped-def]
 def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-untyped-def]
     """Read one sensor: its echo, or the ping of another, with noise and losses."""
     sensor, run, d, here = SensorColumns(looks.eyes.table, q), lane // robots, looks.echoes[q], TruthColumns(truth)
-    if sensor.crosstalk > 0 and robots > 1 and looks.draws[DRAWN.crosstalk, run, drawn] < sensor.crosstalk:
+    if sensor.crosstalk > 0 and robots > 1 and looks.draws[_DRAWN.crosstalk, run, drawn] < sensor.crosstalk:
         carried = KindColumns(looks.kinds, kind)
         d = overhear(
             d, looks.eyes, carried.first, carried.end, q, lane, robots, looks.kind,
             here.x, here.y, looks.turned, looks.sizes, looks.here,
         )  # fmt: skip
-    if sensor.dropout > 0 and looks.draws[DRAWN.loss, run, drawn] < sensor.dropout:
+    if sensor.dropout > 0 and looks.draws[_DRAWN.loss, run, drawn] < sensor.dropout:
         d = np.inf
     if d < np.inf:
         if sensor.noise > 0 or sensor.relative > 0:
-            d += np.sqrt(sensor.noise**2 + (sensor.relative * d) ** 2) * looks.draws[DRAWN.noise, run, drawn]
+            d += np.sqrt(sensor.noise**2 + (sensor.relative * d) ** 2) * looks.draws[_DRAWN.noise, run, drawn]
         d = min(max(d, sensor.minimum), sensor.range)
     if sensor.fails_from <= k < sensor.fails_until:
         d = np.inf

@@ -130,7 +130,7 @@ def _wrapped(angle: float) -> float:
 
 
 LIDAR: Mapping[str, RangeSensor] = lidar()
-PRESETS: dict[str, Mapping[str, RangeSensor]] = {"sonar": SONAR, "lidar": LIDAR}
+SENSOR_PRESETS: dict[str, Mapping[str, RangeSensor]] = {"sonar": SONAR, "lidar": LIDAR}
 
 
 @dataclass(frozen=True, eq=False)

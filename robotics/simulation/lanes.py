@@ -24,7 +24,7 @@ from robotics.sensing.carried import Looks
 from robotics.sensing.posture import Senses
 
 
-class Body(NamedTuple):
+class PlantLanes(NamedTuple):
     """The plant of all lanes, as of :mod:`robotics.vehicle.plant`."""
 
     parameters: Floats2  # (PARAMETERS, lanes)
@@ -45,7 +45,7 @@ class Lanes(NamedTuple):
     period: float  # s
     divergence: float  # m
     watchdog: float  # s
-    body: Body
+    body: PlantLanes
     senses: Senses
     readings: Floats2  # (lanes, sensors) m: of the range sensors
     road: Road  # of the setting's references

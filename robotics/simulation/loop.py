@@ -38,7 +38,7 @@ from robotics.simulation.state import State
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
-BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
+_BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted
 
 
 class SimulationError(InputError):
@@ -100,7 +100,7 @@ def drive_chunk(
     numbers = (types.int64, types.int64, types.int64, types.boolean)
     loop = machine_code(_periods, *functions, LOOKS_TYPE, compiled_type(notes), *numbers)
     look, watch, k, halfway, end = supply.look, observer.pointer, 0, False, ticks
-    block = max(16, BLOCK // len(lanes.lost))
+    block = max(16, _BLOCK // len(lanes.lost))
     while k <= end:
         lanes = lanes if halfway else supply.to(lanes, k)
         until = min(k + block, supply.lasts(lanes, k), end + 1)

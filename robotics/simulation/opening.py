@@ -16,7 +16,7 @@ from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
 from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
-from robotics.simulation.lanes import Body, Lanes, looking
+from robotics.simulation.lanes import Lanes, PlantLanes, looking
 from robotics.vehicle import plant as p
 
 
@@ -164,14 +164,16 @@ class PreparedRuns:
             rows[d] = np.stack([p.parameters(robot, p.STEP, believed) for robot, believed in pairs], axis=1)
         return np.concatenate([rows[run // each] for run in range(first, last)], axis=1)
 
-    def _body(self, truth: np.ndarray, parameters: np.ndarray) -> Body:
+    def _body(self, truth: np.ndarray, parameters: np.ndarray) -> PlantLanes:
         setting, law = self.drivers[0]
         steps = round(setting.period / p.STEP)
         latency = setting.truth.latency if setting.truth else setting.latency
         late_periods, late_steps = divmod(round(latency / p.STEP), steps)
         code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[law.level]
         pending = np.zeros((late_periods + 2, 2, truth.shape[1]))
-        return Body(parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps)
+        return PlantLanes(
+            parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps
+        )
 
     def _looks(self, first: int, last: int) -> tuple[CarriedSensors | None, Looks]:
         """The range sensors of the lanes, and their columns."""

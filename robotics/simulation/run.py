@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 REFERENCE: dict[str, str] = {"x": "m", "y": "m", "heading": "rad", "v": "m/s", "w": "rad/s", "s": "m"}
 
-FORMAT = 3  # of the files of runs
+_FORMAT = 3  # of the files of runs
 _ROBOTS_DRAWN = 12  # in a notebook
 _POINTS_DRAWN = 200
 
@@ -349,9 +349,9 @@ def load_run(path: str | Path) -> Run:
         arrays = unpacked(content)
         check_values(arrays)
         table = json.loads(str(arrays["about"]))
-        if table["format"] != FORMAT:
+        if table["format"] != _FORMAT:
             raise RunError(
-                f"{path}: a saved run of format {quoted(table['format'])}; this version reads format {FORMAT}"
+                f"{path}: a saved run of format {quoted(table['format'])}; this version reads format {_FORMAT}"
             )
         if not is_sealed(content):
             raise _damaged(path, "its checksum is missing")
@@ -419,7 +419,7 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
         except FisFileError as error:
             raise RunError(f"{path}: a rule base cannot be written: {error}") from None
-    return plain | {"format": FORMAT, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
+    return plain | {"format": _FORMAT, "robots": distinct, "robot": [distinct.index(kind) for kind in kinds]}
 
 
 def _pairs(about: About) -> Iterator[tuple[Robot, Mapping[str, RangeSensor]]]:

@@ -8,7 +8,7 @@ from fuzzy.errors import InputError
 from robotics.radio.faults import FAULTS
 from robotics.simulation.run import Run
 
-KINDS = {code: kind for kind, code in FAULTS.items()}  # the meaning of the codes of the channel "fault"
+FAULT_KINDS = {code: kind for kind, code in FAULTS.items()}  # the meaning of the codes of the channel "fault"
 
 
 class ReplayError(InputError):
@@ -19,7 +19,7 @@ class FaultSpan(NamedTuple):
     """A span of time in which a robot is at fault."""
 
     robot: int  # from 0
-    kind: str  # a value of KINDS
+    kind: str  # a value of FAULT_KINDS
     start: float  # s
     end: float  # s
 
@@ -55,7 +55,7 @@ def fault_spans(run: Run, place: int) -> tuple[FaultSpan, ...]:
         edges = np.flatnonzero(np.diff(row)) + 1
         for a, b in zip([0, *edges], [*edges, len(row)], strict=True):
             if row[a]:
-                found.append(FaultSpan(robot, KINDS[int(row[a])], float(run.time[a]), float(_after(run, b))))
+                found.append(FaultSpan(robot, FAULT_KINDS[int(row[a])], float(run.time[a]), float(_after(run, b))))
     return tuple(found)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from fuzzy.errors import InputError
 from robotics.tables.keys import Key, KeyTable
 
-WIDTH = 120  # characters in a line
+_WIDTH = 120  # characters in a line
 HEAD = """\
 ## Lines with ## are remarks. Remove the # of a line #key = value to set it; the value is the default, or an example.
 ## A line with #or stands instead of another. Units are SI, angles in radians.
@@ -113,7 +113,7 @@ class _Writer:
         text = f"{key.name} = {toml_value(key.shown if value is None else value)}"
         words = _remark(key) if remark and self.remarks else ""
         room = max(len(mark + text), 32)
-        if room + len(words) + 4 + 3 * (mark == "#") > WIDTH:
+        if room + len(words) + 4 + 3 * (mark == "#") > _WIDTH:
             for row in _wrapped(words):
                 self.add(row, "## ")
             words = ""
@@ -164,7 +164,7 @@ def _alternatives(table: KeyTable, given: Mapping[str, Any]) -> set[str]:
 
 
 def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(text, WIDTH - 4, break_on_hyphens=False, break_long_words=False)
+    return textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False, break_long_words=False)
 
 
 def _tried(lines: list[_Line], reads: Callable[[str], Any]) -> list[_Line]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
 from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
@@ -37,7 +37,7 @@ from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_tabl
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
 # By scenario: the laws that are drawn, and the thesis's figure of each row
-FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
+CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "two-meetings": (
         ("crash-literal", "right-of-way"),
         {
@@ -210,13 +210,13 @@ def _pictures(runs: Runs) -> list[Picture]:
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            partial(plot_crash_turn, width=PAGE),
+            partial(plot_crash_turn, width=PAGE_WIDTH),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            partial(plot_obstacle_turn, width=PAGE),
+            partial(plot_obstacle_turn, width=PAGE_WIDTH),
         ),
         Picture(
             "avoidance-states-crash",
@@ -244,7 +244,7 @@ def _pictures(runs: Runs) -> list[Picture]:
             for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
     ]
-    for scenario, (laws, figures) in FIGURES.items():
+    for scenario, (laws, figures) in CHAPTER_FIGURES.items():
         crash = scenario in AVOIDANCE_TESTS
         about = (
             "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
@@ -269,7 +269,7 @@ def _pictures(runs: Runs) -> list[Picture]:
                     name,
                     f"{load_scenario(scenario).title}. {said}",
                     f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE),
+                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
                 )
             )
     return pictures

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.measures.evidence import Form, Part
-from robotics.measures.quantities import QUANTITIES
+from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.quantity import described
 from robotics.report.chapter import Claim
 from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, run_name, statements
@@ -93,7 +93,7 @@ def judged(chapter: str, values: Measured) -> list[Claim]:
 
 
 def _parts(condition: _Condition, values: Measured) -> list[Part]:
-    known = QUANTITIES.get(condition.metric)
+    known = MEASURED_QUANTITIES.get(condition.metric)
     measure = Measure(condition.says, known.unit if known is not None else condition.unit)
     return [
         decided(

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import anfis
 from anfis.plot import plot_premises
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
     FormationRecipe,
@@ -37,7 +37,7 @@ from robotics.figures.formations import (
     plot_formation_signals,
     plot_searches,
 )
-from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
+from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS, load_networks
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
 from robotics.measures.quantities import measured
@@ -87,7 +87,10 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     networks = Path(folder) / "networks"
     return [
         *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
-        *(Experiment(("learnt", *which), partial(_learnt, *which, seed, networks)) for which in product(SETS, OUTPUTS)),
+        *(
+            Experiment(("learnt", *which), partial(_learnt, *which, seed, networks))
+            for which in product(SETS, FORMATION_OUTPUTS)
+        ),
         Experiment(("fresh",), partial(_fresh, seed, networks)),
         *(
             Experiment(
@@ -139,7 +142,7 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
 
 
 def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
-    learnt = [_learnt("well-posed", output, seed, networks) for output in OUTPUTS]
+    learnt = [_learnt("well-posed", output, seed, networks) for output in FORMATION_OUTPUTS]
     return fresh_errors(learnt, _recipe("well-posed", seed))
 
 
@@ -151,7 +154,9 @@ def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     """Write the chapter from the results of its experiments."""
-    learnt: dict[str, list[Learnt]] = {kind: [results["learnt", kind, output] for output in OUTPUTS] for kind in SETS}
+    learnt: dict[str, list[Learnt]] = {
+        kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS
+    }
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
     literal = results["data", "literal"].table
     found = scatter(literal.values[:, : literal.inputs], literal.values[:, literal.inputs :])
@@ -288,21 +293,21 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
             "formation-paths",
             "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
             "Five panels with the paths of a leader and two followers.",
-            partial(plot_formation_paths, literal.runs, PAGE),
+            partial(plot_formation_paths, literal.runs, PAGE_WIDTH),
         ),
         Picture(
             "formation-signals",
             "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
             "literal set. The lead dx decides, and is no input of it.",
             "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
-            partial(plot_formation_signals, literal.runs, turns, PAGE),
+            partial(plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
         ),
         Picture(
             "formation-rules",
             "Training error over the number of rules (thesis Fig 5.6), well-posed set: a dot for each setting, a "
             "line through the best; ring: the one taken.",
             "Error against number of rules for the four networks, those of speeds left, of turn rates right.",
-            partial(plot_searches, {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}, PAGE),
+            partial(plot_searches, {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}, PAGE_WIDTH),
         ),
         Picture(
             "formation-structure",
@@ -314,7 +319,7 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
             "formation-premises",
             f"Membership functions of the network {first.output} before and after learning (thesis Fig 5.10).",
             "Gaussian membership functions of each input, before learning thin, after it wide.",
-            lambda: plot_premises(first.before, first.after, PAGE),
+            lambda: plot_premises(first.before, first.after, PAGE_WIDTH),
         ),
         Picture(
             "formation-training",
@@ -324,7 +329,7 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
                 plot_epochs,
                 {network.output: network.training.history for network in posed},
                 {network.output: network.after.outputs[0].unit for network in posed},
-                PAGE,
+                PAGE_WIDTH,
             ),
         ),
     ]
@@ -356,7 +361,7 @@ def _fits(
         f"{kind} set": [fit_of(network, tables[kind])._replace(time=times[kind]) for network in networks]
         for kind, networks in learnt.items()
     }
-    return plot_fits(columns, PAGE)
+    return plot_fits(columns, PAGE_WIDTH)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
@@ -371,7 +376,7 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
                 f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
                 "lines: commands.",
                 f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
-                partial(plot_formation, run.only(run.seeds[0]), width=PAGE),
+                partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
             )
         )
     return pictures

@@ -4,7 +4,7 @@ from functools import partial
 
 from robotics.laws.catalogue import label
 from robotics.measures.evidence import mean_of
-from robotics.measures.quantities import QUANTITIES, measured
+from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Film
 from robotics.report.wording import shown
@@ -14,7 +14,7 @@ from robotics.simulation.run import Run
 
 def mean_cells(run: Run, *quantities: str) -> list[str]:
     """The means of quantities over the seeds, each with its 95 % interval and its unit."""
-    return [shown(mean_of(measured(run, name)), QUANTITIES[name].unit) for name in quantities]
+    return [shown(mean_of(measured(run, name)), MEASURED_QUANTITIES[name].unit) for name in quantities]
 
 
 def film_of(run: Run, scenario: str, law: str) -> Film:

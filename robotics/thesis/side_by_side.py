@@ -9,7 +9,7 @@ from robotics.figures.avoidance import plot_trajectories
 from robotics.laws.catalogue import label, make_controller
 from robotics.measures.arrival import ARRIVAL_SPREAD
 from robotics.measures.evidence import mean_of, rate_of
-from robotics.measures.quantities import QUANTITIES, measured
+from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.report.chapter import Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
@@ -23,7 +23,7 @@ def side_by_side_table(runs: Mapping[tuple[str, str], Run]) -> Grid:
     """The table of SIDE_BY_SIDE on AVOIDANCE_TESTS and COURSES, from the runs by scenario and law."""
     seeds = len(runs[AVOIDANCE_TESTS[0], SIDE_BY_SIDE[0]].seeds)  # of a course there may be more
     rows = [_row(runs[scenario, law], seeds) for scenario in (*AVOIDANCE_TESTS, *COURSES) for law in SIDE_BY_SIDE]
-    guarded = EMERGENCY in QUANTITIES
+    guarded = EMERGENCY in MEASURED_QUANTITIES
     return Grid(
         "Printed rules, one law for robots and obstacles, and a plan side by side. Arrive together: without contact, "
         f"within {ARRIVAL_SPREAD:g} s of each other and {LATEST:g} times the nominal time, with Wilson's 95 % interval."
@@ -63,7 +63,7 @@ def _row(run: Run, seeds: int) -> tuple[str, ...]:
     touched = of("contacts") > 0
     count = f"{touched.sum()} of {len(touched)}"
     clearance = shown(mean_of(of("min_clearance_m")), "m")
-    guarded = (_mean(of(EMERGENCY, "mean"), "1"),) if EMERGENCY in QUANTITIES else ()
+    guarded = (_mean(of(EMERGENCY, "mean"), "1"),) if EMERGENCY in MEASURED_QUANTITIES else ()
     if run.obstacles is not None and not make_controller(run.controller).looks:
         return (run.scenario, f"{label(run.controller)}: drives blind", count, "–", "–", "–", clearance, *guarded)
     late, apart = of("arrival_time_s") / nominal_time(run.scenario), of("arrival_spread_s")

@@ -55,7 +55,7 @@ RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-
 DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
 LEMMA = "lemma 4.1"
 HELD_UP = "ahead-and-behind, robot 1 held up"
-HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
+_HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
 SIZES, LOSSES = (10, 20, 40), (0.0, 0.3)
 _FEW = 5  # seeds of what is shown beside, and decides nothing
 
@@ -104,7 +104,7 @@ def _share_of_bound(conditions: Sequence[LemmaCondition], name: str) -> float:
 
 def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
     """The :func:`separation` [s] (seeds,) of the robots after robot 1 was held up."""
-    held = replace(load_scenario("ahead-and-behind"), faults=HELD)
+    held = replace(load_scenario("ahead-and-behind"), faults=_HELD)
     return separation(driven(need, held, need.of, seeds), since=10.0)
 
 

@@ -3,7 +3,7 @@
 from functools import partial
 from itertools import zip_longest
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
 from robotics.figures.recovery import plot_recovery, plot_robot_errors, plot_scaling
@@ -13,7 +13,7 @@ from robotics.laws.catalogue import label
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.evidence import Estimate, mean_of, rate_of
 from robotics.measures.leading import Lead, lead
-from robotics.measures.quantities import QUANTITIES, measured, runs_touched
+from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
 from robotics.report.chapter import Chapter, Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
@@ -149,7 +149,7 @@ def _duel(results: Results, test: str) -> Grid:
         run = results[Needed(test, law, False)]
         means = mean_errors(run)
         numbers = [", ".join(shown(mean_of(means[:, i, k]), "1") for i in range(3)) for k in range(4)]
-        reached = QUANTITIES["path_settling_time_s"].measure(run)
+        reached = MEASURED_QUANTITIES["path_settling_time_s"].measure(run)
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
     runs = len(run.seeds)
     return Grid(
@@ -221,14 +221,14 @@ def _pictures(results: Results) -> list[Picture]:
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, _recoveries(results), PAGE),
+            partial(plot_recovery, _recoveries(results), PAGE_WIDTH),
         ),
         Picture(
             "team-scaling",
             "Random teams, one a point: spread and delay of the arrivals on a radio that loses messages. Arrivals are "
             "known to a sample.",
             "Spread and delay of arrivals over the number of robots for each share of lost messages.",
-            partial(plot_scaling, _scalings(results), PAGE),
+            partial(plot_scaling, _scalings(results), PAGE_WIDTH),
         ),
     ]
 
@@ -241,7 +241,7 @@ def _page(results: Results, scenario: str, figures: str) -> Picture:
         f"team-{scenario}",
         f"{load_scenario(scenario).title}: {label(law)} (thesis {figures}).",
         f"Paths, errors, speeds and differences of progress in {scenario}.",
-        partial(plot_run, run.only(run.seeds[0]), width=PAGE),
+        partial(plot_run, run.only(run.seeds[0]), width=PAGE_WIDTH),
     )
 
 
@@ -251,5 +251,5 @@ def _errors(results: Results, test: str) -> Picture:
         f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
         f"{_TABLES[test]}; the printed numbers stand beside ours below).",
         f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
-        partial(plot_robot_errors, *_errors_of(results, test), PAGE),
+        partial(plot_robot_errors, *_errors_of(results, test), PAGE_WIDTH),
     )

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.together import run_together
 from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
 from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
-from robotics.measures.quantities import QUANTITIES, measured
+from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.paths.path import Sine
 from robotics.paths.trajectory import Timing
 from robotics.report.chapter import Chapter, Claim, Grid, Picture
@@ -31,7 +31,7 @@ from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
 from robotics.thesis.rows import mean_cells
 
-MODES = ("csm", "assm", "qssm", "esm")
+_MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
 TABLE = "table-2-1"
 # Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
@@ -75,9 +75,9 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     wanted, seeds = needed("tracking"), effort.row(seed)
     shared = range(seed, seed + -(-effort.trials // len(_SWEEP)))  # all conditions together are the runs of a rate
     return [
-        *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in MODES)], seeds),
+        *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in _MODES)], seeds),
         *(Experiment(need, partial(_started_on_it, need, seeds)) for need in wanted if need.on == ON_THE_SINE),
-        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in MODES),
+        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in _MODES),
         *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS),
     ]
 
@@ -108,7 +108,7 @@ def claims_of(results: Results) -> list[Claim]:
 
 def _values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
     if need.on == CONDITIONS:
-        return np.asarray(_orders({mode: results[CONDITIONS, need.of, mode] for mode in MODES})[quantity])
+        return np.asarray(_orders({mode: results[CONDITIONS, need.of, mode] for mode in _MODES})[quantity])
     if need.on == SURFACE:
         return np.array([reaching_time(need.of)])
     found = results[need]
@@ -142,28 +142,28 @@ def _pictures() -> list[Picture]:
             "below: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
             "never pushes less than the conventional one.",
             "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
-            partial(plot_switching, width=PAGE),
+            partial(plot_switching, width=PAGE_WIDTH),
         ),
         Picture(
             "law-memberships",
             "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
             "figure is missing: the shapes are choices.",
             "Five overlapping membership functions each of distance and of α.",
-            partial(plot_tracking_memberships, width=PAGE),
+            partial(plot_tracking_memberships, width=PAGE_WIDTH),
         ),
         Picture(
             "law-velocities",
             "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
             "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
             "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
-            partial(plot_tracking_velocities, width=PAGE),
+            partial(plot_tracking_velocities, width=PAGE_WIDTH),
         ),
         Picture(
             "law-lateral",
             "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
             "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
             "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            partial(plot_lateral, width=PAGE),
+            partial(plot_lateral, width=PAGE_WIDTH),
         ),
     ]
 
@@ -211,7 +211,7 @@ def _placed(law: str, seed: int, places: int) -> np.ndarray:
     starts = [(x + dx, y + dy, h) for (dx, dy), h in zip(offsets.tolist(), headings.tolist(), strict=True)]
     # One scenario with a robot for each place: these robots do not see each other.
     crowd = replace(scenario, robots=tuple(replace(member, start=start) for start in starts))
-    return QUANTITIES["settles"].measure(simulate(crowd, make_controller(law), [seed]))[0]
+    return MEASURED_QUANTITIES["settles"].measure(simulate(crowd, make_controller(law), [seed]))[0]
 
 
 # What decides -----------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from robotics.tuning.tune import Tuned
 
 RESULT, _FRONT = "result.json", "front.csv"
 _NETWORKS = "networks"  # the folder of systems that a law takes together
-PICTURE, FRONT_PICTURE = "evaluations.png", "front.png"
+_PICTURE, FRONT_PICTURE = "evaluations.png", "front.png"
 
 
 def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
@@ -50,7 +50,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         "provenance": provenance,
     }
     write_json(folder / RESULT, about)
-    save_figure(plot_search(tuned.evaluated), folder / PICTURE)
+    save_figure(plot_search(tuned.evaluated), folder / _PICTURE)
     if tuned.about["engine"] == "pareto":
         write_frame(front_table(tuned), folder / _FRONT)
         save_figure(plot_front(tuned.evaluated), folder / FRONT_PICTURE)

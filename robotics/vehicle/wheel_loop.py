@@ -12,9 +12,9 @@ from robotics.vehicle.robot import RULES, Robot
 
 Motion = Literal["straight", "spot"]
 MOTIONS: tuple[Motion, ...] = ("straight", "spot")  # straight on, and turning on the spot
-SHOWN = 0.5  # of the top speed: the step that is shown
+_SHOWN = 0.5  # of the top speed: the step that is shown
 TRIED = (0.2, 0.35, 0.5, 0.65, 0.8)  # of the top speed: the steps by which gains are judged
-BAND = 0.02  # of the step: a wheel has settled when it stays within it
+_BAND = 0.02  # of the step: a wheel has settled when it stays within it
 MOST_OVERSHOOT = 0.05  # of the step
 DAMPING = (0.0, 0.5, 1.0)  # kd that are tried, in kp times the loop's period
 _FACTORS = np.geomspace(0.125, 8.0, 17)  # of the derived gains, that are tried first
@@ -56,7 +56,7 @@ def top_speed(robot: Robot, motion: Motion) -> float:
     return min(most / robot.wheel_radius, robot.wheel_speed_max)
 
 
-def step_response(robot: Robot, motion: Motion, level: float = SHOWN) -> WheelResponse:
+def step_response(robot: Robot, motion: Motion, level: float = _SHOWN) -> WheelResponse:
     """The response to a step from rest to ``level`` of the top speed, of the dynamic plant."""
     command = level * top_speed(robot, motion)
     states = TruthColumns(_driven(_lane(robot)[:, None], np.array([command]), (motion,), robot)[:, :, 0].T)
@@ -148,6 +148,6 @@ def _overshoot(share: np.ndarray) -> np.ndarray:
 
 def _settling_time(share: np.ndarray) -> np.ndarray:
     """The time [s] from which ``share`` (samples, ...) of the step stays within the band around 1."""
-    outside = np.abs(share - 1) > BAND
+    outside = np.abs(share - 1) > _BAND
     last = len(share) - np.argmax(outside[::-1], axis=0)  # samples up to the last one outside
     return np.where(outside[-1], np.inf, np.where(outside.any(axis=0), last * STEP, 0.0))

@@ -22,7 +22,7 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
-from fuzzyfleet_ros.onboard import Known, Onboard, Order
+from fuzzyfleet_ros.onboard import Onboard, Order, OwnState
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
@@ -52,7 +52,7 @@ class Controller(Node):
         inside = prefix(self.own, robots)
         self.odom_frame = values.text("odom_frame") or f"{inside}odom"
         self.base_frame = values.text("base_frame") or f"{inside}base_link"
-        self.known: dict[int, Known] = {}  # of each robot, from 0, as odometry says
+        self.known: dict[int, OwnState] = {}  # of each robot, from 0, as odometry says
         self.stamps: dict[str, int] = {}  # ns: of the last message, by what it is
         self.ranges: dict[str, float] = {}  # m, by the sensor's name
         self.frame = HERE  # of odometry, in the frame of the paths
@@ -136,7 +136,7 @@ class Controller(Node):
         if robot in self.known:
             near = self.known[robot].posture.heading
         posture = posture._replace(heading=continued(posture.heading, near))
-        self.known[robot] = Known(posture, v, w)
+        self.known[robot] = OwnState(posture, v, w)
         self.stamps[f"odometry {robot}"] = messages.time_of(message.header.stamp)
         return posture
 

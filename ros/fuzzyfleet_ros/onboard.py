@@ -66,7 +66,7 @@ class Received(NamedTuple):
         return np.maximum(self.age + (time - self.noted), 0.0)
 
 
-class Known(NamedTuple):
+class OwnState(NamedTuple):
     """Where a robot is and how fast, as it knows it itself."""
 
     posture: Posture  # in the frame of the paths; the heading is continuous
@@ -162,8 +162,8 @@ class Onboard:
 
         Raises ControllerError.
         """
-        known = Known(self.start, 0.0, 0.0)
-        others = {j: Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots)) if j != self.robot}
+        known = OwnState(self.start, 0.0, 0.0)
+        others = {j: OwnState(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots)) if j != self.robot}
         self.step(0.0, known, others if self.sees_others else {}, self.silence(), {}, self.begin())
 
     @property
@@ -188,16 +188,16 @@ class Onboard:
         """
         if len(self.setting.robots) == 1:
             return False
-        starts = [Known(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
+        starts = [OwnState(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots))]
         later = [(time, self._due(time)) for time in (self.duration / 3, 2 * self.duration / 3)]
         return any(self._differs(time, places) for time, places in ((0.0, starts), *later))
 
-    def _due(self, time: float) -> list[Known]:
+    def _due(self, time: float) -> list[OwnState]:
         """All robots where their references are at ``time`` [s]."""
         rows = np.stack(self.setting.references.at(time)[:5], axis=1).tolist()
-        return [Known(Posture(*row[:3]), *row[3:]) for row in rows]
+        return [OwnState(Posture(*row[:3]), *row[3:]) for row in rows]
 
-    def _differs(self, time: float, places: Sequence[Known]) -> bool:
+    def _differs(self, time: float, places: Sequence[OwnState]) -> bool:
         """Whether this robot's command at ``time`` [s] is another when the others stand elsewhere than ``places``."""
         found = []
         for way in _MOVED:
@@ -213,8 +213,8 @@ class Onboard:
     def step(
         self,
         time: float,
-        known: Known,
-        others: Mapping[int, Known],
+        known: OwnState,
+        others: Mapping[int, OwnState],
         received: Received,
         ranges: Mapping[str, float] | None,
         memory: Any,
@@ -256,8 +256,8 @@ class Onboard:
     def _commanded(
         self,
         time: float,
-        known: Known,
-        others: Mapping[int, Known],
+        known: OwnState,
+        others: Mapping[int, OwnState],
         received: Received,
         ranges: Mapping[str, float] | None,
         memory: Any,
@@ -302,7 +302,9 @@ class Onboard:
         return Ranges(names, values)
 
 
-def _onward(known: Known, way: float) -> Known:
+def _onward(known: OwnState, way: float) -> OwnState:
     """A robot ``way`` [m] farther along its heading, which is turned, and faster."""
     x, y, heading = known.posture
-    return Known(Posture(x + way * cos(heading), y + way * sin(heading), heading + way), known.v + way, known.w + way)
+    return OwnState(
+        Posture(x + way * cos(heading), y + way * sin(heading), heading + way), known.v + way, known.w + way
+    )

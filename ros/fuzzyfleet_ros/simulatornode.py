@@ -28,7 +28,7 @@ from robotics.logs.names import MAP, token
 
 _FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
 MOST_SENSORS = 16  # of a robot, if its law does not name those that it needs
-AGAIN = 0.1  # s of real time after which a period is told once more, while an answer to it is missing
+_AGAIN = 0.1  # s of real time after which a period is told once more, while an answer to it is missing
 
 _PARAMETERS = (
     Parameter("scenario", "reference", "A scenario's name or .toml file."),
@@ -114,7 +114,7 @@ class Simulator(Node):
             self.create_subscription(kind, f"{inside}cmd_vel", partial(self._on_command, i), 10)
         self.transforms = Transforms(self, self.robots, [self._mounts(i) for i in range(self.robots)])
         if self.lockstep:
-            self.create_timer(AGAIN / 2, self._look, clock=steady)
+            self.create_timer(_AGAIN / 2, self._look, clock=steady)
         else:
             self.create_timer(self.loop.setting.period, self._tick, clock=steady)
 
@@ -175,7 +175,7 @@ class Simulator(Node):
             self._advance()
             if not self.done:
                 self._tell()
-        elif now - self.told > AGAIN:
+        elif now - self.told > _AGAIN:
             self._tell()
 
     # What comes ---------------------------------------------------------------------------------------------------

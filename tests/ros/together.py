@@ -7,7 +7,7 @@ import numpy as np
 
 from fuzzyfleet_ros.frames import Posture
 from fuzzyfleet_ros.loopback import Loopback
-from fuzzyfleet_ros.onboard import Known, Onboard
+from fuzzyfleet_ros.onboard import Onboard, OwnState
 
 
 @contextmanager
@@ -65,7 +65,7 @@ def drive(scenario, law, seed=0, deaf=()):
     loop = Loopback(setting, law, seed, patience=float("inf"), keeps=True)
     while True:
         seen = loop.sense()
-        known = [Known(Posture(*seen.posture[:, i]), *seen.velocity[:, i]) for i in range(len(boards))]
+        known = [OwnState(Posture(*seen.posture[:, i]), *seen.velocity[:, i]) for i in range(len(boards))]
         for i, board in enumerate(boards):
             for j in board.senders if law.message and i not in deaf else ():
                 if np.isfinite(age := seen.heard.age[0, i, j]):

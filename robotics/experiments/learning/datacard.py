@@ -15,7 +15,7 @@ import numpy as np
 from fuzzy.files.atomic import write_whole
 from robotics.experiments.learning.formationdata import FormationRecipe, FormationTable
 from robotics.experiments.learning.scatter import NEIGHBOURS, SHARE, scatter
-from robotics.experiments.learning.scenariodata import FORMATION_OUTPUTS, RobotTable, ScenarioRecipe, column
+from robotics.experiments.learning.scenariodata import COMMAND_OUTPUTS, RobotTable, ScenarioRecipe, column
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import Law
@@ -157,7 +157,7 @@ def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
 def robot_columns(table: RobotTable) -> list[CardColumn]:
     """The columns of a set that was made of a scenario."""
     each = len(table.names) // table.robots
-    ends = [column(name, 1)[:-2] for name in FORMATION_OUTPUTS]
+    ends = [column(name, 1)[:-2] for name in COMMAND_OUTPUTS]
     return [
         CardColumn(name, unit, meaning, name.rpartition("_")[0] in ends, k // each + 1)
         for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))

@@ -29,7 +29,7 @@ DISTURBANCE_STREAM = 8  # of a seed's random streams: see robotics.random_stream
 OFF_START = np.array([0.2, 0.2, 0.3])  # m, m, rad: standard deviations of where a disturbed run starts
 PUSHED = np.array([0.05, 0.3])  # m/s, rad/s: standard deviations of what is added to a disturbed run's commands
 PUSH_TIME = 1.0  # s: the time constant with which pushes change
-EVERY = 4  # periods from sample to sample
+_EVERY = 4  # periods from sample to sample
 HELD_BACK = 0.5  # of the timing's speed: a teacher that drives no faster holds the robot back
 _AFTER = 1.0  # s: samples are taken so long after a robot's arrival
 LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's command says of each output
@@ -39,7 +39,7 @@ LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's com
 }
 
 
-MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Demonstrations that have one row a moment
+_MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Demonstrations that have one row a moment
 
 
 class Demonstrations(NamedTuple):
@@ -56,7 +56,7 @@ class Demonstrations(NamedTuple):
         """The samples of the moments ``chosen`` (moments,) bool."""
         place = np.cumsum(chosen) - 1
         rows = chosen[self.moment]
-        moments = (getattr(self, name)[chosen] for name in MOMENTS)
+        moments = (getattr(self, name)[chosen] for name in _MOMENTS)
         return Demonstrations(self.known[rows], place[self.moment[rows]], *moments)
 
 
@@ -67,7 +67,7 @@ def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
     return Demonstrations(
         np.concatenate([part.known for part in parts]),
         np.concatenate(moments),
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in MOMENTS),
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in _MOMENTS),
     )
 
 
@@ -105,7 +105,7 @@ def demonstrate(
     if disturbance:
         setting, pushes = disturbed(setting, seeds, disturbance)
         tandem = replace(tandem, pushes=pushes)
-    tandem = replace(tandem, every=EVERY)
+    tandem = replace(tandem, every=_EVERY)
     taken = _Taken(setting, len(seeds))
     for state in drive(setting, tandem, seeds):
         taken.look(state, outputs)
@@ -193,7 +193,7 @@ class _Taken:
         there = at_goal(truth.x, truth.y, self._goals, self._lengths)
         there = there & (state.time > self.setting.references.ends / 2)
         self._arrivals = np.where(there & np.isinf(self._arrivals), state.time, self._arrivals)
-        if state.k % EVERY == 0:
+        if state.k % _EVERY == 0:
             said = np.stack([self._possible(name, LABELS[name](memory.said)) for name in outputs], axis=-1)
             held_back = memory.said.v < HELD_BACK * state.reference.v
             self._keep(memory, np.broadcast_to(said, (*self._arrivals.shape, len(outputs))), held_back)

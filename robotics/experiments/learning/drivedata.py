@@ -18,7 +18,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from robotics.laws.law import Observation
-from robotics.laws.rules.quantities import GROUPS, Quantity, quantity_of
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -35,15 +35,18 @@ from robotics.scenario.robots import load_robot
 from robotics.sensing.posture import Sensing
 
 DRIVE_OUTPUTS = ("v", "w")
-TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
+TIMED_COLUMNS = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
-APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path that is made of a reference, of a way that was driven
+_APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path made of a reference, of a way that was driven
 NEAR_PLAN = 0.1  # m: a target that stays so near to the path of the log moves along that path
 _BLOCK = 5.0  # s: rows of the same block go to the same table
 CHECKED = 4  # of so many blocks one is for checking
-_BY_TIME = frozenset({*GROUPS["The target"], "lag", "late", "stuck"})
-_BY_PATH = frozenset({*GROUPS["The path and the timetable"], "onward_bearing", "path_away"}) - {"late", "gives_way"}
+_BY_TIME = frozenset({*QUANTITY_GROUPS["The target"], "lag", "late", "stuck"})
+_BY_PATH = frozenset({*QUANTITY_GROUPS["The path and the timetable"], "onward_bearing", "path_away"}) - {
+    "late",
+    "gives_way",
+}
 
 
 class DriveDataError(InputError):
@@ -111,7 +114,7 @@ def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[
     if not drives:
         raise DriveDataError("at least one drive is needed")
     ways = [_followed(drive, recipe) for drive in drives]
-    names = recipe.inputs or (UNTIMED if "path" in ways else DRIVEN if "driven" in ways else TIMED)
+    names = recipe.inputs or (UNTIMED if "path" in ways else DRIVEN if "driven" in ways else TIMED_COLUMNS)
     known = _quantities(names)
     parts, blocks, first = [], [], 0
     for drive, way in zip(drives, ways, strict=True):
@@ -242,13 +245,13 @@ def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> Tra
     plan = None if piece.plan is None or way == "driven" else piece.plan.points
     if way == "path" and plan is not None:
         track = Track(piece.time, *(np.zeros_like(piece.time),) * 5)
-        return TrackReferences(_path(drive, plan, APART, True), track, np.zeros(len(piece.time)))
+        return TrackReferences(_path(drive, plan, _APART, True), track, np.zeros(len(piece.time)))
     track, apart = Track(piece.time, piece.x, piece.y, piece.heading, piece.v, piece.w), DRIVEN_APART
     if way == "reference" and drive.reference is not None:
-        track, apart = drive.reference._replace(time=drive.reference.time - piece.start), APART
+        track, apart = drive.reference._replace(time=drive.reference.time - piece.start), _APART
     driven = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(track.x), np.diff(track.y)))])
     if plan is not None and by_path:
-        table = _path(drive, plan, APART, False)
+        table = _path(drive, plan, _APART, False)
         first = np.argmin(np.hypot(table.table[0] - track.x[0], table.table[1] - track.y[0]))
         around = float(table.lengths[0]) * first / (table.table.shape[1] - 1) + driven
         s = table.nearest(track.x[:, None], track.y[:, None], around[:, None], np.full((len(around), 1), NEAR_PLAN))

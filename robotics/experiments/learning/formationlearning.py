@@ -32,11 +32,11 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.learning.scatter import NEIGHBOURS, scatter
-from robotics.laws.formation.leader_follower import INPUTS, OUTPUTS
+from robotics.laws.formation.leader_follower import FORMATION_INPUTS, FORMATION_OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
 
 _INPUT_UNITS = ("m", "m", "rad", "m", "rad", "1/m")
-UNITS = dict(zip(INPUTS + OUTPUTS, (*_INPUT_UNITS, "m/s", "rad/s", "m/s", "rad/s"), strict=True))
+UNITS = dict(zip(FORMATION_INPUTS + FORMATION_OUTPUTS, (*_INPUT_UNITS, "m/s", "rad/s", "m/s", "rad/s"), strict=True))
 # What does not concern a robot: where the path goes where the others are
 _IGNORED = {"v_l": {"kappa_f"}, "w_l": {"kappa_f"}, "v_f": {"alpha_l"}, "w_f": {"alpha_l"}}
 _TITLES = {
@@ -45,7 +45,7 @@ _TITLES = {
     "v_f": "Formation: the followers' speed v_f",
     "w_f": "Formation: the followers' turn rate w_f",
 }
-SETTINGS = 108  # number of settings that the search tries
+_SETTINGS = 108  # number of settings that the search tries
 _OWN_OUTPUT = re.compile(r"([vw])_([1-9]\d*)")
 _OF_ROBOT = re.compile(r"_([1-9]\d{0,8})$")
 _WORSE, _LEAST = 1.05, 0.01  # times the scatter, plus that share of the output's spread: what matters adds more
@@ -86,15 +86,15 @@ def outputs_of(names: Sequence[str]) -> tuple[str, ...]:
 
     Raises FormationLearningError where there are neither.
     """
-    if set(OUTPUTS) <= set(names):
-        return OUTPUTS
+    if set(FORMATION_OUTPUTS) <= set(names):
+        return FORMATION_OUTPUTS
     own = {(int(found[2]), found[1]) for name in names if (found := _OWN_OUTPUT.fullmatch(name))}
     wanted = [(robot, output) for robot in range(1, 1 + max((r for r, _ in own), default=0)) for output in ("v", "w")]
     if not own or own != set(wanted):
         raise FormationLearningError(
-            f"formation data have inputs among {', '.join(INPUTS)} and the outputs {', '.join(OUTPUTS)}, or the "
-            "outputs v_1, w_1, v_2, w_2 ... and each robot's inputs, named with its number; "
-            f"got the columns {', '.join(names)}"
+            f"formation data have inputs among {', '.join(FORMATION_INPUTS)} and the outputs "
+            f"{', '.join(FORMATION_OUTPUTS)}, or the outputs v_1, w_1, v_2, w_2 ... and each robot's inputs, "
+            f"named with its number; got the columns {', '.join(names)}"
         )
     return tuple(f"{output}_{robot}" for robot, output in wanted)
 
@@ -117,7 +117,7 @@ def formation_table(path: str | Path, columns: Sequence[str] | None = None, *, s
         robots = {robot_of(output) for output in outputs_of(names)}
         numbers = {name: _OF_ROBOT.search(name) for name in names}
         own = {name for name, found in numbers.items() if found is not None and int(found[1]) in robots}
-        columns = [name for name in names if name in own or name in INPUTS or name in OUTPUTS]
+        columns = [name for name in names if name in own or name in FORMATION_INPUTS or name in FORMATION_OUTPUTS]
     return text.numbers(columns, skip_bad)
 
 
@@ -207,12 +207,12 @@ def learn_network(
         input_units = [quantity_of(name, "the table").unit for name in called]
         output_unit = UNITS[f"{output[0]}_l"]
     else:
-        inputs = called = [name for name in INPUTS if name in columns and name not in _IGNORED[output]]
+        inputs = called = [name for name in FORMATION_INPUTS if name in columns and name not in _IGNORED[output]]
         input_units, output_unit = [UNITS[name] for name in inputs], UNITS[output]
     if not inputs:
         raise FormationLearningError(
-            f"{output} has no inputs; formation data have some among {', '.join(INPUTS)}, or those of robot N end in "
-            f"_N; got the columns {', '.join(names)}"
+            f"{output} has no inputs; formation data have some among {', '.join(FORMATION_INPUTS)}, or those of robot "
+            f"N end in _N; got the columns {', '.join(names)}"
         )
     step = advance or (lambda: None)
     x, y = values[:, [columns[name] for name in inputs]], values[:, columns[output]]
@@ -275,9 +275,9 @@ def _own_inputs(output: str, names: Sequence[str], values: np.ndarray) -> list[s
     return kept
 
 
-def steps(epochs: int, outputs: int = len(OUTPUTS)) -> int:
+def steps(epochs: int, outputs: int = len(FORMATION_OUTPUTS)) -> int:
     """The number of times that :func:`learn_networks` calls ``advance`` if no training stops early."""
-    return outputs * (SETTINGS + epochs + 1)
+    return outputs * (_SETTINGS + epochs + 1)
 
 
 def nearest_trial(search: SearchResult, rules: int, around: float = _AROUND) -> Trial:

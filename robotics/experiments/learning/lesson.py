@@ -12,7 +12,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.specification import Specification
-from robotics.laws.tracking.fuzzy_tracking import INPUTS
+from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
 from robotics.quantity import check_quantities, described, quantity, whole
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
@@ -66,7 +66,7 @@ class ImitationPlan:
                 f"into must end in the gain that names the rule base, such as fuzzy:rule_base; got {self.into!r}"
             )
         law = Specification.of(self.into)
-        tracking = not law.file and law.name.startswith("fuzzy") and set(self.inputs) <= set(INPUTS)
+        tracking = not law.file and law.name.startswith("fuzzy") and set(self.inputs) <= set(TRACKING_INPUTS)
         if tracking and isinstance(make_controller(law.name), OwnRules):
             raise ImitationError(
                 f"a rule base of {', '.join(self.inputs)} alone is that of fuzzy tracking itself, which takes its "

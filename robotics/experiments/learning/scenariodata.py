@@ -24,7 +24,7 @@ from robotics.laws.law import Command, Law, Observation
 from robotics.laws.rules.follow_leader import FollowLeader, FormationMemory
 from robotics.laws.rules.formation_networks import asks_radio
 from robotics.laws.rules.quantities import Quantity, quantity_of
-from robotics.laws.rules.situation import MESSAGE, NOTHING_NEAR, Situation
+from robotics.laws.rules.situation import NOTHING_NEAR, TEAM_MESSAGE, Situation
 from robotics.laws.setting import Setting
 from robotics.paths.references import Later
 from robotics.quantity import check_quantities, described, quantity, whole
@@ -32,9 +32,9 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
 
-FORMATION_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
-FOLLOWING = ("leader_ahead", "stretch", "onward_bearing")  # what the law leader-follower is a function of
-_FORMATION = (*FOLLOWING, "curvature")
+COMMAND_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
+_FOLLOWING = ("leader_ahead", "stretch", "onward_bearing")  # what the law leader-follower is a function of
+_FORMATION = (*_FOLLOWING, "curvature")
 _TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 DISPLACED_STREAM = 9  # of a seed's random streams: see robotics.random_streams
 NEXT_SEEDS = 1000  # by which the seeds of a checking set are larger
@@ -101,7 +101,7 @@ def checking_set(recipe: ScenarioRecipe) -> ScenarioRecipe:
 def default_inputs(specification: str) -> tuple[str, ...]:
     """The quantities that the networks of a teacher know by default: those of which its commands are a function."""
     law, kind = make_controller(specification), preset_of(specification).kind
-    return FOLLOWING if isinstance(law, FollowLeader) else _FORMATION if kind == "formation" else _TIMED
+    return _FOLLOWING if isinstance(law, FollowLeader) else _FORMATION if kind == "formation" else _TIMED
 
 
 def column(name: str, robot: int) -> str:
@@ -141,7 +141,7 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
     if not len(values):
         raise FormationDataError(f"{scenario.name}: no row is left: nothing is known of what the networks shall know")
     described = [(name, q.unit, q.meaning) for name, q in zip(names, known, strict=True)]
-    described += [(name, *words) for name, words in FORMATION_OUTPUTS.items()]
+    described += [(name, *words) for name, words in COMMAND_OUTPUTS.items()]
     every = [(column(n, i), unit, words) for i in range(1, len(scenario.robots) + 1) for n, unit, words in described]
     columns, units, meanings = zip(*every, strict=True)
     return RobotTable(columns, units, meanings, values, tuple(names), len(scenario.robots))
@@ -227,7 +227,7 @@ class Onlooker(Law[FormationMemory]):
     @property
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if a quantity is told by radio."""
-        return MESSAGE if asks_radio(self.quantities) else ()
+        return TEAM_MESSAGE if asks_radio(self.quantities) else ()
 
     @property
     def needs(self) -> tuple[str, ...]:

@@ -10,8 +10,8 @@ from fuzzy.shell.progress import Advance, Begin
 from robotics.experiments.executors import WorkerError, processes
 from robotics.experiments.stress.outcome import StressOutcome, joined
 
-CHUNK = 600  # robots that one pass simulates at most
-MOST = 20_000  # pairs of robots that one pass simulates at most
+ROBOTS_A_PASS = 600  # robots that one pass simulates at most
+_MOST = 20_000  # pairs of robots that one pass simulates at most
 FEWEST = 60  # robots for which a process of its own pays
 _PRELOAD = (
     "robotics.experiments.stress.crossing_runs",
@@ -127,7 +127,7 @@ def _stretches(chunks: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:
 def _chunks(seeds: Sequence[int], robots: int, workers: int) -> list[Sequence[int]]:
     """The seeds in chunks of the same size, to one; a multiple of the number of workers, so that none is idle."""
     total = len(seeds)
-    size = max(1, min(CHUNK // robots, MOST // robots**2))
+    size = max(1, min(ROBOTS_A_PASS // robots, _MOST // robots**2))
     count = -(-total // size)
     if count > 1:
         count = min(-(-count // workers) * workers, total)

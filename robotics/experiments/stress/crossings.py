@@ -28,7 +28,7 @@ CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
 ASPECT = 4 / 3  # ratio of the field's sides
 APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
-BEND = 0.7  # rad: the most by which a path begins or ends aslant to the straight line between its ends
+_BEND = 0.7  # rad: the most by which a path begins or ends aslant to the straight line between its ends
 SHORTEST, SHORTEST_SHARE = 2.0, 0.5  # of that line: m, and of the field's mean side
 SPEED = 0.22  # m/s: mean speed on the longest path
 _PATHS = 400  # drawn for each robot of a team, at most
@@ -102,7 +102,7 @@ def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:
     start, end = draws[:, :2] * field, draws[:, 2:4] * field
     gap = end - start
     reach = np.hypot(gap[:, 0], gap[:, 1])
-    courses = np.arctan2(gap[:, 1], gap[:, 0])[:, None] + (-BEND + 2 * BEND * draws[:, 4:])
+    courses = np.arctan2(gap[:, 1], gap[:, 0])[:, None] + (-_BEND + 2 * _BEND * draws[:, 4:])
     tangents = reach[:, None, None] * np.stack([np.cos(courses), np.sin(courses)], axis=1)
     shapes = np.empty((len(draws), 2, 5))
     for shape, a, b, tangent in zip(shapes, start, end, tangents, strict=True):
@@ -146,7 +146,7 @@ def _draw(numbers, width, height, shape):  # type: ignore[no-untyped-def]
     x, y, end_x, end_y = numbers[0] * width, numbers[1] * height, numbers[2] * width, numbers[3] * height
     dx, dy = end_x - x, end_y - y
     reach, course = math.hypot(dx, dy), math.atan2(dy, dx)
-    out, into = course + (2 * numbers[4] - 1) * BEND, course + (2 * numbers[5] - 1) * BEND
+    out, into = course + (2 * numbers[4] - 1) * _BEND, course + (2 * numbers[5] - 1) * _BEND
     fill(shape[0], x, end_x, reach * math.cos(out), reach * math.cos(into))
     fill(shape[1], y, end_y, reach * math.sin(out), reach * math.sin(into))
     return reach >= SHORTEST_SHARE * math.sqrt(width * height) and reach >= SHORTEST

@@ -11,7 +11,7 @@ from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault, Faults
 from robotics.random_streams import FAULT_STREAM
 
-HELD = 2.0  # times the duration for which one robot is held up: so much longer a run may take
+_HELD = 2.0  # times the duration for which one robot is held up: so much longer a run may take
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class Disturbance:
     @property
     def extra(self) -> float:
         """The time [s] by which a run may take longer than an undisturbed one."""
-        return HELD * self.freeze
+        return _HELD * self.freeze
 
     def faults(self, ensemble: Setting, seeds: Sequence[int]) -> Faults | None:
         """The faults that hold up one robot of each run once, from a moment in the first 80 % of the nominal time.

@@ -14,8 +14,8 @@ from robotics.paths.path import Quintic
 
 Lanes = Literal["beside", "crossing"]
 LENGTH = 7.0  # m, along x
-APART = 1.5  # m between the starts of lanes
-BEND = {1: 1.5, 3: 0.4}  # m, by the number of robots: the most by which a lane ends beside its start
+_APART = 1.5  # m between the starts of lanes
+_BEND = {1: 1.5, 3: 0.4}  # m, by the number of robots: the most by which a lane ends beside its start
 _USUAL_BEND = 0.4  # m, of any other number
 TURN = 0.6  # rad: the most by which a crossing lane begins or ends aslant to the straight line between its ends
 
@@ -27,13 +27,13 @@ def lanes_beside(rng: np.random.Generator, robots: int) -> list[Quintic]:
         rng: The generator from which they are drawn.
         robots: Number of lanes.
     """
-    bend = BEND.get(robots, _USUAL_BEND)
+    bend = _BEND.get(robots, _USUAL_BEND)
     return [Quintic(start=(0.0, float(y)), end=(LENGTH, float(y + rng.uniform(-bend, bend)))) for y in _places(robots)]
 
 
 def lanes_crossing(rng: np.random.Generator, robots: int) -> list[Quintic]:
     """Lanes of which some cross; the arguments are as of :func:`lanes_beside`, and there are two robots or more."""
-    bend = BEND.get(robots, _USUAL_BEND)
+    bend = _BEND.get(robots, _USUAL_BEND)
     starts = _places(robots)
     while True:
         order = rng.permutation(robots)
@@ -51,7 +51,7 @@ def lanes_crossing(rng: np.random.Generator, robots: int) -> list[Quintic]:
 
 def _places(robots: int) -> np.ndarray:
     """Where lanes start, along y [m]."""
-    return APART * ((robots - 1) / 2 - np.arange(robots))
+    return _APART * ((robots - 1) / 2 - np.arange(robots))
 
 
 def _aslant(rng: np.random.Generator, start: tuple[float, float], end: tuple[float, float]) -> Quintic:

@@ -33,12 +33,12 @@ from robotics.sensing.posture import LABORATORY
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
 Kind = Literal["A", "B", "U"]
-SPEED = 0.22  # m/s: mean speed on the longest lane
+_SPEED = 0.22  # m/s: mean speed on the longest lane
 FASTEST_DISC = 0.2  # m/s
 EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
 DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
-AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
-LONGEST = 8.0  # times the nominal duration: a run ends then
+_AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
+LONGEST_RUN = 8.0  # times the nominal duration: a run ends then
 
 
 def obstacle_ensemble(
@@ -71,7 +71,7 @@ def obstacle_ensemble(
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     tables = [course[0] for course in drawn]
     paths = join_tables(tables)
-    durations = paths.lengths.max(axis=1) / SPEED
+    durations = paths.lengths.max(axis=1) / _SPEED
     starts = np.array([[t[:3, 0] for t in row] for row in tables])
     shared = Member(
         start=(0.0, 0.0, 0.0),
@@ -81,7 +81,7 @@ def obstacle_ensemble(
     scenario = Scenario(
         name=f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else ""),
         robots=(shared,) * robots,
-        duration=float(np.ceil(LONGEST * durations.max() + extra)),
+        duration=float(np.ceil(LONGEST_RUN * durations.max() + extra)),
         kind="team" if robots > 1 else "tracking",
         sensing=LABORATORY,
         radio=radio or Radio(),
@@ -113,7 +113,7 @@ def random_course(
                 world = random_field(rng, paths, gap=GAP if kind == "A" else None)
         except WorldError:  # no place: another course
             continue
-        nominal = max(path.length for path in paths) / SPEED
+        nominal = max(path.length for path in paths) / _SPEED
         discs = [_crossing_disc(rng, paths[int(rng.integers(robots))], nominal) for _ in range(moving)]
         return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
 
@@ -125,9 +125,9 @@ def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc
     course = float(on.heading) + rng.choice((-1.0, 1.0)) * rng.uniform(np.pi / 4, 3 * np.pi / 4)
     step = np.array([np.cos(course), np.sin(course)])
     # Timing begins at once: a disc that is to come later starts farther away.
-    before = max(AWAY, speed * (share * nominal + rng.uniform(-EARLY, EARLY)))
+    before = max(_AWAY, speed * (share * nominal + rng.uniform(-EARLY, EARLY)))
     crossing = np.array([float(on.x), float(on.y)])
-    start, end = crossing - before * step, crossing + AWAY * step
+    start, end = crossing - before * step, crossing + _AWAY * step
     path = Line(start=(float(start[0]), float(start[1])), end=(float(end[0]), float(end[1])))
     return Disc(radius=float(rng.uniform(*DISC)), path=path, timing=Timing(speed=float(speed)))
 
@@ -213,7 +213,7 @@ def disturbed_course(
 
 def longest(ensemble: Setting, extra: float = 0.0) -> np.ndarray:
     """The longest that each run may take (runs,) [s]."""
-    return LONGEST * ensemble.references.ends[:, 0] + extra
+    return LONGEST_RUN * ensemble.references.ends[:, 0] + extra
 
 
 def run_course(

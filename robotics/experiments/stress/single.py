@@ -17,7 +17,7 @@ from robotics.scenario.description import ScenarioError
 from robotics.simulation.loop import record_run
 from robotics.simulation.run import Run
 
-AFTER = 2.0  # s for which a run goes on after the last arrival
+_AFTER = 2.0  # s for which a run goes on after the last arrival
 STRESSES = {"crossing": "right-of-way", "obstacles": "obstacles"}  # and the controller of each
 ALIASES = {  # what `robotics stress` calls some controllers
     "crossing": {
@@ -85,7 +85,7 @@ def single_run(
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
         ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
         limits = obstaclecourse.longest(ensemble, wrong.extra)
-    tally = Tally(ensemble, limits, 0, 1, after=AFTER)
+    tally = Tally(ensemble, limits, 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     links = links and robots > 1
     kept: dict[str, bool] = {"links": links} | dict.fromkeys(("torques", "encoders", "messages"), logged)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Method = Literal["grid", "random", "latin-hypercube"]
 DESIGNS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
-KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points are from 1
+ROW_KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points are from 1
 MOST_POINTS = 1_000_000
 
 

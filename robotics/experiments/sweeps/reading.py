@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.sweeps.plan import DESIGNS, KEYS, MOST_POINTS, Axis, Method, Sweep, SweepError, metrics_at
+from robotics.experiments.sweeps.plan import DESIGNS, MOST_POINTS, ROW_KEYS, Axis, Method, Sweep, SweepError, metrics_at
 from robotics.laws.catalogue import located, make_controller
 from robotics.measures.registry import own_metrics
 from robotics.quantity import described, is_number, quantity, whole
@@ -316,7 +316,7 @@ def _range(name: str, target: Literal["scenario", "controller"], given: dict[str
 
 def _check_columns(source: _Source, axes: tuple[Axis, ...]) -> None:
     """Every axis is a column of the table beside the ones that are always there."""
-    seen = {*KEYS, "diverged", "contact"}
+    seen = {*ROW_KEYS, "diverged", "contact"}
     for axis in axes:
         if axis.name in seen:
             section = "scenario_fields" if axis.target == "scenario" else "controller_parameters"

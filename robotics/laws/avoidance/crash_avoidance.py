@@ -45,7 +45,7 @@ from robotics.laws.avoidance.ends import near_ends
 from robotics.laws.avoidance.ends import told as told_of_ends
 from robotics.laws.equation import EquationLaw, HeardColumns, RobotColumns, equation
 from robotics.laws.law import ControllerError, Observation
-from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
+from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory, CooperationMessage, FuzzyCooperation, steered
 from robotics.laws.tracking.fuzzy_tracking import Lateral, TrackingWork, compiled_curve, tell_inputs
@@ -53,10 +53,10 @@ from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
 
 # Thesis Fig 6.7
-DIAGRAM = StateDiagram(
+_DIAGRAM = StateDiagram(
     {
-        TRACK: Box("tracking", "Table 5.6 at λ + α + η (6.4); η is 0 unless another robot is within d_min"),
-        YIELD: Box("standing", "v = ω = 0 (6.5)"),
+        TRACK: StateBox("tracking", "Table 5.6 at λ + α + η (6.4); η is 0 unless another robot is within d_min"),
+        YIELD: StateBox("standing", "v = ω = 0 (6.5)"),
     },
     (
         Transition(TRACK, YIELD, "a robot of lower number is within d_min"),
@@ -65,7 +65,7 @@ DIAGRAM = StateDiagram(
 )
 TOUCHING = 0.3  # m: where two robots touch; η is 1.2 rad there, whatever d_min is
 Variant = Literal["literal", "lag-clock", "yielding"]
-VARIANT = codes(Variant)
+_VARIANT = codes(Variant)
 
 
 class CrashMessage(CooperationMessage):
@@ -155,7 +155,7 @@ def avoid_crashes(robot, gain, memory, command, work, known, i, rules):  # type:
     """Stand still by (6.5), or turn by (6.4)."""
     eta, below, tracking = rules[int(gain.eta_begin) :], gain.cooperation, work.tracking
     stands, turn, nearest = danger(i, robot, known.heard, gain.d_min, gain.eta, eta, work)
-    excused = stands and gain.variant == VARIANT.yielding
+    excused = stands and gain.variant == _VARIANT.yielding
     steered(robot, below, memory, command, tracking, known, i, turn, excused, False)
     told = tell_inputs(command.inputs, below.tracker, tracking)
     command.inputs[told] = eta_input(nearest, gain.d_min, eta)
@@ -218,7 +218,7 @@ class CrashAvoidance(EquationLaw):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """Tracking and standing, thesis Fig 6.7."""
-        return (DIAGRAM,)
+        return (_DIAGRAM,)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say whose starts or goals are within d_min of each other: by (6.5) one robot then stands until it is not."""

@@ -9,7 +9,7 @@ from fuzzy.compiled.jit import kernel, without_refcounts
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped_compiled
 
-NEARER = 0.25  # m: a reading so much less than a robot's distance may be that robot
+ROBOT_ECHO = 0.25  # m: a reading so much less than a robot's distance may be that robot
 FARTHER = 0.05  # m: one so much more may be as well
 
 
@@ -27,7 +27,7 @@ def without_echoes(
     known: np.ndarray,
     *,
     radius: Any,
-    nearer: Any = NEARER,
+    nearer: Any = ROBOT_ECHO,
     unsure: Any = 0.0,
 ) -> np.ndarray:
     """``readings`` [m] (runs, robots, sensors) without the echoes of ``known`` robots; one left out reads infinite.

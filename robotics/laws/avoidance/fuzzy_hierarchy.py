@@ -44,7 +44,7 @@ from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage
 from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvoidance
 from robotics.laws.avoidance.obstacle_modes import GROWTH
 from robotics.laws.law import Command, ControllerError, Law, Observation
-from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
+from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory
 from robotics.sensing.sonar import SONAR
@@ -52,11 +52,11 @@ from robotics.sensing.sonar import SONAR
 _NEAR, _FREE = "ro ≤ ro_min, or a side sonar reads too little", "all sonars read enough"
 _STOP, _GO = "a robot of lower number is within d_min", "none is"
 # Thesis Fig 6.26, with the stop of Fig 6.7
-DIAGRAM = StateDiagram(
+_DIAGRAM = StateDiagram(
     {
-        TRACK: Box("tracking", "Table 5.6 at λ + α + η (6.4)"),
-        AVOID: Box("avoiding", "Table 5.6 at α + η + Θ(ro) (6.7), slower"),
-        YIELD: Box("standing", "v = ω = 0 (6.5)"),
+        TRACK: StateBox("tracking", "Table 5.6 at λ + α + η (6.4)"),
+        AVOID: StateBox("avoiding", "Table 5.6 at α + η + Θ(ro) (6.7), slower"),
+        YIELD: StateBox("standing", "v = ω = 0 (6.5)"),
     },
     (
         Transition(TRACK, AVOID, _NEAR),
@@ -67,10 +67,10 @@ DIAGRAM = StateDiagram(
         Transition(YIELD, AVOID, f"{_GO}; an obstacle is near"),
     ),
 )
-GROUP_DIAGRAM = StateDiagram(
+_GROUP_DIAGRAM = StateDiagram(
     {
-        0: Box("in the group", "the clock waits for the robot"),
-        LEFT_BEHIND: Box("left behind", "the clock does not wait for it"),
+        0: StateBox("in the group", "the clock waits for the robot"),
+        LEFT_BEHIND: StateBox("left behind", "the clock does not wait for it"),
     },
     (
         Transition(0, LEFT_BEHIND, "it avoids without progress for longer than patience"),
@@ -120,7 +120,7 @@ class FuzzyHierarchy(Law[_Memory]):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The modes of Fig 6.26 with the stop of Fig 6.7; and whether the group waits for the robot."""
-        return (DIAGRAM, GROUP_DIAGRAM)
+        return (_DIAGRAM, _GROUP_DIAGRAM)
 
     @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:

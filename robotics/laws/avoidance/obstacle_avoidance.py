@@ -47,7 +47,7 @@ from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.echoes import NEARER, is_echo
+from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
 from robotics.laws.avoidance.obstacle_modes import (
     GROWTH,
     STOP_DISTANCE,
@@ -71,7 +71,7 @@ from robotics.laws.avoidance.priority import (
 )
 from robotics.laws.equation import EquationLaw, HeardColumns, equation
 from robotics.laws.law import ControllerError
-from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, Box, StateDiagram, Transition
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import (
     ON_PATH,
@@ -87,7 +87,7 @@ from robotics.quantity import check_quantities, quantity
 from robotics.sensing.sonar import SONAR
 
 TOO_LARGE = 1.5  # 1: times the robot for which the distances are stated
-ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on
+_ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on
 SIDE_MARGIN = 0.06  # m: a robot turns away from another at its side that is nearer than ``near`` and this
 TURN_AWAY = 0.8  # rad/s, from that one
 PASSING_CONE = 1.3  # rad from the heading: a robot that avoids is let pass where it is within
@@ -106,9 +106,9 @@ CREEP_SPEED = 0.06  # m/s: a robot ahead of time that avoids drives no slower
 # Thesis Fig 6.26, and what became of it here; below each, whether the group waits for the robot
 LITERAL_DIAGRAM = StateDiagram(
     {
-        TRACK: Box("tracking", "Table 5.6 at α"),
-        AVOID: Box("avoiding", "Table 5.6 at α + Θ(ro) (6.7), slower"),
-        YIELD: Box("standing", "v = ω = 0"),
+        TRACK: StateBox("tracking", "Table 5.6 at α"),
+        AVOID: StateBox("avoiding", "Table 5.6 at α + Θ(ro) (6.7), slower"),
+        YIELD: StateBox("standing", "v = ω = 0"),
     },
     (
         Transition(TRACK, AVOID, "ro ≤ ro_min, or a side sonar reads too little"),
@@ -122,10 +122,10 @@ LITERAL_DIAGRAM = StateDiagram(
 _IN_THE_WAY = "another robot, or what may move, is too near"
 COMMITTED_DIAGRAM = StateDiagram(
     {
-        TRACK: Box("tracking", "Table 5.6 at α, no faster than the front reading allows"),
-        AVOID: Box("avoiding", "Table 5.6 at α + Θ(ro), round one side, which is kept"),
-        FOLLOW: Box("following the wall", "along the wall, on the same side"),
-        YIELD: Box("yielding", "stands; on the spot it may turn away from who is beside it"),
+        TRACK: StateBox("tracking", "Table 5.6 at α, no faster than the front reading allows"),
+        AVOID: StateBox("avoiding", "Table 5.6 at α + Θ(ro), round one side, which is kept"),
+        FOLLOW: StateBox("following the wall", "along the wall, on the same side"),
+        YIELD: StateBox("yielding", "stands; on the spot it may turn away from who is beside it"),
     },
     (
         Transition(TRACK, AVOID, "a front sonar reads less than ro_min"),
@@ -140,10 +140,10 @@ COMMITTED_DIAGRAM = StateDiagram(
         Transition(YIELD, FOLLOW, "its way is free, along a wall"),
     ),
 )
-GROUP_DIAGRAM = StateDiagram(
+_GROUP_DIAGRAM = StateDiagram(
     {
-        0: Box("in the group", "the clock waits for the robot"),
-        LEFT_BEHIND: Box("left behind", "the clock does not wait for it"),
+        0: StateBox("in the group", "the clock waits for the robot"),
+        LEFT_BEHIND: StateBox("left behind", "the clock does not wait for it"),
     },
     (
         Transition(0, LEFT_BEHIND, "no progress on the path for longer than patience"),
@@ -164,7 +164,7 @@ class Sight(NamedTuple):
 
 SONARS = len(SONAR)
 Variant = Literal["committed", "literal"]
-VARIANT = codes(Variant)
+_VARIANT = codes(Variant)
 
 
 class SightColumns(Columns):
@@ -266,7 +266,7 @@ def stalled(best, before, place, lost):  # type: ignore[no-untyped-def]
 @compiled_only
 def _look(robot, gain, memory, work, known, i):  # type: ignore[no-untyped-def]
     """Take in what the sonars read: into ``work`` as read, and into the memory with lost echoes filled in."""
-    committed = gain.variant == VARIANT.committed
+    committed = gain.variant == _VARIANT.committed
     for q in range(SONARS):
         reading = known.ranges[q, i]
         if committed and reading < np.inf and _of_a_robot(reading, q, robot, gain, known, i):
@@ -287,7 +287,7 @@ def _of_a_robot(reading, q, robot, gain, known, i):  # type: ignore[no-untyped-d
         ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
         if math.hypot(ahead, left) > IN_THE_WAY + gain.widening and is_echo(
             reading, mount.x[q], mount.y[q], mount.axis[q], mount.half_cone[q],
-            ahead, left, ROBOT_RADIUS + gain.widening / 2, NEARER, 0.0,
+            ahead, left, ROBOT_RADIUS + gain.widening / 2, ROBOT_ECHO, 0.0,
         ):  # fmt: skip
             return True
     return False
@@ -302,7 +302,7 @@ def _lets_pass(robot, gain, known, i, avoids):  # type: ignore[no-untyped-def]
     robots = known.heard.shape[2]
     for j in range(robots):
         heard = ObstacleHeard(known.heard, i, j)
-        first = j < i % robots or (gain.variant == VARIANT.committed and not avoids)
+        first = j < i % robots or (gain.variant == _VARIANT.committed and not avoids)
         if not (first and heard.hears > 0 and heard.said.avoids > 0.5):
             continue
         dx, dy, _, _ = other(heard.said.where, heard.age, robot.x, robot.y)
@@ -332,7 +332,7 @@ def _aside(robot, near, known, i):  # type: ignore[no-untyped-def]
         if heard.hears > 0:
             dx, dy, _, _ = other(heard.said.where, heard.age, robot.x, robot.y)
             bearing = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
-            if CONE <= abs(bearing) < ABEAM and math.hypot(dx, dy) < reach:
+            if CONE <= abs(bearing) < _ABEAM and math.hypot(dx, dy) < reach:
                 sides += 1.0 if bearing > 0 else -1.0
     return -1.0 if sides > 0 else (1.0 if sides < 0 else 0.0)
 
@@ -437,7 +437,7 @@ def _in_time(due_v, due_s, place, off, mode):  # type: ignore[no-untyped-def]
 def avoid_obstacles(robot, gain, memory, command, work, known, i, rules):  # type: ignore[no-untyped-def]
     """Look, choose a mode, steer, and say so."""
     _look(robot, gain, memory, work, known, i)
-    committed, alone = gain.variant == VARIANT.committed, memory.state.stalled > gain.patience
+    committed, alone = gain.variant == _VARIANT.committed, memory.state.stalled > gain.patience
     avoids, turn, slowing, front = False, 0.0, 1.0, np.inf
     if committed:
         alone = alone and memory.state.mode != TRACK
@@ -509,7 +509,7 @@ class ObstacleAvoidance(EquationLaw):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The modes of its variant, thesis Fig 6.26; and whether the group waits for the robot."""
-        return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, GROUP_DIAGRAM)
+        return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, _GROUP_DIAGRAM)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say which robots are so large that its distances to obstacles do not suit them."""

@@ -88,7 +88,7 @@ class MountColumns(Columns):
 
 
 # Noticing an obstacle
-NOTICED = 1.0  # m: from here on it is smoothed which of the front readings is smaller
+_NOTICED = 1.0  # m: from here on it is smoothed which of the front readings is smaller
 LEAN_SMOOTHING = 0.8  # s: the time constant of that
 ALIKE = 0.02  # m: front readings that differ by no more are alike
 NEW_OBSTACLE = 0.3  # m: an obstacle that is so much nearer on the other side is another one
@@ -105,7 +105,7 @@ RELIEF = 0.16  # m: an obstacle that only one front sonar sees counts as so much
 FREE_TIME = 1.2  # s for which all has to be free before the robot tracks again
 
 # Speed
-CRUISE = 0.28  # m/s, while avoiding
+_CRUISE = 0.28  # m/s, while avoiding
 STOP_DISTANCE = 0.12  # m: the speed is 0 where the front reads this or less
 SLOWING_DISTANCE = 0.4  # m: it falls over this distance before STOP_DISTANCE
 
@@ -116,9 +116,9 @@ FLIP = 45.0  # s along a wall before the other way round is tried
 WALL_DISTANCE = 0.25  # m, from the side sonar to the wall that is followed
 CORNER = 0.35  # m: radius of the turn round the end of a wall
 BLOCKED = 0.27  # m: with less in front, the robot turns away from the corner it is in
-SEEN = 0.7  # m: a wall that a front sonar sees no farther away is still there
+_SEEN = 0.7  # m: a wall that a front sonar sees no farther away is still there
 BEYOND = 0.1  # m: so far past the place where it got stuck a robot may leave the wall
-OPEN = 0.35  # m: and with so much ahead
+_OPEN = 0.35  # m: and with so much ahead
 RELAX = 0.3  # m: with every flip it may leave earlier, for it may have been farther while it still avoided
 
 
@@ -130,8 +130,8 @@ WATCH_SMOOTHING = 0.25  # s: the time constant of NEAREST_READING
 RESTS = 1.0  # s without a change: the thing stands still
 LOST = 3.0  # s: the same where nothing is seen; as long as something takes to pass
 LONGEST_HALT = 6.0  # s
-AWAY = 0.6  # m: a robot that has driven so far has got away
-NEARER = 0.03  # m: for a thing that turned out to stand still, it stops again when it is so much nearer
+_AWAY = 0.6  # m: a robot that has driven so far has got away
+_NEARER = 0.03  # m: for a thing that turned out to stand still, it stops again when it is so much nearer
 ENOUGH_ROOM = 0.25  # m: with so much room
 ROOM_TIME = 2.0  # s: for so long, FLOOR is forgotten
 
@@ -162,7 +162,7 @@ def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
     """Stop a robot that has something very near, so that it does not drive into a thing that comes nearer.
 
     A robot does not know whether a near thing moves. It stops and watches whether its nearest reading changes; it goes
-    on when that has not changed for a while, after LONGEST_HALT, or once it has driven AWAY.
+    on when that has not changed for a while, after LONGEST_HALT, or once it has driven _AWAY.
 
     Args:
         watch: What is remembered, WatchMemory, brought up to date; at the start :func:`nothing_watched`.
@@ -185,10 +185,10 @@ def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
         watch.halted += dt
         watch.gone += dt * abs(v)
         quiet = watch.quiet >= (RESTS if watch.nearest < ENOUGH_ROOM else LOST)
-        if watch.gone > AWAY and watch.nearest > ENOUGH_ROOM:
+        if watch.gone > _AWAY and watch.nearest > ENOUGH_ROOM:
             watch.halted, watch.floor, watch.roomy_for = 0.0, np.inf, 0.0
         elif quiet or watch.halted > LONGEST_HALT:
-            watch.halted, watch.floor, watch.roomy_for = 0.0, min(watch.nearest, TOO_NEAR) - NEARER, 0.0
+            watch.halted, watch.floor, watch.roomy_for = 0.0, min(watch.nearest, TOO_NEAR) - _NEARER, 0.0
     else:
         if watch.roomy_for > ROOM_TIME:
             watch.floor = np.inf
@@ -247,14 +247,14 @@ def next_mode(one, seen, fresh, robot, alpha, place, off, remaining, near, dt, w
         if beside < SIDE_REACH:
             to *= min(max((beside - TIGHT) / (LOOSE - TIGHT), 0.0), 1.0)
     to += one.way * SHY * max(TIGHT - beside, 0.0)
-    return to, CRUISE * ease, 0.0, distance
+    return to, _CRUISE * ease, 0.0, distance
 
 
 @compiled_only
 def _lean(one, seen, front, dt):  # type: ignore[no-untyped-def]
     """Update LEAN: which front sonar reads more. It is smoothed while an obstacle comes nearer."""
     apart = min(seen.front_left, 3.0) - min(seen.front_right, 3.0)
-    if front > NOTICED or one.lean == 0:
+    if front > _NOTICED or one.lean == 0:
         one.lean = apart
     one.lean += dt / LEAN_SMOOTHING * (apart - one.lean)
 
@@ -294,7 +294,7 @@ def _follow(one, seen, front, limit, alpha, place, off, dt):  # type: ignore[no-
     one.stalled += dt
     one.along += dt
     beyond = max(place - one.best, place - off - one.net) > BEYOND  # at the path's end the place does not grow
-    if beyond and alpha * one.way > -0.2 and front >= min(limit, OPEN):
+    if beyond and alpha * one.way > -0.2 and front >= min(limit, _OPEN):
         one.mode, one.best = AVOID, place
         one.free = one.stalled = 0.0
     elif one.along > FLIP:
@@ -319,7 +319,7 @@ def _along(one, seen, fresh, robot, alpha, dt, wall):  # type: ignore[no-untyped
         if beside < SIDE_REACH or ahead < 0.4:
             one.wall = 1.0
         return speed, min(max(2.0 * alpha, -1.5), 1.5)
-    if ahead < SEEN:
+    if ahead < _SEEN:
         one.turned = 0.0
         edge = (WALL_DISTANCE + wall.set_back) / wall.slant
         away = 4.0 * (edge - ahead) + 3.0 * max(WALL_DISTANCE - min(beside, SIDE_REACH), -0.2)
@@ -347,7 +347,7 @@ def _remember(one, fresh, robot, wall):  # type: ignore[no-untyped-def]
     ahead, beside = (fresh.front_right, fresh.right) if way > 0 else (fresh.front_left, fresh.left)
     if beside < SIDE_REACH:
         forward, aside = 0.0, wall.side_y + beside
-    elif ahead < SEEN:
+    elif ahead < _SEEN:
         forward, aside = wall.front_x + ahead * np.cos(wall.edge), wall.front_y + ahead * np.sin(wall.edge)
     else:
         return

@@ -30,7 +30,7 @@ from robotics.paths.trajectory import Reference
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
 SIDESTEP_MARGIN = 0.1  # m: how much farther than the clearance a side-step goes
-LONG = 1.6  # times the nominal duration: for a longer plan, a roundabout is tried too
+_LONG = 1.6  # times the nominal duration: for a longer plan, a roundabout is tried too
 
 
 class _Way(NamedTuple):
@@ -162,7 +162,7 @@ def _planned(
     longer = np.ones(len(nodes))
     margin, together = np.minimum(clock_margin / durations, 1.0), np.minimum(PLANNED_SPREAD / durations, 1.0)
     plan = plan_right_of_way(nodes, clearance, margin, together=together)
-    if (plan.found & (plan.factor <= LONG)).all():
+    if (plan.found & (plan.factor <= _LONG)).all():
         return plan, paths, longer
     tables = [
         [paths.table[:, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
@@ -171,7 +171,7 @@ def _planned(
     original = list(tables)
     longest = np.broadcast_to(paths.lengths.reshape(-1, robots).max(axis=1), len(nodes))
     for way in _WAYS:
-        rest = np.flatnonzero(~plan.found | (way.rounded & (longer * plan.factor > LONG)))
+        rest = np.flatnonzero(~plan.found | (way.rounded & (longer * plan.factor > _LONG)))
         clear = way.clearance_scale * clearance
         bent = [way.bent_paths(original[r], clear + SIDESTEP_MARGIN) for r in rest]
         rest = rest[[tables is not None for tables in bent]]

@@ -22,7 +22,7 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 from robotics.paths.road import CELLS  # of each path, and ticks of the nominal duration
 
-FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
+_FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
 PARKED = 0.035  # m: a robot nearer to its end may count as arrived
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
 
@@ -59,11 +59,11 @@ def plan_right_of_way(
     runs, robots = nodes.shape[:2]
     rng = np.random.default_rng(seed)
     tried = np.stack([np.arange(robots), *(rng.permutation(robots) for _ in range(orders - 1))])
-    longest = ceil(CELLS * FACTORS[-1])
+    longest = ceil(CELLS * _FACTORS[-1])
     cells = np.zeros((runs, robots, longest + 1), dtype=np.int32)
     ticks = np.zeros(runs, dtype=np.int64)
     count = np.zeros(runs, dtype=np.int64)
-    horizons = np.array([ceil(CELLS * f) for f in FACTORS])
+    horizons = np.array([ceil(CELLS * f) for f in _FACTORS])
     if together is None:
         late = np.full(runs, longest + 1)
     else:

@@ -31,7 +31,7 @@ from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
 from robotics.laws.avoidance.priority import WhereaboutsColumns, stops_for, tell_whereabouts, wider
 from robotics.laws.equation import EquationLaw, HeardColumns, Memory, equation
 from robotics.laws.law import ControllerError, check_connected, check_team
-from robotics.laws.modes import TRACK, YIELD, Box, StateDiagram, Transition
+from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
 from robotics.laws.tracking.lyapunov import Lyapunov, track
@@ -71,10 +71,10 @@ class WayDerived(Columns):
     found = column("1", "1: the run has a plan")
 
 
-DIAGRAM = StateDiagram(
+_DIAGRAM = StateDiagram(
     {
-        TRACK: Box("tracking", "the Lyapunov law to the place that the plan has due, by the clock of all"),
-        YIELD: Box("standing", "v = ω = 0; the clocks of all slow down"),
+        TRACK: StateBox("tracking", "the Lyapunov law to the place that the plan has due, by the clock of all"),
+        YIELD: StateBox("standing", "v = ω = 0; the clocks of all slow down"),
     },
     (
         Transition(TRACK, YIELD, "another robot is ahead, nearer than near and the braking distance"),
@@ -182,7 +182,7 @@ class RightOfWay(EquationLaw):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """Tracking and standing."""
-        return (DIAGRAM,)
+        return (_DIAGRAM,)
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.

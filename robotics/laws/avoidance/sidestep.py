@@ -23,7 +23,7 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 from robotics.paths.path import PathColumns
 
-WIDTH = 1.6  # m: half the length of a bump
+_WIDTH = 1.6  # m: half the length of a bump
 NARROWEST = 0.6  # m: the least half length; where there is no room for it, a path is not bent
 SHARPEST = 5.0  # 1/m: no path is bent to a higher curvature
 CROWD = 4  # the number of paths through one place that make a roundabout
@@ -75,7 +75,7 @@ def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] |
             node = PathColumns(tables[i], k)
             sin, cos = np.sin(node.heading), np.cos(node.heading)
             left = cos * (middle[1] - node.y) - sin * (middle[0] - node.x)
-            half = min(room, radius + WIDTH / 2)
+            half = min(room, radius + _WIDTH / 2)
             ahead = np.abs(s - s[k]) / half
             ring = np.sqrt(np.clip(1 - ahead**2, 0.0, None)) * _rising((1 - ahead) * half / min(turn, half))
             result[i] = _shifted(tables[i], -(radius - left) * ring)
@@ -87,7 +87,7 @@ def roundabout(tables: Sequence[np.ndarray], clear: float) -> list[np.ndarray] |
 def _distances(table: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The distances [m] of ``points`` (points, 2) from a path without its ends; infinite where it is too short."""
     s = _abscissae(table)
-    inner = table[:2, np.minimum(s, s[-1] - s) >= WIDTH / 2]
+    inner = table[:2, np.minimum(s, s[-1] - s) >= _WIDTH / 2]
     if not inner.size:
         return np.full(len(points), np.inf)
     return np.asarray(np.hypot(inner[0] - points[:, :1], inner[1] - points[:, 1:]).min(axis=1))
@@ -111,7 +111,7 @@ def _around(table: np.ndarray, points: np.ndarray, clear: float, mirrored: bool)
             gap = clear + 0.02 - abs(left)
             if mirrored and abs(left) < clear / 2:
                 away, gap = -away, clear + 0.02 + abs(left)
-            shift += away * gap * _bump((s - s[k]) / min(WIDTH, room))
+            shift += away * gap * _bump((s - s[k]) / min(_WIDTH, room))
         if not shift.any():
             return table
         mirrored = False  # once past the point, away from it
@@ -134,10 +134,10 @@ def _keeping_right(tables: list[np.ndarray], clear: float) -> list[np.ndarray]:
                 s = _abscissae(tables[k])
                 first, last = s[stretch]
                 flat = np.clip(np.abs(s - (first + last) / 2) - (last - first) / 2, 0.0, None)
-                room = min(WIDTH, max(first, NARROWEST), max(s[-1] - last, NARROWEST))
+                room = min(_WIDTH, max(first, NARROWEST), max(s[-1] - last, NARROWEST))
                 shift = -(clear / 2 + 0.02) * _bump(flat / room)
                 # The ends stay, whatever lies near them.
-                shift *= _rising(np.minimum(s, s[-1] - s) / min(WIDTH, s[-1] / 2))
+                shift *= _rising(np.minimum(s, s[-1] - s) / min(_WIDTH, s[-1] / 2))
                 moved = _shifted(tables[k], shift)
                 if moved is not None:
                     tables[k] = moved

@@ -58,12 +58,12 @@ from robotics.paths.posture import wrapped_compiled
 from robotics.paths.road import TIMED, at, beside, by_x, last_x, road_of
 from robotics.quantity import check_quantities, quantity
 
-LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
-OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
+_LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
+FORMATION_OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
 LEADER_PACE, FOLLOWERS_PACE = (3.0, 0.0, 1.5), (0.5, 1.2, 1.2)  # b, a and r [1/m] of S
 Correction = Literal["own-pose", "none"]
 Speeds = Literal["lead", "literal"]
-CORRECTION, SPEEDS = codes(Correction), codes(Speeds)
+CORRECTION, _SPEEDS = codes(Correction), codes(Speeds)
 
 
 class FormationInputs(Columns):
@@ -77,8 +77,8 @@ class FormationInputs(Columns):
     kappa_f = column("1/m")
 
 
-INPUTS = tuple(FormationInputs.columns)
-INPUT = codes(INPUTS)
+FORMATION_INPUTS = tuple(FormationInputs.columns)
+INPUT = codes(FORMATION_INPUTS)
 
 
 class LeadMemory(Columns):
@@ -96,23 +96,25 @@ class NetworkColumns(Columns):
     drives_leader = column("", "1: it does")
     drives_followers = column("", "1: it does")
     asks = column("", "the number of its inputs")
-    asked = several(len(INPUTS), "", "its inputs as places in INPUTS")
-    answers = several(len(OUTPUTS), "", "where it has each of OUTPUTS, or -1")
+    asked = several(len(FORMATION_INPUTS), "", "its inputs as places in INPUTS")
+    answers = several(len(FORMATION_OUTPUTS), "", "where it has each of FORMATION_OUTPUTS, or -1")
 
 
 class NetworksDerived(Columns):
     """What the law makes of its networks."""
 
     count = column("", "of networks")
-    networks = several(NetworkColumns.size * len(OUTPUTS), "", "as NetworkColumns, with room for one of each output")
+    networks = several(
+        NetworkColumns.size * len(FORMATION_OUTPUTS), "", "as NetworkColumns, with room for one of each output"
+    )
 
 
 class NetworkWork(Columns):
     """What the networks work in."""
 
-    all = several(len(INPUTS), "", "as FormationInputs")
-    asked = several(len(INPUTS), "", "the inputs of one network")
-    answer = several(len(OUTPUTS), "", "and its outputs")
+    all = several(len(FORMATION_INPUTS), "", "as FormationInputs")
+    asked = several(len(FORMATION_INPUTS), "", "the inputs of one network")
+    answer = several(len(FORMATION_OUTPUTS), "", "and its outputs")
     rest = several(0)
 
 
@@ -286,7 +288,7 @@ def teach(robot, gain, memory, known, lane, road, path):  # type: ignore[no-unty
     """Evaluate the law of the module's head at the measured postures."""
     leader, dx = formed(lane, known, memory)
     first, x = known.path[leader], RobotColumns(known.seen, leader).x
-    literal = gain.speeds == SPEEDS.literal
+    literal = gain.speeds == _SPEEDS.literal
     if lane != leader:
         v = gain.speed if literal else follower_speed(dx, gain.speed)
         w = v * beside(road, first, x - dx)[3]
@@ -310,7 +312,7 @@ def lead_and_follow(robot, gain, memory, command, work, known, lane, road, path,
     inputs.alpha_l = inputs.kappa_f = np.nan  # until they are asked for
     told, v, w = 0, 0.0, 0.0
     for k in range(int(gain.count)):
-        network = NetworkColumns(gain.networks, k, len(OUTPUTS))
+        network = NetworkColumns(gain.networks, k, len(FORMATION_OUTPUTS))
         drives = (network.drives_leader if lane == leader else network.drives_followers) > 0
         asks = int(network.asks)
         for n in range(asks):
@@ -361,7 +363,7 @@ class FormationTeacher(_FormationLaw):
     """
 
     speed: float = quantity(0.1, "m/s", above=0)  # v_d
-    look_ahead: float = quantity(LOOK_AHEAD, "m", above=0)  # L
+    look_ahead: float = quantity(_LOOK_AHEAD, "m", above=0)  # L
     ky: float = quantity(4.0, "1/m²", least=0)
     kpsi: float = quantity(0.8, "1/s", least=0)
     correction: Correction = "none"  # of the followers; the leader always corrects itself
@@ -387,7 +389,7 @@ class LeaderFollower(_FormationLaw):
 
     networks: str | tuple[Sugeno, ...] = "formation"
     correction: Correction = "own-pose"  # "none": the thesis's followers, open loop
-    look_ahead: float = quantity(LOOK_AHEAD, "m", above=0)  # L of the input alpha_l: that of the data learnt from
+    look_ahead: float = quantity(_LOOK_AHEAD, "m", above=0)  # L of the input alpha_l: that of the data learnt from
     ky: float = quantity(4.0, "1/m²", least=0)  # of the followers' correction; the leader's is in its network
     kpsi: float = quantity(0.8, "1/s", least=0)
     systems: tuple[CompiledSugeno, ...] = field(init=False, repr=False, compare=False)
@@ -419,13 +421,13 @@ class LeaderFollower(_FormationLaw):
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """What each network asks and answers."""
-        networks, begin = NetworkColumns.zeros(len(OUTPUTS)), 0
+        networks, begin = NetworkColumns.zeros(len(FORMATION_OUTPUTS)), 0
         for k, (own, row) in enumerate(zip(self.systems, self._packed, strict=True)):
             one, inputs = NetworkColumns(networks.array, k), [v.name for v in own.fis.inputs]
             outputs = [v.name for v in own.fis.outputs]
             one.begin, one.asks = begin, len(inputs)
-            one.asked[: len(inputs)] = [INPUTS.index(name) for name in inputs]
-            one.answers[:] = [outputs.index(name) if name in outputs else -1 for name in OUTPUTS]
+            one.asked[: len(inputs)] = [FORMATION_INPUTS.index(name) for name in inputs]
+            one.answers[:] = [outputs.index(name) if name in outputs else -1 for name in FORMATION_OUTPUTS]
             one.drives_leader, one.drives_followers = one.answers[:2].max() >= 0, one.answers[2:].max() >= 0
             begin += len(row)
         return {"count": len(self.systems), "networks": networks.array.ravel()}
@@ -454,12 +456,12 @@ def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:
     name = source if isinstance(source, str) else systems[-1].name
     for fis in systems:
         for variable in fis.inputs:
-            if variable.name not in INPUTS:
-                raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "formation input"))
+            if variable.name not in FORMATION_INPUTS:
+                raise ControllerError(f"{name}: " + expected(variable.name, FORMATION_INPUTS, "formation input"))
     outputs = sorted(v.name for fis in systems for v in fis.outputs)
-    if outputs != sorted(OUTPUTS):
+    if outputs != sorted(FORMATION_OUTPUTS):
         raise ControllerError(
-            f"{name}: the outputs of formation networks are {', '.join(OUTPUTS)}; got {', '.join(outputs)}"
+            f"{name}: the outputs of formation networks are {', '.join(FORMATION_OUTPUTS)}; got {', '.join(outputs)}"
         )
     return tuple(replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis for fis in systems)
 
@@ -469,4 +471,4 @@ def _read_networks(name: str) -> list[Sugeno]:
     packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
     if packaged is not None and packaged.is_dir():
         folder = FilePath(str(packaged))
-    return [read_fis(folder / f"{o}.fis") for o in OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
+    return [read_fis(folder / f"{o}.fis") for o in FORMATION_OUTPUTS] if folder.is_dir() else [load_rule_base(name)]

@@ -49,8 +49,8 @@ from robotics.vehicle.plant import velocity_limits
 
 Smoothing = Literal["savitzky-golay", "none"]
 FeedForward = Literal["full", "none"]
-SMOOTHING, FEED_FORWARD = codes(Smoothing), codes(FeedForward)
-BLOCK = 16  # samples that are simulated side by side, which the compiler turns into vector instructions
+_SMOOTHING, _FEED_FORWARD = codes(Smoothing), codes(FeedForward)
+_BLOCK = 16  # samples that are simulated side by side, which the compiler turns into vector instructions
 STRIDE = 17  # rows by which the noise moves on from a period to the next
 WEIGHTLESS = 1e-17  # a weight that is less changes no sum
 FILTER = (59 / 231, 54 / 231, 39 / 231, 14 / 231, -21 / 231)  # Savitzky and Golay 1964: 9 points, a parabola
@@ -81,13 +81,13 @@ class SampledMemory(Columns):
 class SampledWork(Columns):
     """A block of samples, and what a plan is made of."""
 
-    x = several(BLOCK, "m")
-    y = several(BLOCK, "m")
-    cos = several(BLOCK, "1", "of the heading")
-    sin = several(BLOCK, "1")
-    v = several(BLOCK, "m/s")
-    w = several(BLOCK, "rad/s")
-    cost = several(BLOCK, "1")
+    x = several(_BLOCK, "m")
+    y = several(_BLOCK, "m")
+    cos = several(_BLOCK, "1", "of the heading")
+    sin = several(_BLOCK, "1")
+    v = several(_BLOCK, "m/s")
+    w = several(_BLOCK, "rad/s")
+    cost = several(_BLOCK, "1")
     rest = several(0, "", "the reference ahead, its velocities, the plan, its sums, and the costs")
 
 
@@ -100,7 +100,7 @@ class AheadColumns(Columns):
     sin = column("1")
 
 
-AHEAD = AheadColumns.size
+_AHEAD = AheadColumns.size
 # sin h / h and cos h by their series in h²: exact to rounding for |h| <= 1/2
 _S1, _S2, _S3, _S4, _S5 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800
 _C1, _C2, _C3, _C4, _C5, _C6 = -1 / 2, 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800, 1 / 479001600
@@ -109,9 +109,9 @@ STEEPEST = 1.0  # rad: the most that a robot turns in a step
 
 @lru_cache(maxsize=8)
 def perturbations(seed: int, samples: int, steps: int) -> np.ndarray:
-    """Standard normal numbers (blocks, steps, 2, BLOCK): of v and ω, for one of each pair ± of ``samples``."""
-    blocks = -(-samples // (2 * BLOCK))
-    bank = np.random.default_rng(seed).standard_normal((blocks, steps, 2, BLOCK))
+    """Standard normal numbers (blocks, steps, 2, _BLOCK): of v and ω, for one of each pair ± of ``samples``."""
+    blocks = -(-samples // (2 * _BLOCK))
+    bank = np.random.default_rng(seed).standard_normal((blocks, steps, 2, _BLOCK))
     bank.flags.writeable = False
     return bank
 
@@ -154,15 +154,15 @@ def _simulate(steps, first, sign, gain, full, plan, ahead, led, noise, work):  #
     half = 0.5 * step
     xs, ys, coss, sins, vs, ws, costs = work.x, work.y, work.cos, work.sin, work.v, work.w, work.cost
     for t in range(steps):
-        at = (t + first) % steps * 2 * BLOCK
+        at = (t + first) % steps * 2 * _BLOCK
         to = AheadColumns(ahead, t, steps)
         to_x, to_y, cos_d, sin_d = to.x, to.y, to.cos, to.sin
         plan_v, plan_w = plan[t], plan[steps + t]
         pull_v = gain.gamma_v * (plan_v - full * led[t])
         pull_w = gain.gamma_w * (plan_w - full * led[steps + t])
-        for n in range(BLOCK):
+        for n in range(_BLOCK):
             to_v = _clipped(plan_v + v_std * noise[at + n], v_max)
-            to_w = _clipped(plan_w + w_std * noise[at + BLOCK + n], w_max)
+            to_w = _clipped(plan_w + w_std * noise[at + _BLOCK + n], w_max)
             v = vs[n] + follows * (to_v - vs[n])
             w = ws[n] + follows * (to_w - ws[n])
             h = half * w
@@ -184,19 +184,19 @@ def _simulate(steps, first, sign, gain, full, plan, ahead, led, noise, work):  #
 
 @compiled_only
 def _cost_all(robot, gain, steps, blocks, first, full, plan, ahead, led, noise, costs, work):  # type: ignore[no-untyped-def]
-    """Put the cost of every sample into (blocks, 2, BLOCK) numbers, and return the least."""
+    """Put the cost of every sample into (blocks, 2, _BLOCK) numbers, and return the least."""
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     least = math.inf
     for b in range(2 * blocks):
-        for n in range(BLOCK):
+        for n in range(_BLOCK):
             work.x[n], work.y[n], work.cos[n], work.sin[n] = robot.x, robot.y, cos, sin
             work.v[n], work.w[n], work.cost[n] = robot.v, robot.w, 0.0
-        own = noise[b // 2 * steps * 2 * BLOCK :]
+        own = noise[b // 2 * steps * 2 * _BLOCK :]
         _simulate(steps, first, 1.0 - 2.0 * (b % 2), gain, full, plan, ahead, led, own, work)
-        for n in range(BLOCK):
-            inside = 2 * (b // 2 * BLOCK + n) < gain.samples
-            costs[b * BLOCK + n] = work.cost[n] if inside else math.inf
-            least = min(least, costs[b * BLOCK + n])
+        for n in range(_BLOCK):
+            inside = 2 * (b // 2 * _BLOCK + n) < gain.samples
+            costs[b * _BLOCK + n] = work.cost[n] if inside else math.inf
+            least = min(least, costs[b * _BLOCK + n])
     return least
 
 
@@ -204,29 +204,29 @@ def _cost_all(robot, gain, steps, blocks, first, full, plan, ahead, led, noise, 
 def _average(gain, steps, blocks, first, least, plan, noise, costs, total):  # type: ignore[no-untyped-def]
     """Make the plan the mean of all samples, each with its weight."""
     weights = 0.0
-    for n in range(2 * steps * BLOCK):
+    for n in range(2 * steps * _BLOCK):
         total[n] = 0.0
     for b in range(2 * blocks):
         most = 0.0
-        for n in range(b * BLOCK, (b + 1) * BLOCK):
+        for n in range(b * _BLOCK, (b + 1) * _BLOCK):
             costs[n] = math.exp((least - costs[n]) * gain.per_temperature)
             weights += costs[n]
             most = max(most, costs[n])
         if most < WEIGHTLESS:
             continue
-        own, weight = noise[b // 2 * steps * 2 * BLOCK :], costs[b * BLOCK :]
+        own, weight = noise[b // 2 * steps * 2 * _BLOCK :], costs[b * _BLOCK :]
         for axis in range(2):
             bound = gain.v_max if axis == 0 else gain.w_max
             std = (1.0 - 2.0 * (b % 2)) * (gain.v_std if axis == 0 else gain.w_std)
             for t in range(steps):
-                at, to = ((t + first) % steps * 2 + axis) * BLOCK, (axis * steps + t) * BLOCK
+                at, to = ((t + first) % steps * 2 + axis) * _BLOCK, (axis * steps + t) * _BLOCK
                 planned = plan[axis * steps + t]
-                for n in range(BLOCK):
+                for n in range(_BLOCK):
                     total[to + n] += weight[n] * _clipped(planned + std * own[at + n], bound)
     for t in range(2 * steps):
         mean = 0.0
-        for n in range(BLOCK):
-            mean += total[t * BLOCK + n]
+        for n in range(_BLOCK):
+            mean += total[t * _BLOCK + n]
         plan[t] = mean / weights
 
 
@@ -243,19 +243,19 @@ def _remember(memory, steps, smoothing, full, led, plan):  # type: ignore[no-unt
             for k in range(1, PAST + 1):
                 before = plan[base + t - k] if t >= k else past[axis * PAST + PAST + t - k]
                 found += FILTER[k] * (before + plan[base + min(t + k, steps - 1)])
-            adds[base + t] = found if smoothing == SMOOTHING.savitzky_golay else plan[base + t]
+            adds[base + t] = found if smoothing == _SMOOTHING.savitzky_golay else plan[base + t]
 
 
 @equation
 def average_plans(robot, aim, gain, memory, command, work, road, path, rules, time, dt):  # type: ignore[no-untyped-def]
     """Command the beginning of the average of the sampled plans, whose noise stands in the rules."""
     steps, sent, noise = int(gain.steps), int(gain.sent), rules
-    full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
-    blocks = len(noise) // (steps * 2 * BLOCK)
-    ahead, rest = work.rest[: AHEAD * steps], work.rest[AHEAD * steps :]
+    full = 1.0 if gain.feed_forward == _FEED_FORWARD.full else 0.0
+    blocks = len(noise) // (steps * 2 * _BLOCK)
+    ahead, rest = work.rest[: _AHEAD * steps], work.rest[_AHEAD * steps :]
     led, rest = rest[: 2 * steps], rest[2 * steps :]
     plan, rest = rest[: 2 * steps], rest[2 * steps :]
-    total, costs = rest[: 2 * steps * BLOCK], rest[2 * steps * BLOCK :]
+    total, costs = rest[: 2 * steps * _BLOCK], rest[2 * steps * _BLOCK :]
     first = round(time / dt) * STRIDE % steps
     _look_ahead(aim, road, path, time, steps, gain.step, ahead, led)
     _shift(memory.adds, steps, dt / gain.step, full, led, plan)
@@ -330,5 +330,5 @@ class PathIntegral(EquationLaw):
     @property
     def working(self) -> int:
         """A block of samples, the reference ahead, the plan, its sums, and the costs."""
-        samples = perturbations(self.seed, self.samples, self.steps).shape[0] * 2 * BLOCK
-        return SampledWork.size + AHEAD * self.steps + 2 * self.steps * (2 + BLOCK) + samples
+        samples = perturbations(self.seed, self.samples, self.steps).shape[0] * 2 * _BLOCK
+        return SampledWork.size + _AHEAD * self.steps + 2 * self.steps * (2 + _BLOCK) + samples

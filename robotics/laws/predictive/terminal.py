@@ -23,7 +23,7 @@ from fuzzy.compiled.columns import Columns, column
 from robotics.laws.predictive.model import Response
 
 SPEEDS = 6  # of the table: the top speed and its halves
-DOUBLINGS = 60
+_DOUBLINGS = 60
 
 
 class Weights(NamedTuple):
@@ -74,7 +74,7 @@ def riccati(a: np.ndarray, b: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.nd
     """
     gain = b @ np.linalg.inv(r)
     left, cost, reach = a - gain @ s.mT, q - s @ np.linalg.inv(r) @ s.mT, gain @ b.mT
-    for _ in range(DOUBLINGS):
+    for _ in range(_DOUBLINGS):
         inverse = np.linalg.inv(np.eye(a.shape[-1]) + reach @ cost)
         shorter, more = left @ inverse, left.mT @ cost @ inverse @ left
         reach, cost, left = reach + shorter @ reach @ left.mT, cost + more, shorter @ left

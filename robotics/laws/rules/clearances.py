@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import codes
-from robotics.laws.avoidance.echoes import NEARER, in_own_frame, without_echoes
+from robotics.laws.avoidance.echoes import ROBOT_ECHO, in_own_frame, without_echoes
 from robotics.laws.law import Observation
 from robotics.paths.posture import wrapped
 from robotics.sensing.carried import sensor_names
@@ -114,7 +114,7 @@ def without_robots(
     ahead, left = in_own_frame(seen, dx, dy)
     known = moves | (np.hypot(ahead, left) > radii[:, None] + radii + NEARBY)
     mounts = sensors.x, sensors.y, sensors.axis, sensors.half_cone
-    nearer = np.maximum(NEARER, radii)  # from the far side of a large robot to its center
+    nearer = np.maximum(ROBOT_ECHO, radii)  # from the far side of a large robot to its center
     return without_echoes(values, mounts, ahead, left, known, radius=radii, nearer=nearer, unsure=unsure)
 
 

@@ -30,7 +30,7 @@ TURNING = 0.03  # m: a robot that drives ahead has so much more room than one th
 ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on
 FAR = 2.0  # m: robots farther away are in nobody's way
 UNSURE = 0.1  # of the way that the other has driven since its last message
-NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
+COMES_NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
 SETTLED = 0.008  # m: by less, and it stands
 
 
@@ -103,7 +103,7 @@ class EmergencySettings:
 
     def _watched(self, now: Situation, watch: EmergencyMemory) -> EmergencyMemory:
         """Notice what is near and comes nearer."""
-        begins = (now.nearest_room < self.near) & (now.nearing > NEARER) & (watch.halted == 0)
+        begins = (now.nearest_room < self.near) & (now.nearing > COMES_NEARER) & (watch.halted == 0)
         goes_on = (watch.halted > 0) & (now.nearing > SETTLED)
         halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
         return EmergencyMemory(halted)

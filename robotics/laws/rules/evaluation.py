@@ -10,7 +10,7 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
-from robotics.laws.rules.quantities import GROUPS, Quantity, quantity_of
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import called, load_rule_base
@@ -69,7 +69,7 @@ class RuleBase:
     def looks(self) -> bool:
         """Whether it asks for the room around the robot."""
         return any(
-            v.name in GROUPS["The room around it"] or q.sensor
+            v.name in QUANTITY_GROUPS["The room around it"] or q.sensor
             for v, q in zip(self.fis.inputs, self.inputs, strict=True)
         )
 

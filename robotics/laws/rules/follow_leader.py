@@ -34,8 +34,8 @@ from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 
-AT_END = 1e-3  # m: a leader this near to the end of its path has arrived
-MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
+_AT_END = 1e-3  # m: a leader this near to the end of its path has arrived
+_MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
 class FormationMemory(NamedTuple):
@@ -53,7 +53,7 @@ class FormationMemory(NamedTuple):
         """
         if len(setting.robots) < 2:
             raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
-        fixed, recall = Fixed.of(setting, MARGIN, meetings=meetings), Recall.start(setting, runs)
+        fixed, recall = Fixed.of(setting, _MARGIN, meetings=meetings), Recall.start(setting, runs)
         # Where a path closes, its end is as near as its beginning: look no farther than the robot may be
         begin = setting.references.at(0.0)
         x, y, _ = np.moveaxis(np.broadcast_to(setting.starts, (*recall.place.shape, 3)), -1, 0)
@@ -74,7 +74,7 @@ class FormationMemory(NamedTuple):
     def arrived(self, now: Situation) -> np.ndarray:
         """In which runs the leader has reached the end of its path by now (runs,) bool."""
         length = np.broadcast_to(now.fixed.lengths, now.place.shape)[:, 0]
-        return np.asarray(self.over | (now.place[:, 0] >= length - AT_END))
+        return np.asarray(self.over | (now.place[:, 0] >= length - _AT_END))
 
 
 @dataclass(frozen=True, kw_only=True)

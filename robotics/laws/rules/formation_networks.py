@@ -23,8 +23,8 @@ from robotics.laws.formation.leader_follower import LeaderFollower
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.follow_leader import FormationMemory, level_target
-from robotics.laws.rules.quantities import GROUPS, Quantity
-from robotics.laws.rules.situation import MESSAGE
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity
+from robotics.laws.rules.situation import TEAM_MESSAGE
 from robotics.laws.setting import Setting
 from robotics.quantity import check_quantities
 
@@ -78,7 +78,7 @@ class FormationNetworks(LeaderFollower):
     @property
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if a network asks for what is told by radio."""
-        return MESSAGE if asks_radio(q for network in self.own for q in network.rules.inputs) else ()
+        return TEAM_MESSAGE if asks_radio(q for network in self.own for q in network.rules.inputs) else ()
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -135,7 +135,7 @@ class FormationNetworks(LeaderFollower):
 
 def asks_radio(quantities: Any) -> bool:
     """Whether robots must tell each other something for one of these; those of the formation are read directly."""
-    formation = GROUPS["The formation"].values()
+    formation = QUANTITY_GROUPS["The formation"].values()
     return any(isinstance(q, Quantity) and q.radio and q not in formation for q in quantities)
 
 

@@ -35,7 +35,7 @@ from robotics.laws.law import Command, ControllerError, Law, Observation, check_
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.rules.emergency import EmergencyMemory, EmergencySettings
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
+from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE
@@ -43,7 +43,7 @@ from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
-OUTPUTS = {  # of each task, each with its unit and meaning
+TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
     "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},
     "crash": {"turn": "rad, added to that of tracking", "speed": "m/s, at most"},
     "obstacles": {
@@ -55,7 +55,7 @@ OUTPUTS = {  # of each task, each with its unit and meaning
         task: f"1, how urgent {task} is: 0 to 1" for task in ("tracking", "cooperation", "crash", "obstacles")
     },
 }
-SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
+_SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
 GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
 LEFT_AFTER = 15.0  # s after which it is said to be left behind
@@ -92,7 +92,7 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
-    tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *OUTPUTS)})
+    tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})
 
     def __post_init__(self) -> None:
         check_quantities(self, ControllerError)
@@ -100,7 +100,7 @@ class FuzzyTeam(Law[_Memory]):
         object.__setattr__(self, "tracker", tracking)
         object.__setattr__(self, "joiner", replace(tracking, steering_distance=0.0))
         bases: dict[str, RuleBase | None] = {}
-        for task, outputs in OUTPUTS.items():
+        for task, outputs in TEAM_OUTPUTS.items():
             name = getattr(self, f"{task}_rule_base")
             bases[task] = None if name == "none" else RuleBase.of(name, outputs, task)
         object.__setattr__(self, "bases", bases)
@@ -108,7 +108,7 @@ class FuzzyTeam(Law[_Memory]):
     @property
     def message(self) -> tuple[str, ...]:
         """The names of the values that each robot broadcasts."""
-        return MESSAGE
+        return TEAM_MESSAGE
 
     @property
     def watchdog(self) -> float:
@@ -182,7 +182,7 @@ class FuzzyTeam(Law[_Memory]):
             asked, w = np.where(stays, 0.0, asked), np.where(stays, 0.0, w)
         w = np.where(asked < 0, 0.0, w)  # back it goes straight
         safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
-        yields = np.clip((v - safe) / np.maximum(v, SLOWEST), 0.0, 1.0)
+        yields = np.clip((v - safe) / np.maximum(v, _SLOWEST), 0.0, 1.0)
         after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields)
         mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
         mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)

@@ -1,6 +1,6 @@
 """Any rule base flies: a law whose inputs are quantities that a robot can know, by their names in the ``.fis`` file.
 
-The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are one or more of ``OUTPUTS``.
+The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are one or more of ``RULE_OUTPUTS``.
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
 target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
 fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`).
@@ -16,12 +16,12 @@ import numpy as np
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.situation import MESSAGE, TURN_TIME, Fixed, Recall, Situation
+from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.fuzzy_tracking import INPUTS, FuzzyTracking, load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS, FuzzyTracking, load_rule_base
 from robotics.quantity import quantity
 
-OUTPUTS = {  # each with its unit and meaning
+RULE_OUTPUTS = {  # each with its unit and meaning
     "v": "m/s: the speed itself",
     "w": "rad/s: the turn rate itself",
     "turn": f"rad, made in {TURN_TIME:g} s: added to the turn of fuzzy tracking underneath",
@@ -30,16 +30,16 @@ OUTPUTS = {  # each with its unit and meaning
     "rate": "1, of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds",
     "keep": "1, the side of an obstacle to keep: 1 this one, -1 the other, 0 none; the robot remembers it",
 }
-NEUTRAL = {"v": np.inf, "w": 0.0, "turn": 0.0, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0, "keep": 0.0}
-MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
+_NEUTRAL = {"v": np.inf, "w": 0.0, "turn": 0.0, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0, "keep": 0.0}
+_MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
 def is_tracking(fis: Sugeno) -> bool:
     """Whether a rule base is one of fuzzy tracking: of a tracking law's inputs, with two outputs, v before w."""
     outputs = [v.name for v in fis.outputs]
-    other = {*OUTPUTS} - {"v", "w"}
+    other = {*RULE_OUTPUTS} - {"v", "w"}
     ordered = len(outputs) == 2 and outputs[0] != "w" and outputs[1] != "v"
-    return ordered and not other & {*outputs} and all(v.name in INPUTS for v in fis.inputs)
+    return ordered and not other & {*outputs} and all(v.name in TRACKING_INPUTS for v in fis.inputs)
 
 
 class _Memory(NamedTuple):
@@ -58,7 +58,9 @@ class OwnRules(FuzzyTracking):
 
     def __post_init__(self) -> None:
         own = (
-            None if is_tracking(load_rule_base(self.rule_base)) else RuleBase.of(self.rule_base, OUTPUTS, "a rule base")
+            None
+            if is_tracking(load_rule_base(self.rule_base))
+            else RuleBase.of(self.rule_base, RULE_OUTPUTS, "a rule base")
         )
         object.__setattr__(self, "own", own)
         super().__post_init__()
@@ -82,7 +84,7 @@ class OwnRules(FuzzyTracking):
     def message(self) -> tuple[str, ...]:
         """Where the robots are, if the rule base asks for it."""
         asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
-        return MESSAGE if asks else ()
+        return TEAM_MESSAGE if asks else ()
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -113,7 +115,7 @@ class OwnRules(FuzzyTracking):
                 f"leader must be the number of a robot of {setting.name}, 1 to {len(setting.robots)}, or 0 for none; "
                 f"got {self.leader:g}"
             )
-        return _Memory(Fixed.of(setting, MARGIN), Recall.start(setting, runs))
+        return _Memory(Fixed.of(setting, _MARGIN), Recall.start(setting, runs))
 
     @property
     def rule_bases(self) -> Mapping[str, RuleBase]:
@@ -136,7 +138,7 @@ class OwnRules(FuzzyTracking):
         fixed, _ = memory
         now = self.situation(seen, memory, dt)
         target = now.target
-        said, inputs = self.own.asked(now, NEUTRAL)
+        said, inputs = self.own.asked(now, _NEUTRAL)
         v, w = self.toward(seen, target)
         # A rule base of pairs tells a robot that hears nobody nothing
         tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)

@@ -18,8 +18,8 @@ from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.meetings import INSIDE
 from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, Situation
 
-PAGE = "docs/quantities.md"  # made of this table; messages name it
-CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
+QUANTITIES_PAGE = "docs/quantities.md"  # made of this table; messages name it
+_CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
 def _lead(s: Situation) -> np.ndarray:
     """How much earlier the robot would be through than the other would come [s]."""
     m, heard = s.meeting, s.seen.heard
-    mine = np.maximum(np.abs(s.seen.v), CRUISE)[:, :, None]
-    them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), CRUISE) if heard.fields else CRUISE
+    mine = np.maximum(np.abs(s.seen.v), _CRUISE)[:, :, None]
+    them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), _CRUISE) if heard.fields else _CRUISE
     return np.clip(m.theirs / them - (np.maximum(m.way, 0.0) + m.through) / mine, -NOTHING_NEAR, NOTHING_NEAR)
 
 
@@ -148,7 +148,7 @@ _PAIRS = {
     "their_yield": Quantity("1", "how much the other robot gives way", _heard("yields")),
     "their_stuck": Quantity("s", "time for which the other robot has made no progress", _heard("stuck")),
 }
-GROUPS: dict[str, dict[str, Quantity]] = {
+QUANTITY_GROUPS: dict[str, dict[str, Quantity]] = {
     "Its own motion": _OWN,
     "The target": _TARGET,
     "The path and the timetable": _PATH,
@@ -156,7 +156,9 @@ GROUPS: dict[str, dict[str, Quantity]] = {
     "The room around it": {name: replace(q, ranges=name not in _UNSENSED) for name, q in _ROOM.items()},
     "Each other robot": {name: replace(quantity, pair=True, radio=True) for name, quantity in _PAIRS.items()},
 }
-QUANTITIES: dict[str, Quantity] = {name: quantity for group in GROUPS.values() for name, quantity in group.items()}
+RULE_QUANTITIES: dict[str, Quantity] = {
+    name: quantity for group in QUANTITY_GROUPS.values() for name, quantity in group.items()
+}
 _NUMBERED: dict[str, Quantity] = {
     "ahead": Quantity("m", "robot N is so far ahead, along the robot's heading", lambda s: s.others.ahead),
     "left": Quantity("m", "robot N is so far to the left", lambda s: s.others.left),
@@ -180,16 +182,16 @@ def quantity_of(name: str, where: str) -> Quantity:
 
     ``where`` is what the message calls the rule base.
     """
-    if name in QUANTITIES:
-        return QUANTITIES[name]
+    if name in RULE_QUANTITIES:
+        return RULE_QUANTITIES[name]
     if name.startswith(_RANGE) and name != _RANGE:
         return _reading(name.removeprefix(_RANGE))
     numbered = _ROBOT.fullmatch(name)
     if numbered and numbered[2] in _NUMBERED:
         return _of_robot(int(numbered[1]) - 1, _NUMBERED[numbered[2]])
-    known = [*QUANTITIES, *PATTERNS]
+    known = [*RULE_QUANTITIES, *PATTERNS]
     raise ControllerError(
-        f"{where}: " + expected(name, known, "quantity that a robot knows") + f"; {PAGE} tells what each is"
+        f"{where}: " + expected(name, known, "quantity that a robot knows") + f"; {QUANTITIES_PAGE} tells what each is"
     )
 
 

@@ -11,9 +11,9 @@ from fuzzy.words import listed
 from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.clearances import ABEAM, AHEAD
 from robotics.laws.rules.evaluation import ADDED
-from robotics.laws.rules.quantities import GROUPS, PATTERNS, Quantity, quantity_of
+from robotics.laws.rules.quantities import PATTERNS, QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import FARTHEST, NOTHING_NEAR, SIDE_TIME
-from robotics.laws.tracking.fuzzy_tracking import INPUTS
+from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
 
 _HEAD = """\
 # What a robot can know
@@ -144,20 +144,20 @@ def page() -> str:
     """The text of the page, in Markdown."""
     degrees = {"ahead": np.degrees(AHEAD), "abeam": np.degrees(ABEAM)}
     parts = [_HEAD.format(none=NOTHING_NEAR, farthest=FARTHEST, **degrees)]
-    for title, group in GROUPS.items():
+    for title, group in QUANTITY_GROUPS.items():
         note = _NOTES.get(title, "").format(added=_coded(sorted(ADDED)))
         rows = [(f"`{name}`", q.unit, q.meaning, _needs(q)) for name, q in group.items()]
         parts += [f"\n## {title}\n\n", note, _table(_COLUMNS, rows)]
     named = [(name, *words, _needs(quantity_of(name.replace("N_", "1_"), name))) for name, words in PATTERNS.items()]
     parts += [_NAMED, _table(_COLUMNS, [(f"`{name}`", *rest) for name, *rest in named])]
-    own = [(f"`{name}`", words) for name, words in own_rules.OUTPUTS.items()]
+    own = [(f"`{name}`", words) for name, words in own_rules.RULE_OUTPUTS.items()]
     parts += [_OUTPUTS, _table(("output", "unit and meaning"), own)]
     team = [
         (f"*{task}*", f"`{name}`", words, f"{fuzzy_team.NEUTRAL[task][name]:g}")
-        for task, outputs in fuzzy_team.OUTPUTS.items()
+        for task, outputs in fuzzy_team.TEAM_OUTPUTS.items()
         for name, words in outputs.items()
     ]
-    parts += [_KEEP.format(side=SIDE_TIME, tracking=_coded(INPUTS))]
+    parts += [_KEEP.format(side=SIDE_TIME, tracking=_coded(TRACKING_INPUTS))]
     parts += [_table(("task", "output", "unit and meaning", "where there is none"), team), _EXAMPLE]
     return "".join(parts)
 

@@ -39,7 +39,7 @@ from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, Memory, RobotColumns, equation
 from robotics.laws.law import Command, ControllerError, Observation, check_connected, check_team
-from robotics.laws.modes import Box, StateDiagram, Transition
+from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
@@ -50,32 +50,32 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.channel import predicted
 
-AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
+_AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
 ON_PATH = 0.03  # m: a robot that is no farther from its path is on it
 
 # What a robot does, as the lower level chooses it in every period
-FOLLOWING = 0
+_FOLLOWING = 0
 WAITING = 1
 JOINING = 2
 ARRIVED = 3
 # Thesis Fig 5.24 as printed: rule 11 decides
 RULE_11_DIAGRAM = StateDiagram(
     {
-        FOLLOWING: Box("following", "rules 1-10 of Table 5.6: to the sample due"),
-        WAITING: Box("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
+        _FOLLOWING: StateBox("following", "rules 1-10 of Table 5.6: to the sample due"),
+        WAITING: StateBox("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
     },
     (
-        Transition(FOLLOWING, WAITING, "the sample due is behind: x_err < 0"),
-        Transition(WAITING, FOLLOWING, "the sample due is ahead: x_err ≥ 0"),
+        Transition(_FOLLOWING, WAITING, "the sample due is behind: x_err < 0"),
+        Transition(WAITING, _FOLLOWING, "the sample due is ahead: x_err ≥ 0"),
     ),
 )
 _OFF, _ON, _END = "off its path", "on its path", "the target is the path's end, and near"
 REPAIRED_DIAGRAM = StateDiagram(
     {
-        WAITING: Box("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
-        JOINING: Box("joining its path", "Table 5.6 to a point of the path ahead, though it may not be due"),
-        ARRIVED: Box("arrived", "Table 5.6 to the path's end; rule 11 by the robot's own x"),
-        FOLLOWING: Box("following", "Table 5.6 to the sample due, at most reach ahead"),
+        WAITING: StateBox("waiting", "rule 11 of Table 5.6: v and ω fall to 0"),
+        JOINING: StateBox("joining its path", "Table 5.6 to a point of the path ahead, though it may not be due"),
+        ARRIVED: StateBox("arrived", "Table 5.6 to the path's end; rule 11 by the robot's own x"),
+        _FOLLOWING: StateBox("following", "Table 5.6 to the sample due, at most reach ahead"),
     },
     (
         Transition(WAITING, JOINING, _OFF),
@@ -83,18 +83,18 @@ REPAIRED_DIAGRAM = StateDiagram(
         Transition(JOINING, ARRIVED, _END),
         Transition(ARRIVED, JOINING, "the end is not near, off its path"),
         Transition(WAITING, ARRIVED, _END),
-        Transition(WAITING, FOLLOWING, "the target is ahead"),
-        Transition(FOLLOWING, WAITING, "the target is behind"),
-        Transition(JOINING, FOLLOWING, f"{_ON}, the target is ahead"),
-        Transition(FOLLOWING, JOINING, _OFF),
-        Transition(ARRIVED, FOLLOWING, f"the end is not near, {_ON}"),
-        Transition(FOLLOWING, ARRIVED, _END),
+        Transition(WAITING, _FOLLOWING, "the target is ahead"),
+        Transition(_FOLLOWING, WAITING, "the target is behind"),
+        Transition(JOINING, _FOLLOWING, f"{_ON}, the target is ahead"),
+        Transition(_FOLLOWING, JOINING, _OFF),
+        Transition(ARRIVED, _FOLLOWING, f"the end is not near, {_ON}"),
+        Transition(_FOLLOWING, ARRIVED, _END),
     ),
 )
 
 
 Variant = Literal["repaired", "lag-clock", "literal"]
-VARIANT = codes(Variant)
+_VARIANT = codes(Variant)
 
 
 class CooperationMessage(Columns):
@@ -156,7 +156,7 @@ def steered(  # type: ignore[no-untyped-def]
         no_lateral: Whether λ is not added.
     """
     road, path, aim, due, say = known.road, known.path[i], work.aim, command.target, command.say
-    repaired, literal = gain.variant == VARIANT.repaired, gain.variant == VARIANT.literal
+    repaired, literal = gain.variant == _VARIANT.repaired, gain.variant == _VARIANT.literal
     clock, before = memory.clock, memory.place
     due.x, due.y, due.heading, due_v, due_w, due.s = moving(road, path, min(clock, gain.end))
     newest, apart, worst, slowest = _listened(i, known, due.s, literal)
@@ -183,7 +183,7 @@ def steered(  # type: ignore[no-untyped-def]
         x_err, memory.phase = hold(road, path, robot, place, aim, gain.reach)
     else:
         ahead = math.cos(robot.heading) * (aim.x - robot.x) + math.sin(robot.heading) * (aim.y - robot.y)
-        memory.phase = FOLLOWING if ahead >= 0 else WAITING
+        memory.phase = _FOLLOWING if ahead >= 0 else WAITING
     v, w, _ = toward(robot, aim, x_err, turn, no_lateral, gain.tracker, known.rules[known.base[i]], work)
     command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
     due.v, due.w = due_v * pace, due_w * pace
@@ -237,14 +237,14 @@ def hold(road, path, robot, place, aim, reach):  # type: ignore[no-untyped-def]
     dx, dy = aim.x - robot.x, aim.y - robot.y
     ahead = math.cos(robot.heading) * dx + math.sin(robot.heading) * dy
     behind, s = aim.s - place, min(aim.s, place + reach)
-    if aim.s >= road.lengths[path] and math.hypot(dx, dy) < AT_END:
+    if aim.s >= road.lengths[path] and math.hypot(dx, dy) < _AT_END:
         # At the path's end the nearest point is the end from both sides: there the robot's own x tells.
         phase, behind = ARRIVED, ahead if ahead > 0 else -1.0
     elif off > ON_PATH:
         # A robot that is ahead of time but off its path drives to the path before it waits.
         phase, behind, s = JOINING, max(behind, off), max(s, place + min(off, reach) / 2)
     else:
-        phase = FOLLOWING if aim.s >= place else WAITING
+        phase = _FOLLOWING if aim.s >= place else WAITING
     if s != aim.s:
         aim.x, aim.y, aim.heading, curvature = point_at(road, path, s)
         aim.w, aim.s = aim.v * curvature, s
@@ -378,7 +378,7 @@ def held(
         place: The abscissae of the paths' nearest points (runs, robots) [m].
         reach: How far ahead of the robot's place the target is at most [m].
 
-    Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: FOLLOWING, WAITING,
+    Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: _FOLLOWING, WAITING,
     JOINING or ARRIVED; each (runs, robots).
     """
     rows = HeldColumns.zeros(*place.shape)

@@ -50,7 +50,7 @@ from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 Form = Literal["cross-coupled", "thesis", "literal"]
 Realisation = Literal["velocity", "torque"]
-FORM, REALISATION = codes(Form), codes(Realisation)
+_FORM, _REALISATION = codes(Form), codes(Realisation)
 
 
 class ErrorColumns(Columns):
@@ -126,7 +126,7 @@ def coupling(e, rate, across, i, known, gain):  # type: ignore[no-untyped-def]
     for j in range(robots):
         heard = SurfaceHeard(known.heard, i, j)
         if heard.hears > 0:
-            if gain.form == FORM.cross_coupled:
+            if gain.form == _FORM.cross_coupled:
                 ratio = road.lengths[known.path[i]] / road.lengths[known.path[team + j]]
             theirs = heard.y if across else heard.x
             gap = e - ratio * predicted(theirs.e, theirs.rate, heard.age)
@@ -153,7 +153,7 @@ def graph_sliding_mode(robot, aim, gain, memory, command, known, i, dt):  # type
     dx = aim.x + b * cos_d - (robot.x + b * cos)
     dy = aim.y + b * sin_d - (robot.y + b * sin)
     vx, vy = hand_velocity(v, w, cos, sin, b)
-    if gain.form == FORM.literal:
+    if gain.form == _FORM.literal:
         cos_d, sin_d = 1.0, 0.0
     e_x, e_y = into(cos_d, sin_d, dx, dy)
     x_rate, y_rate = into(cos_d, sin_d, vx_d - vx, vy_d - vy)
@@ -162,7 +162,7 @@ def graph_sliding_mode(robot, aim, gain, memory, command, known, i, dt):  # type
     command.progress = min(max(share(known.road, known.path[i], aim.s - e_x), 0.0), 1.0)
     # The surface
     pull_x, pull_x_rate = coupling(e_x, x_rate, False, i, known, gain)
-    if gain.form == FORM.cross_coupled:
+    if gain.form == _FORM.cross_coupled:
         e_x, bar_rate = e_x + pull_x, x_rate + pull_x_rate  # ē, ē'
         s_x = x_rate + gain.lam_d * e_x + gain.lam_p * memory.integral_x
         s_y = y_rate + gain.lam_d * e_y + gain.lam_p * memory.integral_y
@@ -187,7 +187,7 @@ def graph_sliding_mode(robot, aim, gain, memory, command, known, i, dt):  # type
     v_next, w_next = max(memory.command_v + dt * v_rate, 0.0), memory.command_w + dt * w_rate  # never reverses
     v_next, w_next = within_limits(gain.limit, v_next, w_next)
     memory.command_v, memory.command_w = v_next, w_next
-    if gain.realisation == REALISATION.torque:
+    if gain.realisation == _REALISATION.torque:
         command.first, command.second = wheel_torques(v_rate, w_rate, gain.dynamics)  # (2.19)
         command.wish_v, command.wish_w = v + dt * v_rate, w + dt * w_rate
     else:

@@ -49,7 +49,7 @@ from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, w
 SEARCH_SHARE = 0.05  # of the path: how far from its last place a robot looks for the next
 SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path: the same for a robot that was alone
 Variant = Literal["virtual", "measured", "waiting"]
-VARIANT = codes(Variant)
+_VARIANT = codes(Variant)
 
 
 class StructureMessage(Columns):
@@ -132,13 +132,13 @@ def disagreement(s, i, known, a_ij):  # type: ignore[no-untyped-def]
 def virtual_structure(robot, gain, memory, command, known, i, road, path, dt):  # type: ignore[no-untyped-def]
     """Move the path parameter by (4.10), (4.11), and track its point by (2.30), (2.32)."""
     s, clock, integral, pace = memory.s, memory.clock, memory.integral, 1.0
-    if gain.variant != VARIANT.virtual:
+    if gain.variant != _VARIANT.virtual:
         s = measured_place(s, robot, i, known)
     # The leader
     s_leader, v_leader = timed(road, path, min(clock, gain.end))
     s_0 = share(road, path, s_leader)
     v_0 = v_leader / stretch(road, path, s_0)
-    if gain.variant == VARIANT.waiting:
+    if gain.variant == _VARIANT.waiting:
         slowest = slowest_place(s, i, known)
         late = min(max(known.time - clock, 0.0), 1.0)
         pace = min(max(1 - (s_0 - slowest) / gain.slack, 0.0), 1.0) * (1 + (gain.catch_up - 1) * late)
@@ -147,7 +147,7 @@ def virtual_structure(robot, gain, memory, command, known, i, road, path, dt):  
     wish = v_0 * pace - gain.kappa * c + integral
     length = stretch(road, path, s)
     rate = min(max(wish, 0.0), gain.v_most / length)
-    if gain.variant == VARIANT.virtual and rate == wish:
+    if gain.variant == _VARIANT.virtual and rate == wish:
         # No integration while the wish is beyond what the robot may do: (4.11) would wind up.
         memory.integral = integral - dt * (gain.gamma * gain.kappa * c)
     rate = 0.0 if s >= 1 else rate
@@ -159,9 +159,9 @@ def virtual_structure(robot, gain, memory, command, known, i, road, path, dt):  
     command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
     say = command.say
     command.progress, say.s, say.s_rate, say.clock, say.pace = s, s, rate, clock, pace
-    memory.s = min(s + dt * rate, 1.0) if gain.variant == VARIANT.virtual else s
+    memory.s = min(s + dt * rate, 1.0) if gain.variant == _VARIANT.virtual else s
     clock = clock + dt * pace
-    memory.clock = slowest_clock(clock, i, known) if gain.variant == VARIANT.waiting else clock
+    memory.clock = slowest_clock(clock, i, known) if gain.variant == _VARIANT.waiting else clock
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,13 +56,18 @@ from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import velocity_limits
 
-INPUTS = ("distance", "alpha", "x_err", "heading_err")  # the names of the inputs that a tracking rule base may have
+TRACKING_INPUTS = (
+    "distance",
+    "alpha",
+    "x_err",
+    "heading_err",
+)  # the names of the inputs that a tracking rule base may have
 Steering = Literal["bearing", "heading"]
 Lateral = Literal["none", "path", "world"]
 STEERING, LATERAL = codes(Steering), codes(Lateral)
 RULE_BASES = Path(__file__).parents[2] / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
-AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
+_AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
 
 class Toward(NamedTuple):
@@ -78,16 +83,16 @@ class TrackingDerived(Columns):
 
     lateral_begin = column("", "where λ begins in the packed rule bases")
     count = column("", "of the inputs of the tracking rule base")
-    places = several(len(INPUTS), "", "of these in INPUTS")
+    places = several(len(TRACKING_INPUTS), "", "of these in INPUTS")
 
 
 class TrackingWork(Columns):
     """What the law works in."""
 
     aim = within(AimColumns)  # that it drives towards
-    asked = several(len(INPUTS), "", "the inputs of the tracking rule base")
+    asked = several(len(TRACKING_INPUTS), "", "the inputs of the tracking rule base")
     y_err = several(1, "m", "the input of λ")
-    known = several(len(INPUTS), "", "all of INPUTS")
+    known = several(len(TRACKING_INPUTS), "", "all of INPUTS")
     said = several(2, "", "what a rule base answers")
     rest = several(0)
 
@@ -139,7 +144,7 @@ def toward(robot, aim, x_err, turn, no_lateral, gain, rules, work):  # type: ign
     else:
         alpha = wrapped_compiled(math.atan2(dy, dx) - robot.heading)
     if math.isnan(x_err):
-        x_err = min(ahead, -AHEAD) if ahead < 0 and aim.v == 0 and nearest > 0 else ahead
+        x_err = min(ahead, -_AHEAD) if ahead < 0 and aim.v == 0 and nearest > 0 else ahead
     known = work.known
     known[0], known[1], known[2], known[3] = distance, alpha + turn, x_err, heading_err
     for n in range(int(gain.count)):
@@ -183,7 +188,7 @@ class FuzzyTracking(EquationLaw):
     lateral_rule_base: str | Sugeno = "lateral"
     tracking: CompiledSugeno = field(init=False, repr=False, compare=False)
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
-    inputs: tuple[int, ...] = field(init=False, repr=False)  # places in INPUTS of the rule base's inputs
+    inputs: tuple[int, ...] = field(init=False, repr=False)  # places in TRACKING_INPUTS of the rule base's inputs
 
     tasks = MappingProxyType({"tracking": "rule_base", "lateral": "lateral_rule_base"})
 
@@ -191,11 +196,11 @@ class FuzzyTracking(EquationLaw):
         check_quantities(self, ControllerError)
         fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
-            if variable.name not in INPUTS:
-                raise ControllerError(f"{name}: " + expected(variable.name, INPUTS, "tracking input"))
+            if variable.name not in TRACKING_INPUTS:
+                raise ControllerError(f"{name}: " + expected(variable.name, TRACKING_INPUTS, "tracking input"))
         if len(fis.outputs) != 2:
             raise ControllerError(f"{name}: a tracking rule base has the outputs v and w, in this order")
-        object.__setattr__(self, "inputs", tuple(INPUTS.index(v.name) for v in fis.inputs))
+        object.__setattr__(self, "inputs", tuple(TRACKING_INPUTS.index(v.name) for v in fis.inputs))
         object.__setattr__(self, "tracking", compile_sugeno(fis))
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
@@ -246,7 +251,7 @@ class FuzzyTracking(EquationLaw):
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """Where λ begins, and which inputs the tracking rule base has."""
-        unused = [0] * (len(INPUTS) - len(self.inputs))
+        unused = [0] * (len(TRACKING_INPUTS) - len(self.inputs))
         return {"lateral_begin": len(self._packed[0]), "count": len(self.inputs), "places": [*self.inputs, *unused]}
 
     def rule_rows(self) -> Sequence[np.ndarray]:

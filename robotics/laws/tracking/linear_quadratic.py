@@ -45,7 +45,7 @@ from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
 from robotics.quantity import check_quantities, quantity
 
-DOUBLINGS = 60  # at most: 2^60 periods
+_DOUBLINGS = 60  # at most: 2^60 periods
 ENOUGH = 1e-15  # the share of its trace by which P changes in a step that is the last one
 
 
@@ -139,7 +139,7 @@ def feedback(v, w, dt, gain):  # type: ignore[no-untyped-def]
     xy, xh, yh = per_v * b0 * b2 + per_w * b1 * b3, per_w * b1 * b5, per_w * b3 * b5
     c = (per_v * b0 * b0 + per_w * b1 * b1, xy, xh, xy, per_v * b2 * b2 + per_w * b3 * b3, yh, xh, yh, per_w * b5 * b5)
     f = a
-    for _ in range(DOUBLINGS):
+    for _ in range(_DOUBLINGS):
         inverse = _inverse_of_one_plus(_times(c, p))
         left = _times(a, inverse)
         more = _times(_turned(a), _times(_times(p, inverse), a))

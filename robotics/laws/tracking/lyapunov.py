@@ -29,7 +29,7 @@ from robotics.quantity import check_quantities, quantity
 Form = Literal["2.31", "2.32"]
 FeedForward = Literal["full", "none"]
 Signs = Literal["corrected", "literal"]
-FORM, FEED_FORWARD, SIGNS = codes(Form), codes(FeedForward), codes(Signs)
+_FORM, FEED_FORWARD, SIGNS = codes(Form), codes(FeedForward), codes(Signs)
 
 
 @compiled_only
@@ -46,7 +46,7 @@ def track(robot: RobotColumns, aim: AimColumns, gain):  # type: ignore[no-untype
     speed = max(abs(aim.v), min(abs(v), gain.catch_up))
     faster = aim.w + speed * (lateral + turning)  # (2.32)
     plain = aim.w + aim.v * lateral + turning  # (2.31)
-    return v, faster if gain.form == FORM.form_2_32 else plain
+    return v, faster if gain.form == _FORM.form_2_32 else plain
 
 
 @equation

@@ -28,7 +28,7 @@ from robotics.laws.tracking.policyfile import Policy, PolicyColumns, load_policy
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import Level
 
-LEVEL = codes(Level)
+_LEVEL = codes(Level)
 
 
 class NeuralDerived(Columns):
@@ -76,7 +76,7 @@ def neural(robot, aim, gain, memory, command, work, rules, known, lane, time, ro
     one, two = answer(policy, work.units)
     memory.first, memory.second = one * policy.first * gain.first, two * policy.second * gain.second
     command.first, command.second = memory.first, memory.second
-    velocities = gain.level == LEVEL.velocity
+    velocities = gain.level == _LEVEL.velocity
     command.wish_v = memory.first if velocities else robot.v
     command.wish_w = memory.second if velocities else robot.w
 
@@ -140,7 +140,7 @@ class NeuralPolicy(EquationLaw):
                     "train it anew with this version"
                 )
             highs.append([entry.high for entry in found])
-        return {"level": LEVEL._fields.index(self.level), "high": np.array(highs).T}
+        return {"level": _LEVEL._fields.index(self.level), "high": np.array(highs).T}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """It remembers its last command. Raises ControllerError where it was trained on other observations."""

@@ -19,10 +19,9 @@ from robotics.paths.road import at, timed
 from robotics.vehicle.plant import Level
 from robotics.vehicle.robot import Robot
 
-AHEAD = (0.2, 0.5, 1.0)  # s: how far it looks ahead along its reference
-SHARPEST = 20.0  # 1/m: a curvature beyond is told as this
+_AHEAD = np.array((0.2, 0.5, 1.0))  # s: how far it looks ahead along its reference
+_SHARPEST = 20.0  # 1/m: a curvature beyond is told as this
 _FASTER = 2.0  # times the robot's greatest speed: what quantised encoders may tell
-_AHEAD = np.array(AHEAD)
 
 
 class ObservedColumns(Columns):
@@ -37,11 +36,11 @@ class ObservedColumns(Columns):
     w_reference = column("rad/s", "turn rate of the reference")
     command_1 = column("m/s (N m)", "commanded in the period before")
     command_2 = column("rad/s (N m)", "commanded in the period before")
-    ahead = several(2 * len(AHEAD), "m/s, 1/m", "speed and curvature of the reference, at each time in turn")
+    ahead = several(2 * len(_AHEAD), "m/s, 1/m", "speed and curvature of the reference, at each time in turn")
     ranges = several(0, "m", "what the range sensors read")
 
 
-FIXED = ObservedColumns.size  # entries before those of the range sensors
+FIXED_ENTRIES = ObservedColumns.size  # entries before those of the range sensors
 
 
 class LastColumns(Columns):
@@ -88,10 +87,10 @@ def entries(setting: Setting, level: Level, sensors: Sequence[str] = (), robot: 
         Entry("command_1", units[0], first, f"the {what[0]} commanded in the period before"),
         Entry("command_2", units[1], second, f"the {what[1]} commanded in the period before"),
     ]
-    for time in AHEAD:
+    for time in _AHEAD:
         found.append(Entry(f"v_in_{time:g}_s", "m/s", v, f"speed of the reference {time:g} s from now"))
         found.append(
-            Entry(f"curvature_in_{time:g}_s", "1/m", SHARPEST, f"curvature of its path there, {time:g} s from now")
+            Entry(f"curvature_in_{time:g}_s", "1/m", _SHARPEST, f"curvature of its path there, {time:g} s from now")
         )
     for name in sensors:
         sensor = setting.sensors[robot][name]
@@ -134,10 +133,10 @@ def observe(  # type: ignore[no-untyped-def]
     for n in range(len(_AHEAD)):
         s, v = timed(road, path, time + _AHEAD[n])
         observed.ahead[2 * n], observed.ahead[2 * n + 1] = v, at(road, path, s)[3]
-    for n in range(FIXED):
+    for n in range(FIXED_ENTRIES):
         out[n] = within_limit(out[n], high[n])
     for n in range(len(ranges)):
-        observed.ranges[n] = min(ranges[n, lane], high[FIXED + n])
+        observed.ranges[n] = min(ranges[n, lane], high[FIXED_ENTRIES + n])
 
 
 def highs_of(found: Sequence[Entry]) -> np.ndarray[Any, Any]:

@@ -110,7 +110,7 @@ def pid(robot, aim, gain, memory, dt):  # type: ignore[no-untyped-def]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PID(EquationLaw):
+class TrackingPID(EquationLaw):
     """PID control: the gains of the three errors, the filter, and the bounds of the integrals.
 
     The defaults are ``placed(1.0, 0.3)``.

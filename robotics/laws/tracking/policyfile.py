@@ -22,8 +22,8 @@ from fuzzy.naming import expected
 from robotics.laws.law import ControllerError
 from robotics.vehicle.plant import Level
 
-FORMAT = 1
-MOST_BYTES = 20_000_000
+_FORMAT = 1
+_MOST_BYTES = 20_000_000
 MOST_UNITS = 4096  # of a layer
 _KEYS = ("format", "level", "inputs", "offset", "scale", "clip", "layers", "most")
 
@@ -77,7 +77,7 @@ class Policy:
     def text(self) -> str:
         """The policy as its file has it."""
         table = {
-            "format": FORMAT,
+            "format": _FORMAT,
             "level": self.level,
             "inputs": list(self.inputs),
             "offset": _numbers(self.offset),
@@ -113,8 +113,8 @@ def load_policy(name: str | Path) -> Policy:
         path = Path(str(resources.files("robotics") / "policies" / f"{name}.json"))
     try:
         stat = path.stat()
-        if stat.st_size > MOST_BYTES:
-            raise ControllerError(f"{path}: a policy has at most {MOST_BYTES} bytes; this file has {stat.st_size}")
+        if stat.st_size > _MOST_BYTES:
+            raise ControllerError(f"{path}: a policy has at most {_MOST_BYTES} bytes; this file has {stat.st_size}")
         return _loaded(str(path), stat.st_mtime_ns, stat.st_size)
     except OSError as error:
         raise ControllerError(f"{path}: cannot be read: {error.strerror or error}") from None
@@ -135,8 +135,8 @@ def parse_policy(text: str, file: str = "<text>") -> Policy:
         table = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ControllerError(f"{file}: this is no JSON: {error}") from None
-    if not isinstance(table, dict) or table.get("format") != FORMAT:
-        raise ControllerError(f"{file}: this is no policy of format {FORMAT}, as `robotics reinforce` writes it")
+    if not isinstance(table, dict) or table.get("format") != _FORMAT:
+        raise ControllerError(f"{file}: this is no policy of format {_FORMAT}, as `robotics reinforce` writes it")
     for key in _KEYS:
         if key not in table:
             raise ControllerError(f"{file}: {key} is missing")

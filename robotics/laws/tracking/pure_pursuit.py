@@ -44,7 +44,7 @@ from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.road import at, nearest
 from robotics.quantity import check_quantities, quantity
 
-REACH = 1.0  # m: how far from the last nearest point the next one is looked for
+_REACH = 1.0  # m: how far from the last nearest point the next one is looked for
 NEAREST = 0.05  # m: the bearing of a carrot that is nearer is noise
 
 
@@ -70,7 +70,7 @@ def carrot(road, path, x, y, near, reach):  # type: ignore[no-untyped-def]
 def pursue(robot, aim, gain, memory, road, path):  # type: ignore[no-untyped-def]
     """Drive along the arc through the carrot, at the regulated speed, or turn towards it."""
     around = aim.s if math.isnan(memory.near) else memory.near
-    near = nearest(road, path, robot.x, robot.y, around, REACH)
+    near = nearest(road, path, robot.x, robot.y, around, _REACH)
     memory.near = near
     reach = max(min(gain.look_ahead * abs(robot.v), gain.look_ahead_most), gain.look_ahead_least)
     to_x, to_y = carrot(road, path, robot.x, robot.y, near, reach)

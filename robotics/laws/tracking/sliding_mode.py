@@ -45,7 +45,7 @@ from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_
 Mode = Literal["csm", "assm", "qssm", "esm"]
 Reading = Literal["integrated", "algebraic", "memory"]  # of (2.20) and (2.21), in steps
 Realisation = Literal["torque", "velocity"]
-MODE, READING, REALISATION = codes(Mode), codes(Reading), codes(Realisation)
+MODE, READING, _REALISATION = codes(Mode), codes(Reading), codes(Realisation)
 
 
 class AxisMemory(Columns):
@@ -177,7 +177,7 @@ def sliding_mode(robot, aim, gain, memory, command, dt):  # type: ignore[no-unty
     feasible = v == wish_v and w == wish_w
     v_rate = slide(v, robot.v, feasible, memory.v, gain, dt)
     w_rate = slide(w, robot.w, feasible, memory.w, gain, dt)
-    if gain.realisation == REALISATION.torque:
+    if gain.realisation == _REALISATION.torque:
         command.first, command.second = wheel_torques(v_rate, w_rate, gain.dynamics)  # (2.19)
     else:
         command.first = led(memory.v.command, v_rate, robot.v, gain.lead, dt)

@@ -22,8 +22,8 @@ from anfis.designer.panel import TrainSession, generators, variables
 from anfis.designer.task import (
     Ask,
     Generator,
-    Task,
-    TaskError,
+    TrainingTask,
+    TrainingTaskError,
     guessed,
     learn,
     split,
@@ -163,18 +163,18 @@ def test_starting_systems() -> None:
     ],
 )
 def test_choices_that_do_not_go_together(columns: dict[str, str], settings: dict[str, Any], says: str) -> None:
-    with pytest.raises(TaskError) as caught:
+    with pytest.raises(TrainingTaskError) as caught:
         task_of(TABLE, columns, START, **settings)
     assert says in str(caught.value)
 
 
 def test_what_cannot_be_learnt_is_said() -> None:
-    with pytest.raises(TaskError, match="has no rule in force"):
+    with pytest.raises(TrainingTaskError, match="has no rule in force"):
         learn(task_of(TABLE, {n: n for n in "abyz"}, replace(START, rules=())), quiet)
     with pytest.raises(InputError, match="rules, more than"):
         learn(task_of(TABLE, {**ROLES, "y": "input"}, None, start="grid", mfs=20), quiet)
     few = LoadedTable("few", TABLE.names, TABLE.values[:1])
-    with pytest.raises(TaskError, match="leave none to learn from"):
+    with pytest.raises(TrainingTaskError, match="leave none to learn from"):
         task_of(few, ROLES, None, start="grid")
 
 
@@ -212,7 +212,7 @@ def test_columns_that_cannot_be_learnt_from_are_not_in_the_way() -> None:
     }  # fmt: skip
     chosen = {"T [°C]": "input", "p": "input", "y": "output"}
     with pytest.raises(
-        TaskError, match=r"log.csv: 1 of 4 rows has no number in 'p' \(line 4\); leave such rows out, or"
+        TrainingTaskError, match=r"log.csv: 1 of 4 rows has no number in 'p' \(line 4\); leave such rows out, or"
     ):
         task_of(table, chosen, None, start="grid", share=0)
     task = task_of(table, chosen, None, start="grid", share=0, skip_bad=True)
@@ -282,7 +282,7 @@ def until_over(process: TaskProcess) -> list[tuple[str, Any]]:
     return [(what, about["message"] if what == "problem" else about) for what, about in news]
 
 
-def begun(task: Task) -> TaskProcess:
+def begun(task: TrainingTask) -> TaskProcess:
     return TaskProcess(task, train_task, "training")
 
 
@@ -309,7 +309,7 @@ def test_too_little_memory_is_said_with_what_helps(monkeypatch: pytest.MonkeyPat
         raise MemoryError
 
     monkeypatch.setattr(task_module, "learn", fails)
-    with pytest.raises(TaskError, match="needs more memory than there is: fewer rules or samples"):
+    with pytest.raises(TrainingTaskError, match="needs more memory than there is: fewer rules or samples"):
         train_task(task_of(TABLE, {n: n for n in "abyz"}, START), quiet)
 
 
@@ -438,7 +438,7 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
 class Idle:
     """A process that says nothing until it is told to end."""
 
-    def __init__(self, task: Task, *_: Any) -> None:
+    def __init__(self, task: TrainingTask, *_: Any) -> None:
         self.task, self.alive, self.heard = task, True, ""
 
     def news(self) -> list[Any]:
@@ -519,7 +519,7 @@ class Slow(Idle):
 
     started: ClassVar[list["Slow"]] = []
 
-    def __init__(self, task: Task, *_: Any) -> None:
+    def __init__(self, task: TrainingTask, *_: Any) -> None:
         super().__init__(task)
         time.sleep(0.05)
         self.started.append(self)
@@ -563,7 +563,7 @@ def test_two_wishes_to_train_at_once_start_one_process(
 def test_a_process_that_cannot_be_started_leaves_the_way_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "made.csv").write_text(TEXT)
 
-    def refuses(task: Task, *_: Any) -> Any:
+    def refuses(task: TrainingTask, *_: Any) -> Any:
         raise WorkError("no more processes")
 
     monkeypatch.setattr(longtask, "TaskProcess", refuses)

@@ -13,7 +13,7 @@ import fuzzy
 from anfis import METHODS, Options, TrainingError
 from anfis.commands.application import main
 from anfis.designer.panel import methods
-from anfis.designer.task import TaskError, learn, task_of
+from anfis.designer.task import TrainingTaskError, learn, task_of
 from anfis.methods.catalogue import Listed
 from anfis.methods.method import LearningProblem, make_method
 from fuzzy.designer.columns import LoadedTable
@@ -71,7 +71,7 @@ def test_an_unknown_method_is_a_sentence_everywhere():
     with pytest.raises(TrainingError, match="unknown method 'halving'"):
         Options(method="halving")
     table = LoadedTable("made up", ("a", "y"), np.ones((9, 2)))
-    with pytest.raises(TaskError, match="unknown method 'halving'"):
+    with pytest.raises(TrainingTaskError, match="unknown method 'halving'"):
         task_of(table, {"a": "input", "y": "output"}, None, start="grid", method="halving")
 
 

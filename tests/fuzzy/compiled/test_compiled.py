@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 from numba import njit
 
 from fuzzy.compiled.degrees import exp_nonpositive, log1p_unit
-from fuzzy.compiled.kernel import FEW, LANES
+from fuzzy.compiled.kernel import FEW_POINTS, LANES
 from fuzzy.compiled.packed import (
     PackedColumns,
     evaluate_packed,
@@ -164,7 +164,9 @@ def example(rules: int = 8, inputs: int = 3, **choices) -> Sugeno:
     return Sugeno(variables, (y,), sentences, **choices)
 
 
-@pytest.mark.parametrize("rows", [0, 1, int(FEW) - 1, int(FEW), LANES - 1, LANES, LANES + 1, 2 * LANES + 9])
+@pytest.mark.parametrize(
+    "rows", [0, 1, int(FEW_POINTS) - 1, int(FEW_POINTS), LANES - 1, LANES, LANES + 1, 2 * LANES + 9]
+)
 @pytest.mark.parametrize("choices", [{}, {"and_method": "min"}])
 def test_a_point_has_the_same_bits_in_every_batch(rows, choices):
     fis = example(**choices)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fuzzy.designer.panel import GROUP
+from fuzzy.designer.panel import PANEL_ENTRY_POINTS
 from fuzzy.files.fisfile import write_fis
 from fuzzy.files.table import write_table
 from tests.browsers import rest
@@ -31,11 +31,13 @@ def server(tmp_path_factory: Any) -> Any:
     write_fis(tipper(), folder / "tipper.fis")
     write_table(folder / "meals.csv", ["time", "service", "food", "tip"], meals(), ["s", "", "", "%"])
     with pytest.MonkeyPatch.context() as patch:
-        if "data" not in metadata.entry_points(group=GROUP).names:  # the installation is older than pyproject.toml
+        if (
+            "data" not in metadata.entry_points(group=PANEL_ENTRY_POINTS).names
+        ):  # the installation is older than pyproject.toml
             about = tmp_path_factory.mktemp("site") / "datapanel-0.dist-info"
             about.mkdir()
             (about / "METADATA").write_text("Metadata-Version: 2.1\nName: datapanel\nVersion: 0\n")
-            (about / "entry_points.txt").write_text(f"[{GROUP}]\ndata = fuzzy.designer.datapanel:panel\n")
+            (about / "entry_points.txt").write_text(f"[{PANEL_ENTRY_POINTS}]\ndata = fuzzy.designer.datapanel:panel\n")
             patch.setenv("PYTHONPATH", str(about.parent), prepend=":")
         server = Server(folder)
     yield server

@@ -22,7 +22,7 @@ from fuzzy.designer.datapictures import BINS, DRAWN, Rows, chosen_points, data_p
 from fuzzy.designer.design import design_of, point_in
 from fuzzy.designer.edits import apply
 from fuzzy.designer.latest import Latest
-from fuzzy.designer.panel import Place, Workbench
+from fuzzy.designer.panel import PagePart, Workbench
 from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.files.table import write_table
 from tests.browsers import place_of, rest
@@ -236,7 +236,7 @@ class Bench(Workbench):
         super().__init__(Document(folder, fis), DesignerWorkers(), str, lambda sentence, problem: None)  # type: ignore[arg-type]
         self.traits: Any = {}
         self.brought: list[str] = []
-        self.place = Place()
+        self.place = PagePart()
         self.lead(["Viewer"], self.brought.append)
         with self.building(self.place):
             self.session = DataSession(self)

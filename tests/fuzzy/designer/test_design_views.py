@@ -10,7 +10,7 @@ import pytest
 import fuzzy
 from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.edits import apply
-from fuzzy.designer.keys import KEYS
+from fuzzy.designer.keys import SHORTCUTS
 from fuzzy.designer.views import (
     compared_data,
     design_data,
@@ -112,4 +112,4 @@ def test_the_keys_of_the_page_are_those_of_its_documentation():
     table = re.search(r"\| key \| where \| what \|\n\| --- .*\n((?:\|.*\n)+)", text)
     assert table is not None
     rows = [tuple(cell.strip() for cell in line.strip("|\n").split("|")) for line in table[1].splitlines()]
-    assert tuple(rows) == KEYS
+    assert tuple(rows) == SHORTCUTS

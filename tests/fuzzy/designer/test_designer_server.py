@@ -14,12 +14,12 @@ import pytest
 from fuzzy.commands.application import main
 from fuzzy.designer import autosave
 from fuzzy.designer.esmodule import ModuleError
-from fuzzy.designer.figures import FIGURES, figure_bytes
+from fuzzy.designer.figures import DESIGN_FIGURES, figure_bytes
 from fuzzy.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
 from fuzzy.designer.guard import Guard
 from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
-from fuzzy.designer.panel import Place, Workbench, find_panels
+from fuzzy.designer.panel import PagePart, Workbench, find_panels
 from fuzzy.designer.server import ServerError, bound_socket, token_of
 from fuzzy.designer.workers import DesignerWorkers, TimedWorkers, WorkError
 from fuzzy.errors import InputError
@@ -358,7 +358,7 @@ def test_what_a_page_cannot_show_is_refused_with_the_limit(tmp_path, monkeypatch
         return Sugeno(variables, [Variable("y", (0, 1), {"a": 0.0})], [f"if {rule} then y is a"] * rules)
 
     for name, most in (("VARIABLES", 3), ("TERMS", 4), ("RULES", 5), ("CLAUSES", 6)):
-        monkeypatch.setattr(f"fuzzy.designer.folder.MOST_{name}", most)
+        monkeypatch.setattr(f"fuzzy.designer.folder._MOST_{name}", most)
     for large, told in (
         (many(inputs=4), "4 inputs; the designer shows at most 3"),
         (many(terms=5), "5 terms of 'x0'; the designer shows at most 4"),
@@ -454,7 +454,7 @@ def test_a_hidden_panel_rests(tmp_path):
     async def work():
         opened = OpenDocuments(open_folder(tmp_path))
         bench = Workbench(opened.document("a.fis"), opened.workers, Modules().url, lambda *what: said.append(what))
-        place = Place(shown=False)
+        place = PagePart(shown=False)
         with bench.building(place):
             bench.on_change(lambda: calls.append("hidden"))
         bench.on_change(slow)
@@ -577,7 +577,7 @@ def test_a_slow_file_keeps_no_other_waiting(tmp_path):
 
 
 def test_figures():
-    for kind in FIGURES:
+    for kind in DESIGN_FIGURES:
         assert figure_bytes(small(), kind, "svg", [0.5], [0], 0).startswith(b"<?xml")
     with pytest.raises(InputError, match="png"):
         figure_bytes(small(), "surface", "gif", [0.5], [0], 0)

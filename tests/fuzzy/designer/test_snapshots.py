@@ -88,7 +88,7 @@ def test_names_removal_and_what_is_refused(file):
 
 
 def test_at_most_a_hundred_are_kept(file, monkeypatch):
-    monkeypatch.setattr(snapshots, "MOST", 3)
+    monkeypatch.setattr(snapshots, "MOST_SNAPSHOTS", 3)
     design = design_of(system())
     for k in range(3):
         snapshots.keep(file, design, str(k))

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from robotics.commands.application import main
-from robotics.scenario.conditions import GROUPS, group_of
+from robotics.scenario.conditions import CONDITION_GROUPS, group_of
 from robotics.scenario.reading import load_scenario, scenario_names
 
 
@@ -70,7 +70,7 @@ def test_scenarios_are_listed_in_their_groups(capsys):
         elif found := re.match(r"    (\S+)  +\S", line):
             listed[found[1]] = group
     assert listed == {name: group_of(load_scenario(name)) for name in scenario_names()}
-    assert list(dict.fromkeys(listed.values())) == list(GROUPS)
+    assert list(dict.fromkeys(listed.values())) == list(CONDITION_GROUPS)
     assert listed["three-cross"] == "Meetings: robots on time would touch"
     assert listed["crossing-in-turn"] == "Teams: all arrive together"  # their paths cross, they do not meet
     assert listed["trap-u"] == "Obstacles: unknown to the robots"

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.inference import infer
 from robotics.environment.world import Disc, World, compile_world
 from robotics.experiments.comparison import Comparison, compare, summarise
@@ -355,12 +355,12 @@ def test_figures_of_the_report_have_no_faults(comparison: Comparison, runs: list
     """Units, nothing beyond the canvas, lines told apart by more than colour, legends over nothing."""
     machine = comparison.scenarios[0].robots[0].robot
     for figure in (
-        plot_paths(runs, width=PAGE),
-        plot_errors(runs, width=PAGE),
-        plot_velocities(runs, machine=machine, width=PAGE),
-        plot_comparison(comparison, width=PAGE),
-        plot_run(runs[0], width=PAGE),
-        plot_switching(width=PAGE),
+        plot_paths(runs, width=PAGE_WIDTH),
+        plot_errors(runs, width=PAGE_WIDTH),
+        plot_velocities(runs, machine=machine, width=PAGE_WIDTH),
+        plot_comparison(comparison, width=PAGE_WIDTH),
+        plot_run(runs[0], width=PAGE_WIDTH),
+        plot_switching(width=PAGE_WIDTH),
     ):
         assert not faults_of(figure)
 

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 import robotics
 from fuzzy.inference import infer
 from robotics.commands.application import main
-from robotics.commands.plot import KINDS
+from robotics.commands.plot import PLOT_KINDS
 from robotics.measures.clearance import clearances
 from robotics.sensing.carried import sensor_names
 from robotics.simulation.run import Run
@@ -63,7 +63,7 @@ def labelled(figure: Figure) -> None:
     assert any("[" in ax.get_xlabel() for ax in figure.axes)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLOT_KINDS)
 def test_the_command_draws_every_kind(
     kind: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,7 +198,7 @@ def test_rules_at_a_time_are_those_of_the_recorded_inputs(folder: Path) -> None:
 
 
 def test_every_picture_of_runs_is_public() -> None:
-    for kind in KINDS.values():
+    for kind in PLOT_KINDS.values():
         assert kind.function in dir(robotics)
         about = getattr(robotics, kind.function).__doc__ or ""
         assert "Raises" in about

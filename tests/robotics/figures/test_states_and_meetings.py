@@ -7,7 +7,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from robotics.figures.meetings import MOST, NEAR, plot_meetings
+from robotics.figures.meetings import MEETINGS_DRAWN, NEAR, plot_meetings
 from robotics.figures.states import hub_of, plot_states
 from robotics.laws.catalogue import label, make_controller
 from robotics.laws.modes import YIELD
@@ -92,7 +92,7 @@ def test_robots_that_stay_apart_have_their_nearest_pair_and_crowds_the_nearest_t
     (ax,) = plot_meetings(meeting(*lanes)).axes
     assert ax.get_title().startswith("robots 1 and 2: 1.50 m")
     crowd = [np.stack([t, 0 * t + 0.4 * k], axis=1) for k in range(6)]
-    assert len(plot_meetings(meeting(*crowd)).axes) == MOST
+    assert len(plot_meetings(meeting(*crowd)).axes) == MEETINGS_DRAWN
     assert NEAR > 0.8
     with pytest.raises(ValueError, match="one robot"):
         plot_meetings(meeting(lanes[0]))

@@ -11,7 +11,7 @@ from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.laws.tracking.pid import PID
+from robotics.laws.tracking.pid import TrackingPID
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.opening import has_equation
@@ -105,12 +105,12 @@ def test_an_equation_asks_only_for_what_there_is():
 
 
 @dataclass(frozen=True, kw_only=True)
-class Later(PID):
+class Later(TrackingPID):
     """A gain before the numbers that the law derives: its rows are others."""
 
     patience: float = 1.0
 
 
 def test_a_derived_law_with_a_gain_more_drives_as_before():
-    mine, its = (simulate(SCENARIO, law, (1,)).samples for law in (Later(), PID()))
+    mine, its = (simulate(SCENARIO, law, (1,)).samples for law in (Later(), TrackingPID()))
     assert mine.tobytes() == its.tobytes()

@@ -182,11 +182,11 @@ def test_a_misspelt_part_of_a_law_is_no_silence(name):
     ("name", "value", "message"),
     [
         ("lyapunov", "robotics.laws.tracking.lyapunov:Lyapunov", "has the name of one that comes with fuzzyfleet"),
-        ("text", "robotics.laws.catalogue:GROUP", "must be a Preset, or a dataclass derived from Law"),
+        ("text", "robotics.laws.catalogue:LAW_ENTRY_POINTS", "must be a Preset, or a dataclass derived from Law"),
     ],
 )
 def test_what_is_no_law_is_refused_with_a_sentence(name, value, message, monkeypatch):
-    entry = EntryPoint(name=name, value=value, group=catalogue.GROUP)
+    entry = EntryPoint(name=name, value=value, group=catalogue.LAW_ENTRY_POINTS)
     monkeypatch.setattr(catalogue, "entry_points", lambda group: [entry])
     catalogue._installed.cache_clear()
     try:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import robotics.radio.channel
 from robotics.laws.teams.neighbours import alone, alone_for, smallest_heard
 from robotics.radio.channel import AirColumns, Channel, Heard, broadcast, receive
-from robotics.radio.description import PRESETS, Radio, RadioError
+from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.radio.faults import FAULTS, Fault, Faults, notice, untroubled
 from robotics.radio.graph import adjacency
 
@@ -412,7 +412,7 @@ def test_random_starts_are_even_and_each_seed_has_its_own():
 
 def test_the_preset_fits_three_robots_and_not_twenty():
     """Thesis 4.5, 9600 baud: 96 bytes in 0.1 s. A message of four values is 9 + 8 bytes."""
-    zigbee = Radio(**PRESETS["zigbee-9600"])
+    zigbee = Radio(**RADIO_PRESETS["zigbee-9600"])
     assert zigbee.baud / 10 * zigbee.period == 96
     zigbee.check_bandwidth(3, 4)
     zigbee.check_bandwidth(5, 4)  # 85 bytes
@@ -422,9 +422,9 @@ def test_the_preset_fits_three_robots_and_not_twenty():
         zigbee.check_bandwidth(6, 4)
     with pytest.raises(RadioError, match=r"20 robots .* = 340 bytes .* 9600 baud carry; period must be >= 0.36 s"):
         zigbee.check_bandwidth(20, 4)
-    Radio(**PRESETS["zigbee-9600"] | {"period": 0.36}).check_bandwidth(20, 4)
+    Radio(**RADIO_PRESETS["zigbee-9600"] | {"period": 0.36}).check_bandwidth(20, 4)
     with pytest.raises(RadioError, match=r"period must be >= 0.36 s"):
-        Radio(**PRESETS["zigbee-9600"] | {"period": 0.35}).check_bandwidth(20, 4)
+        Radio(**RADIO_PRESETS["zigbee-9600"] | {"period": 0.35}).check_bandwidth(20, 4)
     Radio(baud=9600.0, period=0.1, header_bytes=0).check_bandwidth(12, 4)  # 96 bytes: exactly
     Radio().check_bandwidth(1000, 100)  # no baud rate, no limit
     with pytest.raises(RadioError, match="do not fit"):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.comparison import compare
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid
@@ -45,7 +45,7 @@ def test_a_telephone_shows_the_whole_width(browser: Browser) -> None:
     # and is drawn for a telephone: of the width of other figures, not scaled down from a wide one
     drawn = browser.js("(async () => { const i = document.querySelector('main img'); const p = new Image(); "
                        "p.src = i.currentSrc; await p.decode(); return p.naturalWidth; })()")  # fmt: skip
-    assert drawn == pytest.approx(PAGE * DPI, abs=2)
+    assert drawn == pytest.approx(PAGE_WIDTH * DPI, abs=2)
     browser.js("document.querySelectorAll('details:not(.film)').forEach((d) => { d.open = true; })")
     assert browser.js("document.documentElement.scrollWidth") == 390
     browser.js("document.querySelectorAll('main details').forEach((d) => { d.open = false; })")

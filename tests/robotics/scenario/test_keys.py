@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fuzzy.errors import InputError
-from robotics.commands.filekinds import KINDS
+from robotics.commands.filekinds import FILE_KINDS
 from robotics.experiments.sweeps.page import page
 from robotics.scenario.keys import scenario_table
 from robotics.scenario.reading import parse_scenario, scenario_from_table, scenario_names
@@ -62,7 +62,9 @@ def inside(table: Any, at: list[Any]) -> Any:
 
 
 def test_every_key_bears_a_sentence():
-    lacking = [p.path for kind in KINDS.values() for p in walk(kind.table()) if not p.key.doc.endswith((".", "..."))]
+    lacking = [
+        p.path for kind in FILE_KINDS.values() for p in walk(kind.table()) if not p.key.doc.endswith((".", "..."))
+    ]
     own = [path for path in lacking if not re.match(r"(robots\.)?robot\.", path)]  # the robot's are its own business
     assert own == []
 
@@ -148,7 +150,7 @@ def packaged(name: str) -> str:
 def test_packaged_files_are_valid_by_the_schema_and_broken_ones_are_not():
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator
-    for name, kind in KINDS.items():
+    for name, kind in FILE_KINDS.items():
         validator.check_schema(schema_of(kind.table(), name))
     scenario = validator(schema_of(scenario_table(), "scenario"))
     for name in scenario_names():
@@ -157,7 +159,7 @@ def test_packaged_files_are_valid_by_the_schema_and_broken_ones_are_not():
         text = packaged("three-cross").replace(before, after, 1)
         assert text != packaged("three-cross")
         assert not scenario.is_valid(tomllib.loads(text)), after
-    sweep = validator(schema_of(KINDS["sweep"].table(), "sweep"))
+    sweep = validator(schema_of(FILE_KINDS["sweep"].table(), "sweep"))
     text = (resources.files("robotics") / "sweeps" / "lyapunov-gains.toml").read_text(encoding="utf-8")
     sweep.validate(tomllib.loads(text))
     assert not sweep.is_valid(tomllib.loads(text.replace("seeds = 10", "seeds = 0")))
@@ -172,9 +174,9 @@ def test_the_reader_refuses_what_the_schema_refuses(before, after):
 # Files to begin with ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", FILE_KINDS)
 def test_a_commented_file_runs_and_all_its_optional_lines_at_once_do_too(name):
-    kind = KINDS[name]
+    kind = FILE_KINDS[name]
     for variant, values in kind.values.items():
         if variant == "formation":  # below: it takes seconds
             continue
@@ -188,7 +190,7 @@ def test_a_commented_file_runs_and_all_its_optional_lines_at_once_do_too(name):
 
 
 def test_a_minimal_file_of_a_formation_is_read():
-    kind = KINDS["scenario"]
+    kind = FILE_KINDS["scenario"]
     text = commented_file(kind.table(), kind.values["formation"], kind.read, minimal=True)
     assert "#" not in text
     assert len(kind.read(text).robots) == 3

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robotics.laws.catalogue import make_controller
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import PRESETS, Radio, RadioError
+from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.radio.faults import Fault
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
@@ -127,9 +127,9 @@ def test_good_file_says_what_it_says():
 
 def test_a_preset_is_what_it_says_and_gives_way_to_what_stands_beside_it():
     bare = GOOD[: GOOD.index('graph = "star"')] + GOOD[GOOD.index("[[faults]]") :]
-    assert parse_scenario(bare, "bare").radio == Radio(**PRESETS["zigbee-9600"])
+    assert parse_scenario(bare, "bare").radio == Radio(**RADIO_PRESETS["zigbee-9600"])
     beside = parse_scenario(bare.replace("zigbee-9600", 'zigbee-9600"\nperiod = 0.2\ngraph = "ring'), "b").radio
-    assert beside == Radio(**PRESETS["zigbee-9600"] | {"period": 0.2, "graph": "ring"})
+    assert beside == Radio(**RADIO_PRESETS["zigbee-9600"] | {"period": 0.2, "graph": "ring"})
     without = bare.replace('[radio]\npreset = "zigbee-9600"\n', "")
     assert parse_scenario(without, "w").radio == Radio()
     assert parse_scenario(without, "w").radio.baud is None

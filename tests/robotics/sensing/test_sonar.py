@@ -34,7 +34,7 @@ from robotics.random_streams import SONAR_STREAM
 from robotics.sensing.carried import CarriedSensors
 from robotics.sensing.sonar import (
     LIDAR,
-    PRESETS,
+    SENSOR_PRESETS,
     SONAR,
     RangeSensor,
     SonarError,
@@ -514,7 +514,7 @@ def test_sensors_that_do_not_fit_the_control_period_are_refused():
 
 
 def test_the_presets_are_what_they_are_called():
-    assert PRESETS == {"sonar": SONAR, "lidar": LIDAR}
+    assert SENSOR_PRESETS == {"sonar": SONAR, "lidar": LIDAR}
     assert len(SONAR) == 4
     front_left, front_right, on_left, on_right = FOUR
     for left, right in ((front_left, front_right), (on_left, on_right)):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from fuzzy.figures.drawing import COLORS, PAGE
+from fuzzy.figures.drawing import COLORS, PAGE_WIDTH
 from fuzzy.shell.progress import Begin
 from robotics.commands.application import main
 from robotics.experiments.together import run_together
@@ -26,7 +26,7 @@ from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.clearance import robot_gaps
 from robotics.measures.contacts import contacts
-from robotics.measures.quantities import QUANTITIES, MeasuredQuantity
+from robotics.measures.quantities import MEASURED_QUANTITIES, MeasuredQuantity
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import cross_track_error
 from robotics.report.chapter import Chapter
@@ -35,7 +35,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.spans import ReplayError
 from robotics.thesis import avoidance
-from robotics.thesis.avoidance import FIGURES, chapter_of
+from robotics.thesis.avoidance import CHAPTER_FIGURES, chapter_of
 from robotics.thesis.avoidance_runs import (
     AVOIDANCE_TESTS,
     CASES,
@@ -170,8 +170,12 @@ def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch:
     share = MeasuredQuantity(
         lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1"
     )
-    monkeypatch.setattr("robotics.thesis.side_by_side.QUANTITIES", {**QUANTITIES, "emergency_share": share})
-    monkeypatch.setattr("robotics.measures.quantities.QUANTITIES", {**QUANTITIES, "emergency_share": share})
+    monkeypatch.setattr(
+        "robotics.thesis.side_by_side.MEASURED_QUANTITIES", {**MEASURED_QUANTITIES, "emergency_share": share}
+    )
+    monkeypatch.setattr(
+        "robotics.measures.quantities.MEASURED_QUANTITIES", {**MEASURED_QUANTITIES, "emergency_share": share}
+    )
     table = side_by_side_table(runs)
     assert table.head[-1] == "emergency rule"
     assert [row[-1] for row in table.rows[:3]] == ["–", "0.250", "0.250"]
@@ -186,7 +190,7 @@ def test_numbers_are_recomputed_by_code_that_shares_nothing(avoidance_results: d
 
 
 def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(runs: dict[tuple[str, str], Run]) -> None:
-    laws, figures = FIGURES[AVOIDANCE_TESTS[1]]
+    laws, figures = CHAPTER_FIGURES[AVOIDANCE_TESTS[1]]
     shown = [runs[AVOIDANCE_TESTS[1], law] for law in laws]
     page = plot_avoidance(shown, figures=figures)
     assert len(page.axes) == 7 * 3
@@ -201,7 +205,7 @@ def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(runs: dict[tuple
     assert {ax.get_xlim() for ax in page.axes[3:]} == {distances[0].get_xlim()}
     assert [text.get_text() for text in page.legends[0].get_texts()][:3] == ["robot 1", "robot 2", "robot 3"]
     for rows in (WHERE, HOW):
-        part = plot_avoidance(shown, figures=figures, rows=[row for row in CRASH_ROWS if row in rows], width=PAGE)
+        part = plot_avoidance(shown, figures=figures, rows=[row for row in CRASH_ROWS if row in rows], width=PAGE_WIDTH)
         assert not faults_of(part)
         assert part.get_figheight() < 6.0
     # Filled in the top view: the two robots that came nearest, where they did.
@@ -273,7 +277,7 @@ def test_compare_writes_the_chapter_into_the_report(
 
     monkeypatch.setattr("robotics.thesis.chapters.judging", judging)
     monkeypatch.setattr("robotics.report.page._pictures", lambda *_: [])
-    monkeypatch.setattr(avoidance, "FIGURES", {AVOIDANCE_TESTS[0]: FIGURES[AVOIDANCE_TESTS[0]]})
+    monkeypatch.setattr(avoidance, "CHAPTER_FIGURES", {AVOIDANCE_TESTS[0]: CHAPTER_FIGURES[AVOIDANCE_TESTS[0]]})
     out = tmp_path / "out"
     command = ["compare", "lyapunov-sine", "--controllers", "lyapunov", "--seeds", "1", "--claims", "--out", str(out)]
     assert main([*command, "--json", "-q"]) == 0

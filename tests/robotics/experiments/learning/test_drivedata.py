@@ -15,7 +15,7 @@ from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.experiments.learning.drivedata import (
     DRIVEN,
-    TIMED,
+    TIMED_COLUMNS,
     UNTIMED,
     DriveDataError,
     DriveRecipe,
@@ -30,7 +30,18 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from tests.robotics.logs import bags
 
-KNOWN = (*TIMED, "cross_track", "path_bearing", "curvature", "onward_bearing", "lag", "v", "w", "time", "distance")
+KNOWN = (
+    *TIMED_COLUMNS,
+    "cross_track",
+    "path_bearing",
+    "curvature",
+    "onward_bearing",
+    "lag",
+    "v",
+    "w",
+    "time",
+    "distance",
+)
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +198,7 @@ def test_the_command_makes_a_table_a_card_and_a_table_for_checking(tmp_path, mon
         len(check.values),
     )
     assert 0.2 < len(check.values) / len(data.values) < 0.4
-    assert tuple(data.names) == (*TIMED, "v", "w")
+    assert tuple(data.names) == (*TIMED_COLUMNS, "v", "w")
     card = (tmp_path / "data.card.md").read_text("utf-8")
     assert "`robotics dataset from-bag team.mcap --robot robot1 --robot robot3`" in card
     assert str(tmp_path) not in card

@@ -13,7 +13,7 @@ import pytest
 import anfis
 import fuzzy
 from anfis.state import Epoch
-from fuzzy.figures.drawing import PAGE
+from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.files.packaged import fis_title
 from fuzzy.fitting.clustering import ClusteringOptions
 from fuzzy.fitting.search import SearchResult, Trial
@@ -28,7 +28,7 @@ from robotics.experiments.learning.formationlearning import (
 from robotics.experiments.learning.fresh import fresh_errors
 from robotics.figures.drawing import thinned
 from robotics.laws.catalogue import make_controller
-from robotics.laws.formation.leader_follower import OUTPUTS, load_networks
+from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS, load_networks
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.formations import measure_formation
 from robotics.scenario.reading import load_scenario
@@ -115,7 +115,7 @@ def test_the_thesis_open_loop_followers_align_too_but_drift(folder_of):
 
 
 def test_a_network_read_back_gives_the_same_bits_and_is_explained(folder_of, tmp_path):
-    for network, name in zip(load_networks(str(folder_of(0))), OUTPUTS, strict=True):
+    for network, name in zip(load_networks(str(folder_of(0))), FORMATION_OUTPUTS, strict=True):
         points = np.random.default_rng(0).uniform([-4, -0.4], [4, 0.4], (50, 2))
         fuzzy.write_fis(network, tmp_path / "again.fis")
         again = fuzzy.read_fis(tmp_path / "again.fis")
@@ -151,7 +151,7 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
         warnings.simplefilter("ignore")
         assert main(["learn", str(data), "-o", str(folder), "--method", "least-squares", "--json", "-q"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    assert [n["output"] for n in printed["networks"]] == list(OUTPUTS)
+    assert [n["output"] for n in printed["networks"]] == list(FORMATION_OUTPUTS)
     assert all(n["train_rmse"] == n["clustering_rmse"] for n in printed["networks"])
     assert main(["run", "formation-behind", "-c", f"formation:networks={folder}", "--json", "-q"]) == 0
     metrics = json.loads(capsys.readouterr().out)["metrics"]
@@ -240,21 +240,27 @@ def test_formation_pictures_draw_the_data():
             assert (np.diff(line.get_xdata()) > 0).all()
     assert np.ptp(signals["v_f [m/s]"].get_ylim()) >= 1e-3  # constant: rounding does not fill the axis
     data = Fit("v [m/s]", np.zeros(4), {"before": np.full(4, 0.5), "after": np.full(4, 0.1)}, np.arange(4.0))
-    fits = plot_fits({"one": [data]}, PAGE)
+    fits = plot_fits({"one": [data]}, PAGE_WIDTH)
     assert fits.axes[0].get_xlabel() == "time [s]"
     assert plot_fits({"one": [data._replace(time=None)]}).axes[0].get_xlabel() == "sample"
     epochs = [Epoch(k, 0.1 / (k + 1), 0.2 / (k + 1), 0.1, 3) for k in range(3)]
     units = {"v_l": "m/s", "w_l": "rad/s", "v_f": "m/s"}
-    errors = plot_epochs(dict.fromkeys(units, epochs), units, PAGE)
+    errors = plot_epochs(dict.fromkeys(units, epochs), units, PAGE_WIDTH)
     assert [ax.get_ylabel() for ax in errors.axes] == ["RMSE [m/s]", "", "RMSE [rad/s]", ""]
     assert [len(ax.lines) for ax in errors.axes] == [2, 2, 1, 1]
     trials = tuple(Trial(0.5, ClusteringOptions(), k, (0.1 / k,), 0.1 / k, k, k) for k in (1, 3, 8))
     searches = {name: SearchResult(trials, 8, 20, 3, ((name, unit),)) for name, unit in units.items()}
-    found = plot_searches(searches, PAGE)
+    found = plot_searches(searches, PAGE_WIDTH)
     assert [ax.get_ylabel() for ax in found.axes] == ["training RMSE [m/s]", "training RMSE [rad/s]"]
     rings = [line for line in found.axes[0].lines if line.get_markersize() == 8]
     assert len({str(ring.get_markeredgecolor()) for ring in rings}) == 2  # each as its line
-    for figure in (fits, errors, found, plot_formation_paths(runs, PAGE), plot_formation_signals(runs, turns, PAGE)):
+    for figure in (
+        fits,
+        errors,
+        found,
+        plot_formation_paths(runs, PAGE_WIDTH),
+        plot_formation_signals(runs, turns, PAGE_WIDTH),
+    ):
         assert not faults_of(figure)
     assert fits.axes[0].get_title(loc="right") == "RMSE 5.0e−01, 1.0e−01"
 
@@ -272,7 +278,7 @@ def test_the_packaged_networks_are_what_the_recipe_makes(tmp_path):
     command = ["learn", str(data / "formation-well-posed.csv"), "--check", str(check), "-o", str(tmp_path), "-q"]
     assert main(command) == 0
     checked = pd.read_csv(check, comment="#")
-    for name in OUTPUTS:
+    for name in FORMATION_OUTPUTS:
         assert fis_title(tmp_path / f"{name}.fis") == fis_title(RULE_BASES / "formation" / f"{name}.fis")
     for made, packaged in zip(load_networks(str(tmp_path)), load_networks("formation"), strict=True):
         assert made.rules == packaged.rules
@@ -288,6 +294,6 @@ def test_the_thesis_systems_are_those_of_the_tables():
     from pathlib import Path
 
     root = Path(__file__).parents[4]
-    for number, output in enumerate(OUTPUTS, start=1):
+    for number, output in enumerate(FORMATION_OUTPUTS, start=1):
         (file,) = (root / "datasets" / "thesis").glob(f"network-{number}-*.fis")
         assert file.read_bytes() == (root / "robotics" / "rulebases" / "thesis" / f"{output}.fis").read_bytes()

@@ -375,7 +375,7 @@ def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, 
 @pytest.mark.long
 def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
     plan = plan_sweep(replace(plan.sweep, axes=(), chunk=2))
-    monkeypatch.setattr(executors, "PATIENCE", 0.0)
+    monkeypatch.setattr(executors, "_PATIENCE", 0.0)
     late: list[tuple[Future, tuple]] = []
     asked: list[int] = []
 

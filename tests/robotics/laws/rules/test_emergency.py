@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.emergency import (
     ASIDE,
+    COMES_NEARER,
     FAR,
-    NEARER,
     SETTLED,
     TURNING,
     UNSURE,
@@ -107,16 +107,16 @@ def test_back_it_goes_only_over_ground_that_it_has_just_driven() -> None:
 
 
 def test_for_what_comes_nearer_it_stands_until_that_stands() -> None:
-    comes = situation(room=GUARD.near / 2, nearing=2 * NEARER)
+    comes = situation(room=GUARD.near / 2, nearing=2 * COMES_NEARER)
     v, w, watch = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), EmergencyMemory.start(1, 1))
     assert not v.any()
     assert not w.any()
     assert watch.halted > 0
-    slower = situation(room=GUARD.near / 2, nearing=(NEARER + SETTLED) / 2)
+    slower = situation(room=GUARD.near / 2, nearing=(COMES_NEARER + SETTLED) / 2)
     assert kept(slower, 0.3, 1.0) == (0.3, 1.0)  # not enough to begin
     assert kept(slower, 0.3, 1.0, watch) == (0, 0)  # enough to go on
     assert kept(situation(room=GUARD.near / 2, nearing=SETTLED / 2), 0.3, 1.0, watch) == (0.3, 1.0)
-    assert kept(situation(room=3 * GUARD.near, nearing=2 * NEARER), 0.3, 1.0, watch) == (0.3, 1.0)
+    assert kept(situation(room=3 * GUARD.near, nearing=2 * COMES_NEARER), 0.3, 1.0, watch) == (0.3, 1.0)
 
 
 def test_switched_off_it_does_nothing() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotics.laws.catalogue import make_controller
-from robotics.laws.rules.fuzzy_team import OUTPUTS
+from robotics.laws.rules.fuzzy_team import TEAM_OUTPUTS
 from robotics.measures.registry import measure_all
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario, parse_scenario
@@ -104,12 +104,12 @@ def test_without_who_decides_only_the_emergency_rule_keeps_it_from_the_box() -> 
 
 def test_a_rule_base_without_rules_is_one_left_out(tmp_path) -> None:
     setting = replace(crossing(), duration=5.0)
-    empty = {task: linear_base(tmp_path / f"{task}.fis", {"time": (0, 9)}, {next(iter(OUTPUTS[task])): [0, 0]}, 0)
-             for task in OUTPUTS}  # fmt: skip
+    empty = {task: linear_base(tmp_path / f"{task}.fis", {"time": (0, 9)}, {next(iter(TEAM_OUTPUTS[task])): [0, 0]}, 0)
+             for task in TEAM_OUTPUTS}  # fmt: skip
     empty["tracking"] = linear_base(
         tmp_path / "tracking.fis", {"distance": (0, 9)}, {"v": [0, 0], "w": [0, 0]}, rules=0
     )
-    for tasks in ([*OUTPUTS], ["tracking", "crash"]):
+    for tasks in ([*TEAM_OUTPUTS], ["tracking", "crash"]):
         none, file = (
             simulate(setting, make_controller("fuzzy-team:" + ",".join(f"{t}_rule_base={value(t)}" for t in tasks)))
             for value in (lambda t: "none", empty.__getitem__)
@@ -118,7 +118,7 @@ def test_a_rule_base_without_rules_is_one_left_out(tmp_path) -> None:
 
 
 def test_with_none_at_all_they_stand() -> None:
-    nothing = ",".join(f"{task}_rule_base=none" for task in ("tracking", *OUTPUTS))
+    nothing = ",".join(f"{task}_rule_base=none" for task in ("tracking", *TEAM_OUTPUTS))
     run = simulate(replace(crossing(), duration=1.0), make_controller(f"fuzzy-team:{nothing}"))
     assert run.inputs is None
     assert (run["v_demand"] == 0).all()

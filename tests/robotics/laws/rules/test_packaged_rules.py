@@ -8,11 +8,11 @@ import pytest
 from fuzzy.commands.application import main
 from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.system import Sugeno
-from robotics.laws.rules.fuzzy_team import NEUTRAL, OUTPUTS
-from robotics.laws.rules.quantities import QUANTITIES
+from robotics.laws.rules.fuzzy_team import NEUTRAL, TEAM_OUTPUTS
+from robotics.laws.rules.quantities import RULE_QUANTITIES
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES, load_rule_base
 
-TEAM = tuple(OUTPUTS)
+TEAM = tuple(TEAM_OUTPUTS)
 ALL = ("tracking", *TEAM)
 
 
@@ -30,8 +30,8 @@ def test_a_person_can_read_it(name, capsys):
 def test_inputs_are_quantities_in_their_units(name):
     fis = load_rule_base(name)
     units = {v.name: v.unit or "1" for v in fis.inputs}
-    assert units == {v: QUANTITIES[v].unit for v in units}
-    assert {v.name for v in fis.outputs} <= {*OUTPUTS[name]} == {*NEUTRAL[name]}
+    assert units == {v: RULE_QUANTITIES[v].unit for v in units}
+    assert {v.name for v in fis.outputs} <= {*TEAM_OUTPUTS[name]} == {*NEUTRAL[name]}
 
 
 def points(fis: Sugeno) -> np.ndarray:

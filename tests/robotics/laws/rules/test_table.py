@@ -12,7 +12,14 @@ import robotics
 from robotics.laws.law import ControllerError
 from robotics.laws.rules import fuzzy_team, own_rules
 from robotics.laws.rules.own_rules import OwnRules
-from robotics.laws.rules.quantities import GROUPS, PAGE, PATTERNS, QUANTITIES, Quantity, quantity_of
+from robotics.laws.rules.quantities import (
+    PATTERNS,
+    QUANTITIES_PAGE,
+    QUANTITY_GROUPS,
+    RULE_QUANTITIES,
+    Quantity,
+    quantity_of,
+)
 from robotics.laws.rules.table import page
 
 ROOT = Path(__file__).parents[4]
@@ -42,16 +49,18 @@ def system(inputs: dict[str, tuple[float, float]], outputs: dict[str, float], ru
 
 
 def test_the_page_is_what_the_tables_say() -> None:
-    assert (ROOT / PAGE).read_text(encoding="utf-8") == page(), "python -m robotics.laws.rules.table > " + PAGE
+    assert (ROOT / QUANTITIES_PAGE).read_text(encoding="utf-8") == page(), (
+        "python -m robotics.laws.rules.table > " + QUANTITIES_PAGE
+    )
 
 
 def test_every_name_and_output_has_its_row() -> None:
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page().splitlines() if line[:1] == "|"]
     firsts = [row[0].strip("`") for row in rows]
-    for name in (*QUANTITIES, *PATTERNS, *own_rules.OUTPUTS):
+    for name in (*RULE_QUANTITIES, *PATTERNS, *own_rules.RULE_OUTPUTS):
         assert name in firsts, name
     tasks = {(row[0].strip("*"), row[1].strip("`")) for row in rows if len(row) == 4}
-    assert {(task, name) for task, outs in fuzzy_team.OUTPUTS.items() for name in outs} <= tasks
+    assert {(task, name) for task, outs in fuzzy_team.TEAM_OUTPUTS.items() for name in outs} <= tasks
     assert max(len(line) for line in page().splitlines() if line[:1] != "|") <= 120
 
 
@@ -74,7 +83,7 @@ def test_what_needs_range_sensors_is_what_they_change() -> None:
     shape = "wall"
     points = [[-0.5, -0.4], [1.6, -0.4], [1.3, 0.5], [-0.5, 0.6], [-0.5, -0.4]]
     """
-    names = [name for name, q in QUANTITIES.items() if not q.pair]
+    names = [name for name, q in RULE_QUANTITIES.items() if not q.pair]
     fis = system(dict.fromkeys(names, (-9.0, 9.0)), {"keep": 1.0}, ["if time is low then keep is some"])
     runs = []
     for reach in (2.0, 0.01):
@@ -84,7 +93,7 @@ def test_what_needs_range_sensors_is_what_they_change() -> None:
     seeing, blind = runs
     np.testing.assert_array_equal(seeing["x"], blind["x"])
     changed = {name for k, name in enumerate(names) if (seeing.inputs[:, k] != blind.inputs[:, k]).any()}
-    assert changed == {name for name in names if QUANTITIES[name].ranges}
+    assert changed == {name for name in names if RULE_QUANTITIES[name].ranges}
 
 
 def test_the_example_of_the_page_keeps_its_formation(tmp_path, monkeypatch) -> None:
@@ -111,8 +120,8 @@ def test_a_rule_base_of_pairs_tracks_until_somebody_is_heard() -> None:
 def test_a_new_quantity_drives_and_stands_on_the_page(monkeypatch) -> None:
     """A toy one: robots slow down towards x = 2 m, as a rule base says that names it."""
     made = Quantity("m", "how far east the robot is", lambda s: s.seen.x)
-    monkeypatch.setitem(GROUPS["Its own motion"], "east", made)
-    monkeypatch.setitem(QUANTITIES, "east", made)
+    monkeypatch.setitem(QUANTITY_GROUPS["Its own motion"], "east", made)
+    monkeypatch.setitem(RULE_QUANTITIES, "east", made)
     assert "| `east` | m | how far east the robot is |  |\n" in page()
     fis = fuzzy.Sugeno(
         inputs=[fuzzy.Variable("east", (0, 2), {"west": fuzzy.LinearZ(0, 2), "east": fuzzy.LinearS(0, 2)})],

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from robotics.laws.law import Observation
-from robotics.laws.tracking.pid import PID, placed
+from robotics.laws.tracking.pid import TrackingPID, placed
 from robotics.measures.tracking import METRICS, tracking_error
 from robotics.paths.trajectory import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
@@ -21,7 +21,7 @@ from robotics.simulation.loop import simulate
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
-LAW = PID()
+LAW = TrackingPID()
 
 
 def test_the_default_gains_are_those_of_the_placement():
@@ -52,7 +52,7 @@ def test_a_kinematic_run_is_the_placed_differential_equation(aside, along):
     """y''' + 3 y'' + 3 y' + y = 0 aside, and x'' + 2 x' + x = 0 along the path, by scipy's integrator."""
     gains: Any = placed(1.0, 0.3, 0.0)
     beside = replace(ON_A_LINE.robots[0], start=(-along, aside, 0.0))
-    run = simulate(replace(ON_A_LINE, period=0.01, robots=(beside,)), PID(**gains, dpsi=0.0))
+    run = simulate(replace(ON_A_LINE, period=0.01, robots=(beside,)), TrackingPID(**gains, dpsi=0.0))
     times = run.time[run.time <= 10]
 
     def rates(t, z):
@@ -79,7 +79,7 @@ def commands(law, errors, v_d=0.3, w_d=0.2):
 
 
 def test_commands_are_the_printed_formulas():
-    law = PID(kx=1.5, ix=0.0, ky=2.0, iy=0.0, kpsi=3.0, dpsi=0.0)
+    law = TrackingPID(kx=1.5, ix=0.0, ky=2.0, iy=0.0, kpsi=3.0, dpsi=0.0)
     expected = [0.3 * np.cos(0.4) + 1.5 * 0.1, 0.2 + 2.0 * -0.05 + 3.0 * 0.4]
     np.testing.assert_allclose(commands(law, [(0.1, -0.05, 0.4)])[0], expected, rtol=1e-14)
     without = replace(law, feed_forward="none")
