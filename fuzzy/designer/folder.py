@@ -15,7 +15,7 @@ LARGEST_FILE = 2_000_000  # bytes
 _MOST_VARIABLES = 100  # inputs or outputs
 _MOST_TERMS = 500  # of a variable
 _MOST_RULES = 2000
-MOST_CLAUSES = 20_000  # of all rules together
+_MOST_CLAUSES = 20_000  # of all rules together
 _MOST_FILES = 500  # that are listed
 _DEPTH = 3  # of the folders whose files are listed
 _NOT_ON_WINDOWS = '<>:"|?*'
@@ -147,7 +147,7 @@ def check_shown(fis: Sugeno, name: str) -> None:
         (len(fis.outputs), _MOST_VARIABLES, "outputs"),
         *((len(v.terms), _MOST_TERMS, f"terms of {quoted(v.name)}") for v in (*fis.inputs, *fis.outputs)),
         (len(fis.rules), _MOST_RULES, "rules"),
-        (sum(len(rule.when) for rule in fis.rules), MOST_CLAUSES, "clauses in its rules"),
+        (sum(len(rule.when) for rule in fis.rules), _MOST_CLAUSES, "clauses in its rules"),
     ]
     for count, most, what in counts:
         if count > most:
