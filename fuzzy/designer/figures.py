@@ -49,7 +49,7 @@ async def all_figures(
     fis: Sugeno,
     ending: str,
     point: Sequence[float],
-    told: Callable[[int, int], bool],
+    announce: Callable[[int, int], bool],
 ) -> bytes | None:
     """Draw all pictures of a system, see :func:`fuzzy.figures.figureset.write_figures`: the bytes of a zip.
 
@@ -58,14 +58,14 @@ async def all_figures(
         fis: The system.
         ending: The format, "svg", "pdf" or "png".
         point: The point (inputs,) of the rule viewer and the surfaces.
-        told: Called with the number of pictures that are drawn, and that of all; false ends it, and there is no zip.
+        announce: Called with the number of pictures that are drawn, and that of all; false ends it: no zip.
     """
     from fuzzy.figures import figureset
 
     pictures = await background(figureset.pictures_of, fis, point)
     drawn: list[bytes] = []
     for picture in pictures:
-        if not told(len(drawn), len(pictures)):
+        if not announce(len(drawn), len(pictures)):
             return None
         drawn.append(await background(figureset.picture_bytes, fis, picture, point, ending))
     data: bytes = await background(figureset.packed_pictures, fis, pictures, point, ending, drawn)

@@ -145,17 +145,17 @@ class OpenDocuments:
         self._documents.append(document)
         return document
 
-    def arrive(self, document: Document, told: Callable[[], None] = lambda: None) -> None:
+    def arrive(self, document: Document, announce: Callable[[], None] = lambda: None) -> None:
         """Note that a browser tab looks at the document.
 
-        ``told`` is called when unsaved work can be kept no longer, or again: see ``Document.unkept``.
+        ``announce`` is called when unsaved work can be kept no longer, or again: see ``Document.unkept``.
         """
-        self._tabs.setdefault(id(document), []).append(told)
+        self._tabs.setdefault(id(document), []).append(announce)
 
-    def leave(self, document: Document, told: Callable[[], None] | None = None) -> None:
+    def leave(self, document: Document, announce: Callable[[], None] | None = None) -> None:
         """Note that a browser tab no longer looks at the document; one that nobody touched is forgotten."""
         tabs = self._tabs[id(document)]
-        tabs.remove(tabs[0] if told is None else told)
+        tabs.remove(tabs[0] if announce is None else announce)
         if not tabs:
             del self._tabs[id(document)]
             if document in self._documents and document is not self._first and not document.touched:
@@ -221,8 +221,8 @@ class OpenDocuments:
             return
         if said is not None:
             print(f"fuzzy design: {said}", file=sys.stderr)
-        for told in self._tabs.get(id(document), []):
-            told()
+        for announce in self._tabs.get(id(document), []):
+            announce()
 
 
 def _kept(document: Document) -> str | None:

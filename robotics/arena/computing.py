@@ -35,7 +35,7 @@ def _nothing(aim, gain):  # type: ignore[no-untyped-def]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nothing(EquationLaw):
+class NullLaw(EquationLaw):
     """A law that computes nothing: what a simulation takes without one."""
 
     at: Level = "velocity"
@@ -58,7 +58,7 @@ class Timed:
 def timed(arena: Arena, law: str) -> Timed:
     """Time a law on the first scenario that is tuned on. The first runs, which may compile, are not counted."""
     scenario, made = arena.scenarios("tune")[0], arena.law(law)
-    pair = made, Nothing(at=made.level)
+    pair = made, NullLaw(at=made.level)
     for one in pair:
         simulate(scenario, one, [0], threads=1)
     rows: list[tuple[float, float]] = []

@@ -45,7 +45,7 @@ class ArenaWorkers:
     apart: bool = False  # whether the workers do not see the folder, as on a cluster
 
 
-def held(
+def drive_arena(
     arena: Arena,
     folder: Path,
     crew: ArenaWorkers | None = None,
@@ -53,7 +53,7 @@ def held(
     fresh: bool = False,
     clocked: bool = True,
     begin: Begin | None = None,
-    told: Callable[[str], None] = lambda text: None,
+    announce: Callable[[str], None] = lambda text: None,
 ) -> Outcome:
     """Hold an arena, or do what is left of it.
 
@@ -64,7 +64,7 @@ def held(
         fresh: Whether to discard what the folder holds of an arena.
         clocked: Whether computing times are measured first; otherwise there are none, and nothing is foretold.
         begin: Starts a bar of a progress display, by its text and total.
-        told: Called with sentences before the work begins: which laws are not tuned, and how long it will take.
+        announce: Called with sentences before the work begins: which laws are not tuned, and how long it will take.
 
     Raises ArenaError where the folder holds another arena, another process is at work there, or a law fails.
     """
@@ -74,13 +74,13 @@ def held(
         _open(arena, folder, fresh)
         times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, _UNKNOWN)
         for law in arena.untuned:
-            told(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
+            announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
         if clocked:
-            told(_estimate(arena, times, crew))
-        return _Held(arena, folder, crew, times, begin).outcome()
+            announce(_estimate(arena, times, crew))
+        return _ArenaRun(arena, folder, crew, times, begin).outcome()
 
 
-class _Held:
+class _ArenaRun:
     """An arena that is being held."""
 
     def __init__(

@@ -81,7 +81,7 @@ def arena(
     command = ["robotics", "arena", *(["--full"] if full else [file] if file != "default" else [])]
     command += [f"--laws={laws}"] if laws is not None else []
 
-    def told(sentence: str) -> None:
+    def announce(sentence: str) -> None:
         if not quiet:
             print(f"{folder}: {sentence}", file=sys.stderr)
 
@@ -94,7 +94,7 @@ def arena(
                 crew = ArenaWorkers(stack.enter_context(executors.processes(workers or processors(), preload)))
             begin = stack.enter_context(progress_bar(quiet))
             outcome = run_arena(
-                plan, folder, crew=crew, fresh=fresh, begin=begin, told=told, command=shlex.join(command)
+                plan, folder, crew=crew, fresh=fresh, begin=begin, announce=announce, command=shlex.join(command)
             )
     except KeyboardInterrupt:
         interrupted(f"what is done is in {folder}; the same command goes on from there")

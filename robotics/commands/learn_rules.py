@@ -15,7 +15,7 @@ from robotics.commands.repeat import Stress
 from robotics.commands.shared import number_cell
 
 if TYPE_CHECKING:
-    from robotics.experiments.learning.courses import Course
+    from robotics.experiments.learning.courses import ImitationTask
     from robotics.experiments.learning.lesson import ImitationPlan
 
 
@@ -57,14 +57,14 @@ def rules_(
     epochs: Annotated[int, typer.Option(min=0, help="Epochs of hybrid learning in each round.")] = 30,
     seeds: Annotated[int, typer.Option(min=2, help="Runs of each scenario; every fourth is kept for checking.")] = 12,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
-    unseen: Annotated[int, typer.Option(min=1, help="Seeds after these, on which both laws fly at the end.")] = 10,
+    unseen: Annotated[int, typer.Option(min=1, help="Seeds after these, on which both laws drive at the end.")] = 10,
     data: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Save the samples, with names and units in the header.")
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Learn a rule base that does what another law does, and fly both on seeds that were not learnt from.
+    """Learn a rule base that does what another law does, and drive both on seeds that were not learnt from.
 
     The teacher drives, half of its runs disturbed; then the learner drives and the teacher says what it would do there.
     Clusters give the rules, hybrid learning moves them. The same command gives the same file.
@@ -76,7 +76,7 @@ def rules_(
     """
     from anfis import Options
     from fuzzy.files.table import write_table
-    from robotics.experiments.learning.imitation import flights, imitate, steps, write_rule_base
+    from robotics.experiments.learning.imitation import drives, imitate, steps, write_rule_base
     from robotics.experiments.learning.lesson import RIDGE
 
     check_target(out)
@@ -96,7 +96,7 @@ def rules_(
         write_table(data, *found.table())
     with progress_bar(quiet) as begin:
         after = range(seed + seeds, seed + seeds + unseen)
-        flown = flights(plan, out, after, begin("flying unseen seeds", 2 * len(plan.courses)))
+        driven = drives(plan, out, after, begin("driving unseen seeds", 2 * len(plan.courses)))
     if json:
         rows = [row.told() for row in found.rounds]
         print_json(
@@ -106,21 +106,21 @@ def rules_(
                 "rounds": rows,
                 "taken": found.best,
                 "seeds": list(after),
-                "flown": flown,
+                "driven": driven,
             }
         )
         return
     for number, row in enumerate(found.rounds):
         print(f"round {number}: {row}{' <- taken' if number == found.best else ''}")
     print(f"{out}: {len(found.system.rules)} rules. Flown on the unseen seeds {after[0]} to {after[-1]}:")
-    for course, laws in flown.items():
+    for course, laws in driven.items():
         print(f"\n{course:48} {'teacher':>12} {'learnt':>12}")
         for name, value in laws["teacher"].items():
             print(f"{name:48} {number_cell(value):>12} {number_cell(laws['learnt'][name]):>12}")
-    print(f"\nIt flies as --controller {plan.controller(out)}")
+    print(f"\nIt drives as --controller {plan.controller(out)}")
 
 
-def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["Course", ...]:
+def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["ImitationTask", ...]:
     from robotics.experiments.learning.courses import crossing_course, obstacle_course, scenario_course
     from robotics.scenario.reading import load_scenario
 

@@ -76,10 +76,10 @@ def reinforce(
         for n in range(repeats):
             moved = Mover(begin(f"learning, seed {seed + n}", 100))
 
-            def told(done: int, moved: Mover = moved) -> None:
+            def announce(done: int, moved: Mover = moved) -> None:
                 moved(min(100 * done // steps, 100))
 
-            found.append(train(chosen, learning, seed=seed + n, told=told))
+            found.append(train(chosen, learning, seed=seed + n, announce=announce))
     costs = [_cost(one, unseen) for one in found]
     best = min(range(repeats), key=lambda n: costs[n])
     found[best].policy.write(out)

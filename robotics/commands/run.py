@@ -58,7 +58,7 @@ def run_(
     print_forewarnings(forewarnings(setting.setting, driver, controller))
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
-        kept: dict[str, Any] = {"links": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
+        kept: dict[str, Any] = {"message_ages": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
         run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
         page = files.write(run, begin)
     print_run(run, page, json, metrics=own, noise=noises(setting))

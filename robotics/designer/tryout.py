@@ -29,7 +29,7 @@ from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
 from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
-from robotics.measures.registry import headlines, measure_all, tried
+from robotics.measures.registry import headlines, measure_all, panel_metrics
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.playback.player import player_data
 from robotics.quantity import check_quantities, quantity
@@ -203,8 +203,8 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         # The wheels' torques are drawn of a robot that is alone.
-        links, torques = scenario.kind == "team", not _played(scenario)
-        run = simulate(scenario, law, (trial.seed,), name=name, links=links, torques=torques)
+        message_ages, torques = scenario.kind == "team", not _played(scenario)
+        run = simulate(scenario, law, (trial.seed,), name=name, message_ages=message_ages, torques=torques)
     notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
     left = outside(run)
     beyond = [outside_sentence(left)] if left else []
@@ -307,7 +307,7 @@ def _played(scenario: Scenario) -> bool:
 def _shown_metrics(kind: str, others: bool) -> dict[str, Metric]:
     """The metrics that are shown, by name: what touches what first, those of other packages last."""
     own = installed_metrics()[0]
-    found = (tried(kind, others) or headlines(kind, others)) | tried(kind, others, own)
+    found = (panel_metrics(kind, others) or headlines(kind, others)) | panel_metrics(kind, others, own)
     return dict(sorted(found.items(), key=lambda item: not item[1].needs_others))
 
 

@@ -1,4 +1,4 @@
-"""The place of a rule base: the laws that can fly it, the task that it has there, and the scenarios where that shows.
+"""The place of a rule base: laws that can drive by it, the task that it has there, and scenarios where that shows.
 
 Variables are known by their names: the inputs are quantities of :mod:`robotics.laws.rules.quantities`, and the outputs
 tell the task. Where they leave it open, as a turn and a speed do, the inputs tell it, and the name of the system.

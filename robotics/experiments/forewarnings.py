@@ -69,9 +69,9 @@ def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> 
             "all are on time"
         )
     room, of = (CLEAR, "from the paths of others") if kind == "A" else (APART, "from each other")
-    if law.yields and law.kept_distance is not None and law.kept_distance > room:
+    if law.yields and law.safety_distance is not None and law.safety_distance > room:
         sentences.append(
-            f"{name} keeps {law.kept_distance:g} m between robots, and starts and goals of class {kind} may be only "
+            f"{name} keeps {law.safety_distance:g} m between robots, and starts and goals of class {kind} may be only "
             f"{room:g} m {of}: robots may wait for ever"
         )
     return sentences

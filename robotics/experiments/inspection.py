@@ -197,7 +197,7 @@ def _ends(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
                 text = f"robots {i + 1} and {int(j) + 1} touch each other at their goals"
                 place = (float(goal.x[i]), float(goal.y[i]))
                 yield ScenarioFinding("error", "goals too near", text, ("robots", i, "path"), *place)
-    kept = law.kept_distance
+    kept = law.safety_distance
     if kept is None:
         return
     for x, y, what, key in (

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
 from robotics.figures.drawing import ABOVE, TARGET, PlotError, draw_line, draw_many, page_title, shown_until
 from robotics.figures.page import TimePlot, draw_page
-from robotics.laws.catalogue import kept_distance
+from robotics.laws.catalogue import safety_distance
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -64,7 +64,7 @@ def draw_distances(ax: Axes, run: Run, place: int, end: int) -> None:
     # Centers nearer than this cannot be without contact, whichever two robots it is and however they stand.
     inner = sorted(min(robot.length, robot.width) / 2 for robot in run.about.robots)
     ax.axhspan(0.0, sum(inner[:2]), color="0.85", linewidth=0)
-    kept = kept_distance(run.controller, run.about.robots)
+    kept = safety_distance(run.controller, run.about.robots)
     if kept is not None:
         ax.axhline(kept, **TARGET | {"color": "0.2"}, label="$d_{min}$")
         ax.text(0.99, kept, f" {kept:g} m", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6.5)

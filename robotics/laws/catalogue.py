@@ -514,7 +514,7 @@ def law_title(controller: str) -> str:
         return controller
 
 
-def kept_distance(controller: str, robots: Sequence[Robot]) -> float | None:
+def safety_distance(controller: str, robots: Sequence[Robot]) -> float | None:
     """The distance [m] between the centers of ``robots`` that a law keeps, by its specification.
 
     None if it keeps none, or is unknown. A Python file that has not run yet is not run for it: a run from a file may
@@ -524,6 +524,6 @@ def kept_distance(controller: str, robots: Sequence[Robot]) -> float | None:
     if about.file.endswith(".py") and loaded_law(about.file, about.name) is None:
         return None
     try:
-        return make_controller(controller).kept_between(robots)
+        return make_controller(controller).distance_between(robots)
     except ControllerError:  # of a run from a file, or of a law without a preset
         return None

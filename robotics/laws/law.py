@@ -191,13 +191,13 @@ class Law(ABC, Generic[Memory]):
         return inf
 
     @property
-    def kept_distance(self) -> float | None:
+    def safety_distance(self) -> float | None:
         """The distance [m] between the centers of two robots that it keeps; None: it keeps none."""
         return None
 
-    def kept_between(self, robots: Sequence[Robot]) -> float | None:
+    def distance_between(self, robots: Sequence[Robot]) -> float | None:
         """The distance [m] that it keeps between the centers of ``robots``, if that depends on their size."""
-        return self.kept_distance
+        return self.safety_distance
 
     @property
     def idle(self) -> frozenset[str]:

@@ -245,8 +245,8 @@ class _Log:
                     values=[make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told],
                 )
                 yield LogRecord(time, names.topic("radio"), "fuzzyfleet_msgs/RadioMessage", message)
-        if run.links is not None:
-            ages = run.links[k, 0, robot].astype(float)
+        if run.message_ages is not None:
+            ages = run.message_ages[k, 0, robot].astype(float)
             message = make.make("fuzzyfleet_msgs/RadioAges", header=header, age=ages)
             yield LogRecord(time, names.topic("radio_ages"), "fuzzyfleet_msgs/RadioAges", message)
 

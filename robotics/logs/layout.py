@@ -38,7 +38,7 @@ def layout_of(run: Run) -> dict[str, Any]:
             rules = range(min(len(system.rules), _MOST_RULES))
             shares = [(f"{firing(robots[0], task)}.shares[{n}]", f"rule {n + 1}") for n in rules]
             panels[f"Plot!rules{k}"] = _plot(f"Shares of the rules: {task}", shares)
-    if run.links is not None and count > 1:
+    if run.message_ages is not None and count > 1:
         ages = [
             (f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}")
             for i, a in enumerate(drawn[:3])

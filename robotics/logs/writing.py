@@ -66,7 +66,7 @@ def write_mcap(
 ) -> None:
     """Write the run of one seed as an MCAP file of ROS 2 messages, which Foxglove opens; docs/logs.md lists its topics.
 
-    What the run does not keep is left out: ``simulate(..., links=True, encoders=True, messages=True)`` keeps all.
+    What the run does not keep is left out; ``simulate(..., message_ages=True, encoders=True, messages=True)`` keeps it.
 
     Args:
         run: The run.

@@ -83,7 +83,7 @@ def headlines(
     return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))
 
 
-def tried(kind: str, others: bool | None = None, own: Mapping[str, Metric] = NO_METRICS) -> dict[str, Metric]:
+def panel_metrics(kind: str, others: bool | None = None, own: Mapping[str, Metric] = NO_METRICS) -> dict[str, Metric]:
     """The metrics that the designer's panel "Try it" shows, by name, ordered as :func:`headlines`."""
     found = [item for item in metrics_of(kind, others, own=own).items() if kind in item[1].tried]
     return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))

@@ -162,7 +162,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     aims = [run[f"{name}_target"][place] if team else run.target(name) for name in "xy"]
     progress = run["progress"][place] if team else np.full(1, np.nan)
     hears, spans, limit = None, StaleSpans(*np.zeros((5, 0))), 0.0
-    if run.links is not None:
+    if run.message_ages is not None:
         limit = stale or _usual(run, place)
         hears, spans = _staleness(run, place, limit)
     stopped = run.stopped[place]
@@ -225,8 +225,8 @@ def _unwrapped(rows: np.ndarray) -> np.ndarray:
 
 def _usual(run: Run, place: int) -> float:
     """The age [s] from which a message is unusually old, with two digits."""
-    assert run.links is not None
-    some = run.links[:: max(1, len(run.time) // 200), place]
+    assert run.message_ages is not None
+    some = run.message_ages[:: max(1, len(run.time) // 200), place]
     known = some[np.isfinite(some)]
     period = float(run.time[1] - run.time[0])
     return float(f"{max(5 * period, 3 * float(np.median(known)) if known.size else 0.0):.2g}")
@@ -238,12 +238,12 @@ def _staleness(run: Run, place: int, limit: float) -> tuple[np.ndarray, StaleSpa
     The wait for the first message is not stale before ``limit`` has passed, and the wait of those who never hear
     each other not at all.
     """
-    assert run.links is not None
-    time, robots = run.time, run.links.shape[2]
+    assert run.message_ages is not None
+    time, robots = run.time, run.message_ages.shape[2]
     hears = np.zeros((robots, robots), dtype=bool)
     parts = []
     for i in range(robots):  # one receiver at a time: all links of a large team are large
-        age = run.links[:, place, i]
+        age = run.message_ages[:, place, i]
         hears[i] = np.isfinite(age).any(axis=0)
         old = (age > limit + 1e-6) & hears[i]
         young = age[1:] < age[:-1]  # a newer message came, if only a stale one

@@ -89,9 +89,9 @@ class EpisodeVectorEnv(VecEnv):
 class EpisodeWatch(BaseCallback):
     """Tells how many steps were taken, and keeps what the episodes cost that ended between two updates."""
 
-    def __init__(self, told: Callable[[int], None] | None) -> None:
+    def __init__(self, announce: Callable[[int], None] | None) -> None:
         super().__init__()
-        self.told = told
+        self.announce = announce
         self.ended: list[float] = []
         self.curve: list[tuple[int, float]] = []
 
@@ -103,5 +103,5 @@ class EpisodeWatch(BaseCallback):
         if self.ended:
             self.curve.append((int(self.num_timesteps), float(np.mean(self.ended))))
             self.ended = []
-        if self.told is not None:
-            self.told(int(self.num_timesteps))
+        if self.announce is not None:
+            self.announce(int(self.num_timesteps))

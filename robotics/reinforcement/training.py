@@ -49,7 +49,7 @@ def train(
     learning: Learning | None = None,
     *,
     seed: int = 0,
-    told: Callable[[int], None] | None = None,
+    announce: Callable[[int], None] | None = None,
 ) -> Trained:
     """Learn a policy on ``scenarios`` of one robot each.
 
@@ -57,7 +57,7 @@ def train(
         scenarios: Each episode drives one of them, with a seed of its own.
         learning: How; by default as the packaged policy was learnt.
         seed: Of the learner and of its episodes.
-        told: Called now and then with the number of steps taken so far.
+        announce: Called now and then with the number of steps taken so far.
 
     Raises TaskError where Stable-Baselines3 is not installed, or the scenarios do not suit.
     """
@@ -80,7 +80,7 @@ def train(
     began = time.perf_counter()
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    watch = EpisodeWatch(told)
+    watch = EpisodeWatch(announce)
     try:
         model = stable_baselines3.PPO(
             "MlpPolicy",

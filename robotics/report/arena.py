@@ -18,7 +18,7 @@ from robotics.arena.changes import CHANGES
 from robotics.arena.description import BLOCKS, Arena, load_arena
 from robotics.arena.entrants import sort_of, terms_of
 from robotics.arena.outcome import Outcome
-from robotics.arena.running import ArenaWorkers, held
+from robotics.arena.running import ArenaWorkers, drive_arena
 from robotics.arena.work import Search, plain, tuned
 from robotics.figures.arena import (
     Entrant,
@@ -51,7 +51,7 @@ def run_arena(
     crew: ArenaWorkers | None = None,
     fresh: bool = False,
     begin: Begin | None = None,
-    told: Callable[[str], None] = lambda text: None,
+    announce: Callable[[str], None] = lambda text: None,
     command: str | None = None,
 ) -> Outcome:
     """Hold an arena: tune every law with the same budget, choose, test, and write all that came of it into a folder.
@@ -66,7 +66,7 @@ def run_arena(
         crew: Who does the work, by default this process.
         fresh: Whether to discard what the folder holds of an arena.
         begin: Starts a bar of a progress display, by its text and total.
-        told: Called with a sentence before the work begins: how long it will take.
+        announce: Called with a sentence before the work begins: how long it will take.
         command: The command line that the page names.
 
     Returns:
@@ -78,7 +78,7 @@ def run_arena(
         OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else Path("out") / "arena"
-    outcome = held(arena, folder, crew, fresh=fresh, begin=begin, told=told)
+    outcome = drive_arena(arena, folder, crew, fresh=fresh, begin=begin, announce=announce)
     write_arena(outcome, folder, command=command, begin=begin)
     return outcome
 
@@ -133,7 +133,7 @@ def small_arena(begin: Begin, folder: Path) -> Front:
         folder: The folder of the report.
     """
     arena = load_arena("demo")
-    outcome = held(arena, folder / "arena", fresh=True, clocked=False, begin=begin)
+    outcome = drive_arena(arena, folder / "arena", fresh=True, clocked=False, begin=begin)
     write_tables(outcome, folder / "arena")
     return Front(
         "At their best: tuned alike, on runs that no tuning has seen",

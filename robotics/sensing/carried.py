@@ -188,7 +188,7 @@ class CarriedSensors:
             else:
                 generator.random(out=row)
 
-    def lasts(self, looks: Looks) -> float:
+    def last_period(self, looks: Looks) -> float:
         """The control period up to which random numbers are there."""
         if looks.draws.shape[2] == 0:
             return np.inf

@@ -64,7 +64,7 @@ RECORDS: dict[str, Record] = {
     # of a team's run
     "team": Record(axes=("sample", "channel", "run", "robot"), units=TEAM_CHANNELS, stopped=float("nan")),
     # s: the age of the last message of each robot that each other heard, if a run keeps it; infinite: it heard none
-    "links": Record(axes=("sample", "run", "robot", "sender"), dtype="float32"),
+    "message_ages": Record(axes=("sample", "run", "robot", "sender"), dtype="float32"),
     # codes of robotics.laws.modes.MODES
     "modes": Record(axes=("sample", "run", "robot"), dtype="int8", stopped=STOPPED),
     # whether the emergency rule overrode what the law wanted

@@ -103,7 +103,7 @@ def drive_chunk(
     block = max(16, _BLOCK // len(lanes.lost))
     while k <= end:
         lanes = lanes if halfway else supply.to(lanes, k)
-        until = min(k + block, supply.lasts(lanes, k), end + 1)
+        until = min(k + block, supply.last_period(lanes, k), end + 1)
         came = loop(law, look, watch, supply.looks, observer.notes, k, until, ticks, halfway, lanes)
         if advance is not None:
             advance((came - k) * (last - first))
@@ -316,7 +316,7 @@ def simulate(
     seeds: Sequence[int] = (0,),
     *,
     name: str = "",
-    links: bool = False,
+    message_ages: bool = False,
     torques: bool = False,
     encoders: bool = False,
     messages: bool = False,
@@ -335,7 +335,7 @@ def simulate(
         controller: The law that drives all robots, or its specification, as :func:`make_controller` takes it.
         seeds: Whole numbers >= 0, one for each run.
         name: What the run calls the controller; by default its specification, or else its class.
-        links: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.links``.
+        message_ages: Whether the run keeps how old each robot's knowledge of each other was, as ``Run.message_ages``.
         torques: Whether the run keeps the torques of the wheels, as ``Run.torques``.
         encoders: Whether the run keeps what the encoders tell, as ``Run.encoders``.
         messages: Whether the run keeps what the robots broadcast, as ``Run.messages``.
@@ -355,8 +355,8 @@ def simulate(
     name = name or (controller if isinstance(controller, str) else "")
     setting = scenario.setting
     return record_run(
-        setting, law, seeds, name=name, links=links, torques=torques, encoders=encoders, messages=messages,
-        faults=faults, progress=progress, threads=threads, observer=observer,
+        setting, law, seeds, name=name, message_ages=message_ages, torques=torques, encoders=encoders,
+        messages=messages, faults=faults, progress=progress, threads=threads, observer=observer,
     )  # fmt: skip
 
 
@@ -366,7 +366,7 @@ def record_run(
     seeds: Sequence[int],
     *,
     name: str = "",
-    links: bool = False,
+    message_ages: bool = False,
     torques: bool = False,
     encoders: bool = False,
     messages: bool = False,
@@ -380,7 +380,8 @@ def record_run(
     An ``observer`` looks at all runs, as one chunk; the run ends where it wants.
     """
     seeds, name = checked_seeds(seeds), name or type(law).__name__
-    recorder = Recorder(setting, law, len(seeds), links=links, torques=torques, encoders=encoders, messages=messages)
+    kept = {"message_ages": message_ages, "torques": torques, "encoders": encoders, "messages": messages}
+    recorder = Recorder(setting, law, len(seeds), **kept)
     if not has_equation(law):
         simulation = Simulation(setting, law, seeds, faults, recorder, name, [observer] if observer else [])
         for _ in simulation.periods():

@@ -38,7 +38,7 @@ def looks(setting: Setting, law: Law[Any]) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Supply:
+class RandomNumbers:
     """The random numbers of some lanes, which are drawn as time goes on."""
 
     noise: PostureNoise
@@ -60,7 +60,7 @@ class Supply:
         senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
         return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
 
-    def lasts(self, lanes: Lanes, k: int) -> int:
+    def last_period(self, lanes: Lanes, k: int) -> int:
         """The period up to which random numbers are there, ``k`` being one for which they are."""
         ends: list[float] = []
         if noise := max(lanes.senses.draws.shape[1], lanes.senses.relative_draws.shape[1]):
@@ -68,7 +68,7 @@ class Supply:
         if len(lanes.air.draws):
             ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
         if self.sensors is not None:
-            ends.append(self.sensors.lasts(self.looks))
+            ends.append(self.sensors.last_period(self.looks))
         return int(min([*ends, k + 1_000_000]))
 
 
@@ -107,7 +107,7 @@ class PreparedRuns:
         """The number of all runs."""
         return len(self.drivers) * len(self.seeds)
 
-    def lanes(self, first: int, last: int) -> tuple[Lanes, Supply]:
+    def lanes(self, first: int, last: int) -> tuple[Lanes, RandomNumbers]:
         """Begin the runs from ``first`` to before ``last``."""
         setting, law = self.drivers[0]
         robots, each, runs = len(setting.robots), len(self.seeds), last - first
@@ -151,7 +151,7 @@ class PreparedRuns:
         )
         check(lanes)
         check(looks)
-        return lanes, Supply(noise, channel, sensors, looks)
+        return lanes, RandomNumbers(noise, channel, sensors, looks)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
         """The plant's parameters of the lanes (ParameterColumns, lanes)."""

@@ -24,12 +24,12 @@ from robotics.vehicle import plant as p
 from robotics.vehicle.plant import TruthColumns, within
 
 
-class Kept(NamedTuple):
+class Recording(NamedTuple):
     """What is recorded, as of :mod:`robotics.simulation.channels`; no samples: it is not."""
 
     samples: PartOfFloats4  # (samples, channels, runs, robots)
     team: PartOfFloats4  # (samples, channels, runs, robots)
-    links: PartOfSingles4  # (samples, runs, robots, senders)
+    message_ages: PartOfSingles4  # (samples, runs, robots, senders)
     modes: PartOfBytes3  # (samples, runs, robots)
     guarded: PartOfBools3  # (samples, runs, robots)
     inputs: PartOfSingles4  # (samples, inputs, runs, robots)
@@ -62,10 +62,10 @@ def record(moment, kept):  # type: ignore[no-untyped-def]
         if len(kept.inputs) > 0:
             for n in range(kept.inputs.shape[1]):
                 kept.inputs[k, n, run, robot] = np.nan if gone else out.values[moment.values + n]
-        if len(kept.links) > 0:
+        if len(kept.message_ages) > 0:
             for j in range(robots):
                 heard = HeardColumns(moment.heard, i, j)
-                kept.links[k, run, robot, j] = heard.age if heard.hears > 0 else np.inf
+                kept.message_ages[k, run, robot, j] = heard.age if heard.hears > 0 else np.inf
         if len(kept.ranges) > 0:
             for n in range(kept.ranges.shape[3]):
                 kept.ranges[k, run, robot, n] = moment.readings[i, n]
@@ -108,7 +108,7 @@ class Recorder:
         law: Law[Any],
         runs: int,
         *,
-        links: bool = False,
+        message_ages: bool = False,
         torques: bool = False,
         encoders: bool = False,
         messages: bool = False,
@@ -116,7 +116,7 @@ class Recorder:
     ) -> None:
         """Room for all samples of ``runs`` runs of ``setting``.
 
-        ``links`` keeps the ages of messages too, ``torques`` those of the wheels, ``encoders`` what these tell,
+        ``message_ages`` keeps the ages of messages too, ``torques`` those of the wheels, ``encoders`` what these tell,
         ``messages`` what robots broadcast. Where ``nothing`` is kept there is no room.
         """
         self.setting, self.law, self.runs = setting, law, runs
@@ -128,8 +128,8 @@ class Recorder:
         self._room("samples", len(CHANNELS))
         if setting.kind == "team":
             self._room("team", len(TEAM_CHANNELS))
-        if links:
-            self._room("links")
+        if message_ages:
+            self._room("message_ages")
         if torques:
             self._room("torques", 2)
         if encoders:
@@ -171,7 +171,7 @@ class Recorder:
     def observer(self, first: int, last: int) -> Observer:
         """What records the runs from ``first`` to before ``last``."""
         arrays = {}
-        for name in Kept._fields[:-1]:
+        for name in Recording._fields[:-1]:
             room = RECORDS[name]
             if name in self.arrays:
                 which = (slice(None),) * room.axes.index("run") + (slice(first, last),)
@@ -179,7 +179,7 @@ class Recorder:
             else:
                 arrays[name] = np.zeros((0,) * len(room.axes), dtype=room.dtype)
         limits = np.ascontiguousarray(np.tile(p.velocity_limits(self.setting.robots), last - first))
-        return Observer(record, Kept(**arrays, limits=limits))
+        return Observer(record, Recording(**arrays, limits=limits))
 
     def run(
         self,

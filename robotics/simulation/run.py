@@ -153,9 +153,9 @@ class Run:
         return self._values("team")
 
     @property
-    def links(self) -> np.ndarray | None:
+    def message_ages(self) -> np.ndarray | None:
         """The ages of messages [s] (samples, runs, receivers, senders), or None if the run does not keep them."""
-        return self._values("links")
+        return self._values("message_ages")
 
     @property
     def modes(self) -> np.ndarray | None:
@@ -345,8 +345,8 @@ def load_run(path: str | Path) -> Run:
             raise _damaged(path, "it cannot be unpacked, or it is another archive")
         raise RunError(f"{path}: this is not a run saved by `robotics run --save`")
     try:
-        check_headers(found)
-        arrays = unpacked(content)
+        check_headers(_renamed(found))
+        arrays = _renamed(unpacked(content))
         check_values(arrays)
         table = json.loads(str(arrays["about"]))
         if table["format"] != _FORMAT:
@@ -365,6 +365,11 @@ def load_run(path: str | Path) -> Run:
         raise RunError(f"{path}: the run takes {sized(total)}, more than there is memory") from None
     except Exception:
         raise _damaged(path, "what it says of its robots and sensors cannot be read") from None
+
+
+def _renamed(arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """The arrays of a file by their names of today: 0.2.0 called the ages of messages links."""
+    return {"message_ages" if name == "links" else name: array for name, array in arrays.items()}
 
 
 def _damaged(path: str | Path, reason: object) -> RunError:

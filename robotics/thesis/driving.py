@@ -37,7 +37,7 @@ def driven(wanted: Needed, scenario: Scenario, law: str, seeds: Sequence[int]) -
         scenario, seeds = ideal(scenario), seeds[:1]
     else:
         scenario = noisy(scenario)
-    return simulate(scenario, make_controller(law), seeds, name=wanted.of, links=scenario.kind == "team")
+    return simulate(scenario, make_controller(law), seeds, name=wanted.of, message_ages=scenario.kind == "team")
 
 
 def experiments_of(wanted: Iterable[Needed], seeds: Sequence[int]) -> list[Experiment]:

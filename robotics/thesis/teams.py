@@ -93,13 +93,13 @@ def _lead(results: Results, test: str) -> Lead:
 
 
 def _table_5_6() -> Grid:
-    printed, flown = (load_rule_base(name) for name in ("tracking-literal", "tracking"))
+    printed, driven = (load_rule_base(name) for name in ("tracking-literal", "tracking"))
     rows = [
-        (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, flown.rules, fillvalue=""), 1)
+        (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, driven.rules, fillvalue=""), 1)
     ]
     return Grid(
-        "Table 5.6: the rules as printed, and as flown here, where rule 11 lets a robot that faces away turn.",
-        ("rule", "as printed", "as flown here"),
+        "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn.",
+        ("rule", "as printed", "as driven here"),
         rows,
     )
 

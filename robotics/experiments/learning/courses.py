@@ -20,7 +20,7 @@ Judge = Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
 
 
 @dataclass(frozen=True)
-class Course:
+class ImitationTask:
     """What is driven."""
 
     name: str
@@ -29,7 +29,7 @@ class Course:
     judged: Judge
 
 
-def scenario_course(scenario: Scenario) -> Course:
+def scenario_course(scenario: Scenario) -> ImitationTask:
     """A scenario, judged by what a comparison's short table shows: means over seeds and robots."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
@@ -42,25 +42,25 @@ def scenario_course(scenario: Scenario) -> Course:
             found[f"{about.short or about.title} [{about.unit}]"] = float(np.mean(values[metric]))
         return found
 
-    return Course(scenario.name, lambda seeds: scenario.setting, judged)
+    return ImitationTask(scenario.name, lambda seeds: scenario.setting, judged)
 
 
-def crossing_course(robots: int = 3) -> Course:
+def crossing_course(robots: int = 3) -> ImitationTask:
     """Random crossings of class A, one for each seed, judged as by ``robotics stress crossing``."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
         return _told(run_ensemble(crossing_ensemble(robots, seeds), law, seeds).summary())
 
-    return Course(f"{robots} robots on random crossings", lambda seeds: crossing_ensemble(robots, seeds), judged)
+    return ImitationTask(f"{robots} robots on random crossings", lambda seeds: crossing_ensemble(robots, seeds), judged)
 
 
-def obstacle_course(robots: int = 1) -> Course:
+def obstacle_course(robots: int = 1) -> ImitationTask:
     """Random obstacle courses of class A, one for each seed, judged as by ``robotics stress obstacles``."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
         return _told(run_course(obstacle_ensemble(seeds, "A", robots), law, seeds).summary())
 
-    return Course(
+    return ImitationTask(
         f"{robots} robots among random obstacles", lambda seeds: obstacle_ensemble(seeds, "A", robots), judged
     )
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robotics.environment.swept import Watch
-from robotics.experiments.learning.courses import Course
+from robotics.experiments.learning.courses import ImitationTask
 from robotics.experiments.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.laws.law import Command
 from robotics.laws.setting import Setting
@@ -61,7 +61,7 @@ class Demonstrations(NamedTuple):
 
 
 def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
-    """The samples of several flights as one."""
+    """The samples of several drives as one."""
     firsts = np.cumsum([0, *(len(part.said) for part in parts[:-1])])
     moments = [part.moment + first for part, first in zip(parts, firsts, strict=True)]
     return Demonstrations(
@@ -80,7 +80,7 @@ class RunOutcome(NamedTuple):
 
 
 def demonstrate(
-    course: Course,
+    course: ImitationTask,
     tandem: TeacherAndPupil,
     outputs: Sequence[str],
     seeds: Sequence[int],
@@ -114,7 +114,7 @@ def demonstrate(
     if advance is not None:
         for _ in seeds:
             advance()
-    return taken.samples(np.asarray(seeds), number), taken.flight
+    return taken.samples(np.asarray(seeds), number), taken.outcome
 
 
 def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tuple[Setting, np.ndarray]:
@@ -139,7 +139,7 @@ def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tup
 
 
 class _Taken:
-    """The samples taken so far of one flight, and what became of its runs."""
+    """The samples taken so far of one drive, and what became of its runs."""
 
     def __init__(self, setting: Setting, runs: int) -> None:
         self.setting = setting
@@ -165,7 +165,7 @@ class _Taken:
         return going if self._watch is None else going & np.isinf(self._watch.first).all(axis=(0, 2))[:, None]
 
     @property
-    def flight(self) -> RunOutcome:
+    def outcome(self) -> RunOutcome:
         """What became of the runs."""
         assert self._watch is not None
         touched = np.isfinite(self._watch.first).any(axis=(0, 2))

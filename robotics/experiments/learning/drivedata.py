@@ -1,7 +1,7 @@
 """Training data from drives: what a robot knew at each moment, and what it was commanded then.
 
 The drive is shown, moment after moment, to what computes the quantities of
-:mod:`robotics.laws.rules.quantities` while robots drive, so that a rule base that learns from the table flies by the
+:mod:`robotics.laws.rules.quantities` while robots drive, so that a rule base that learns from the table drives by the
 very numbers that it has learnt by. What the robot was to follow is
 
 * the moving target of the log, where it has one: all quantities of target, path and timetable are known;

@@ -4,7 +4,7 @@
 2. Clusters of (inputs, outputs) give the rules, least squares their consequents, hybrid learning moves both.
 3. The pupil drives by what it learnt, the teacher says what it would do there, and all samples together are learnt
    from again; this repeats for some rounds [Ross, Gordon & Bagnell 2011].
-4. Clusters of several radii are tried. What was learnt from each flies undisturbed on the checking seeds; the best
+4. Clusters of several radii are tried. What was learnt from each drives undisturbed on the checking seeds; the best
    drives in the next round, and the best of all rounds is taken: first by contacts, then by robots that do not arrive,
    then by the difference from the teacher in the states that it met.
 
@@ -24,7 +24,7 @@ from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
-from robotics.experiments.learning.courses import Course
+from robotics.experiments.learning.courses import ImitationTask
 from robotics.experiments.learning.demonstrations import Demonstrations, RunOutcome, demonstrate, joined
 from robotics.experiments.learning.lesson import COMMAND_UNITS, ImitationError, ImitationPlan
 from robotics.experiments.learning.rulefitting import RULE_RADII, Fitted, fitted, rmse
@@ -36,7 +36,7 @@ from robotics.laws.rules.situation import NOTHING_NEAR
 
 
 class Round(NamedTuple):
-    """What was learnt in one round, and how it flew on the checking seeds, undisturbed."""
+    """What was learnt in one round, and how it drove on the checking seeds, undisturbed."""
 
     system: Sugeno
     samples: int  # that were learnt from
@@ -54,7 +54,7 @@ class Round(NamedTuple):
 
         return (
             f"{self.samples} samples, radius {self.radius:g}; RMSE {told(self.train)} training, {told(self.check)} "
-            f"checking, {told(self.met)} in its own flight; {self.touched} contacts, {self.missing} robots missing"
+            f"checking, {told(self.met)} on its own; {self.touched} contacts, {self.missing} robots missing"
         )
 
     def told(self) -> dict[str, Any]:
@@ -107,8 +107,8 @@ class Imitation:
 
 def steps(lesson: ImitationPlan) -> int:
     """How many times :func:`imitate` calls ``advance`` if no training stops early."""
-    flown = len(lesson.courses) * (len(lesson.seeds) + len(RULE_RADII) * len(lesson.checking))
-    return (lesson.rounds + 1) * (flown + len(RULE_RADII) * (lesson.options.epochs + 1))
+    driven = len(lesson.courses) * (len(lesson.seeds) + len(RULE_RADII) * len(lesson.checking))
+    return (lesson.rounds + 1) * (driven + len(RULE_RADII) * (lesson.options.epochs + 1))
 
 
 def imitate(lesson: ImitationPlan, advance: Callable[[], None] | None = None) -> Imitation:
@@ -131,10 +131,10 @@ def imitate(lesson: ImitationPlan, advance: Callable[[], None] | None = None) ->
         tandem = _tandem(lesson, teacher, file)
         for number in range(lesson.rounds + 1):
             for course in lesson.courses:
-                new, flight = demonstrate(
+                new, outcome = demonstrate(
                     course, tandem, lesson.outputs, lesson.seeds, number, lesson.disturbance, step
                 )
-                _expect_drives(lesson, course, flight, new)
+                _expect_drives(lesson, course, outcome, new)
                 parts.append(new)
             samples = joined(parts)
             found = [
@@ -160,7 +160,7 @@ def write_rule_base(found: Imitation, path: str | Path) -> None:
     write_fis(taken.system, path, "\n".join(lines))
 
 
-def flights(
+def drives(
     lesson: ImitationPlan, file: str | Path, seeds: Sequence[int], advance: Callable[[], None] | None = None
 ) -> dict[str, dict[str, dict[str, float]]]:
     """The outcome of the teacher and of the rule base in ``file`` on each course: by course, law and what it is.
@@ -190,8 +190,8 @@ def _tandem(lesson: ImitationPlan, teacher: Law[Any], file: Path) -> TeacherAndP
     own = [task for task, base in getattr(pupil, "rule_bases", {}).items() if base.fis.name == lesson.name]
     if not own:
         raise ImitationError(
-            f"into {lesson.into}: it flies no rule base whose inputs are named quantities; fuzzy:rule_base does, and "
-            "fuzzy-team:crash_rule_base"
+            f"into {lesson.into}: it drives by no rule base whose inputs are named quantities; fuzzy:rule_base does, "
+            "and fuzzy-team:crash_rule_base"
         )
     return TeacherAndPupil(teacher=teacher, pupil=pupil, learns=own[0])
 
@@ -208,8 +208,8 @@ def blank(lesson: ImitationPlan) -> Sugeno:
     return Sugeno(inputs, outputs, [rule], lesson.name, out_of_range="clip")
 
 
-def _expect_drives(lesson: ImitationPlan, course: Course, flight: RunOutcome, samples: Demonstrations) -> None:
-    if flight.refused.all():
+def _expect_drives(lesson: ImitationPlan, course: ImitationTask, outcome: RunOutcome, samples: Demonstrations) -> None:
+    if outcome.refused.all():
         raise ImitationError(f"{course.name}: {lesson.teacher} knows no safe way in any run, and shows nothing")
     learnt_from = ~np.isin(samples.seed, lesson.checking)
     for what, chosen in (("learn from", learnt_from), ("check with", ~learnt_from)):
@@ -224,8 +224,8 @@ def _tried(lesson: ImitationPlan, teacher: Law[Any], file: Path, learnt: "Fitted
     touched = missing = 0
     parts = []
     for course in lesson.courses:
-        met, flight = demonstrate(course, tandem, lesson.outputs, lesson.checking, 0, advance=step)
-        touched, missing = touched + int(flight.touched.sum()), missing + int(flight.missing.sum())
+        met, outcome = demonstrate(course, tandem, lesson.outputs, lesson.checking, 0, advance=step)
+        touched, missing = touched + int(outcome.touched.sum()), missing + int(outcome.missing.sum())
         parts.append(met)
     error = rmse(learnt.system, joined(parts), lesson.of_pairs)
     return Round(*learnt, error, touched, missing)

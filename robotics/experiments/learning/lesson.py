@@ -6,7 +6,7 @@ from pathlib import Path
 import anfis
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.experiments.learning.courses import Course
+from robotics.experiments.learning.courses import ImitationTask
 from robotics.experiments.learning.demonstrations import LABELS
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.own_rules import OwnRules
@@ -28,10 +28,10 @@ class ImitationPlan:
     """What is to be learnt, from whom, and how."""
 
     teacher: str  # a controller's specification
-    courses: tuple[Course, ...]
+    courses: tuple[ImitationTask, ...]
     inputs: tuple[str, ...] = described("Inputs: quantities of docs/quantities.md.")
     outputs: tuple[str, ...] = described("Outputs: v, w, or speed for at most.", ("v", "w"))
-    into: str = described("The law that flies the rule base, and its gain that names it.", "fuzzy:rule_base")
+    into: str = described("The law that drives by the rule base, and its gain that names it.", "fuzzy:rule_base")
     seeds: tuple[int, ...] = tuple(range(12))
     rules: int = whole(12, least=1, most=30, doc="Number of rules.")
     rounds: int = whole(3, least=0, most=20, doc="Rounds in which the learner drives and the teacher corrects it.")
@@ -94,7 +94,7 @@ class ImitationPlan:
         return bool(self.pairs)
 
     def controller(self, file: str | Path) -> str:
-        """The specification of the controller that flies the rule base in ``file``."""
+        """The specification of the controller that drives by the rule base in ``file``."""
         return f"{self.into}={file}"
 
     def check_file(self, file: Path) -> None:

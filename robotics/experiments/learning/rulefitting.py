@@ -89,7 +89,7 @@ def _some(samples: Demonstrations, most: int, of_pairs: bool) -> Demonstrations:
 
 
 def _data(lesson: ImitationPlan, known: np.ndarray, said: np.ndarray) -> Data:
-    """The samples, with universes that hold all but the rarest of them; what lies beyond is clipped, as in flight."""
+    """The samples, with universes that hold all but the rarest of them; others are clipped, as when it drives."""
     names = [(name, quantity_of(name, "inputs").unit) for name in lesson.inputs]
     outputs = [(name, COMMAND_UNITS[name]) for name in lesson.outputs]
     low, high = np.transpose([_universe(column) for column in np.concatenate([known, said], axis=1).T])
@@ -137,7 +137,7 @@ def _trained(
     held: tuple[np.ndarray, np.ndarray],
     step: Callable[[], None],
 ) -> Sugeno:
-    """The system after hybrid learning, each output counted in its range; named, and fit to be flown."""
+    """The system after hybrid learning, each output counted in its range; named, and fit to drive by."""
     spans = (data.high - data.low)[data.x.shape[1] :]
     training = anfis.train(
         _scaled(system, 1 / spans),
@@ -165,7 +165,7 @@ def _scaled(system: Sugeno, factors: np.ndarray) -> Sugeno:
 
 
 def _said(system: Sugeno, x: np.ndarray) -> np.ndarray:
-    """What the system says at ``x`` (samples, inputs), outside its universes as in flight."""
+    """What the system says at ``x`` (samples, inputs), outside its universes as when it drives."""
     return np.asarray(compile_sugeno(replace(system, out_of_range="clip"))(np.ascontiguousarray(x)))
 
 

@@ -38,7 +38,7 @@ def single_run(
     kind: Any = None,
     disturbance: Mapping[str, float] = MappingProxyType({}),
     name: str = "",
-    links: bool = False,
+    message_ages: bool = False,
     begin: Callable[[str, int], Callable[[], None]] | None = None,
     *,
     moving: int = 0,
@@ -55,7 +55,7 @@ def single_run(
         kind: Class of the run, by default "A".
         disturbance: Fields of :class:`robotics.experiments.stress.disturbance.Disturbance`.
         name: The controller's name in the run.
-        links: Whether the run keeps the age of every message.
+        message_ages: Whether the run keeps the age of every message.
         begin: Starts a bar of a progress display, by its text and total.
         moving: Number of discs that cross the lanes, among obstacles.
         lanes: Whether the lanes stay beside each other or cross, among obstacles.
@@ -87,8 +87,8 @@ def single_run(
         limits = obstaclecourse.longest(ensemble, wrong.extra)
     tally = Tally(ensemble, limits, 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
-    links = links and robots > 1
-    kept: dict[str, bool] = {"links": links} | dict.fromkeys(("torques", "encoders", "messages"), logged)
+    message_ages = message_ages and robots > 1
+    kept: dict[str, bool] = {"message_ages": message_ages} | dict.fromkeys(("torques", "encoders", "messages"), logged)
     run = record_run(
         ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance, observer=tally.observer
     )

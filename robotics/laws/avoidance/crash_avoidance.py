@@ -211,7 +211,7 @@ class CrashAvoidance(EquationLaw):
         return {**self.cooperation.fuzzy_systems, "eta": self.turn.fis}
 
     @property
-    def kept_distance(self) -> float:
+    def safety_distance(self) -> float:
         """d_min of (6.1) [m]."""
         return self.d_min
 

@@ -108,7 +108,7 @@ class FuzzyHierarchy(Law[_Memory]):
             raise ControllerError(f"obstacles.variant must be 'literal'; got {self.obstacles.variant!r}")
 
     @property
-    def kept_distance(self) -> float:
+    def safety_distance(self) -> float:
         """d_min of (6.5) [m]."""
         return self.crash.d_min
 

@@ -171,11 +171,11 @@ class RightOfWay(EquationLaw):
         return OUTAGE
 
     @property
-    def kept_distance(self) -> float:
+    def safety_distance(self) -> float:
         """The clearance of its plan [m], for robots as large as the EtsRo."""
         return self.clearance
 
-    def kept_between(self, robots: Sequence[Robot]) -> float:
+    def distance_between(self, robots: Sequence[Robot]) -> float:
         """The clearance of its plan [m], with as much room beyond the turning circles whatever the robots' size."""
         return self.clearance + wider(robots)
 
@@ -191,7 +191,7 @@ class RightOfWay(EquationLaw):
         """
         check_team(setting)
         check_connected(setting)
-        plan = planned_timing(setting, self.kept_between(setting.robots), self.margin)
+        plan = planned_timing(setting, self.distance_between(setting.robots), self.margin)
         return super().init(replace(setting, references=plan), runs)  # from now on it is what they refer to
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""Any rule base flies: a law whose inputs are quantities that a robot can know, by their names in the ``.fis`` file.
+"""Any rule base drives: a law whose inputs are quantities that a robot can know, by their names in the ``.fis`` file.
 
 The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are one or more of ``RULE_OUTPUTS``.
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the

@@ -19,7 +19,7 @@ _HEAD = """\
 # What a robot can know
 
 A rule base's inputs are quantities that a robot knows, by these names, and its outputs say what to do. Any rule base of
-such names flies: `robotics run SCENARIO --controller fuzzy:rule_base=mine.fis`, and *Try it* in the designer. An input
+such names drives: `robotics run SCENARIO --controller fuzzy:rule_base=mine.fis`, and *Try it* in the designer. An input
 that is out of its range counts as the nearer end of the range (`OutOfRange='error'` in the `.fis` refuses it).
 
 Units are SI, angles in radians; x is forward, y and all bearings and turns are positive to the left. A quantity that

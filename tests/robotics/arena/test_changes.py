@@ -7,7 +7,7 @@ import pytest
 
 import robotics
 from robotics.arena.changes import CHANGES, changed
-from robotics.arena.computing import Nothing
+from robotics.arena.computing import NullLaw
 from robotics.laws.setting import TrueParameters
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
@@ -20,7 +20,7 @@ def straight(**changes):
 
 
 def driven(scenario, truth=None):
-    return robotics.simulate_many(scenario, [Nothing()], [0], truth=truth)[0]
+    return robotics.simulate_many(scenario, [NullLaw()], [0], truth=truth)[0]
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])

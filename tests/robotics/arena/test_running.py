@@ -11,7 +11,7 @@ from robotics.arena.answer import answer
 from robotics.arena.changes import CHANGES
 from robotics.arena.description import parse_arena, with_laws
 from robotics.arena.families import ArenaError
-from robotics.arena.running import held
+from robotics.arena.running import drive_arena
 from robotics.commands.templatefiles import template_text
 from robotics.report.arena import pairs_table, results_table, summary_table, write_laws
 
@@ -48,7 +48,7 @@ def contents(outcome):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("arena")
-    return held(ARENA, folder), folder
+    return drive_arena(ARENA, folder), folder
 
 
 class _StopError(Exception):
@@ -69,8 +69,8 @@ def test_a_stopped_arena_goes_on_to_the_same_numbers(whole, tmp_path, after):
         return advance
 
     with pytest.raises(_StopError):
-        held(ARENA, tmp_path, begin=begin)
-    assert contents(held(ARENA, tmp_path)) == contents(whole[0])
+        drive_arena(ARENA, tmp_path, begin=begin)
+    assert contents(drive_arena(ARENA, tmp_path)) == contents(whole[0])
 
 
 def test_what_is_damaged_is_driven_again(whole):
@@ -78,13 +78,13 @@ def test_what_is_damaged_is_driven_again(whole):
     file = folder / "runs" / "pid" / "published-1.csv"
     text = file.read_text()
     file.write_text(text[: len(text) // 2])
-    assert contents(held(ARENA, folder)) == contents(outcome)
+    assert contents(drive_arena(ARENA, folder)) == contents(outcome)
     assert file.read_text() == text
 
 
 def test_another_arena_in_the_same_folder_is_refused(whole):
     with pytest.raises(ArenaError, match="holds another arena: laws"):
-        held(with_laws(ARENA, ["lyapunov"]), whole[1])
+        drive_arena(with_laws(ARENA, ["lyapunov"]), whole[1])
 
 
 def test_its_runs_are_those_of_simulate(whole):
@@ -126,7 +126,7 @@ def test_a_law_of_which_nothing_moves_takes_part_as_published(tmp_path):
     (tmp_path / "mylaw.py").write_text(template_text("law"), encoding="utf-8")
     text = TEXT.replace('"pid"', '"mylaw.py:MyLaw"').replace("evaluations = 12", "evaluations = 3")
     arena, told = parse_arena(text, "small", folder=tmp_path), list[str]()
-    outcome = held(arena, tmp_path / "out", clocked=False, told=told.append)
+    outcome = drive_arena(arena, tmp_path / "out", clocked=False, announce=told.append)
     assert told == [
         "mylaw.py:MyLaw: nothing of it moves, of gains, memberships, consequents; it takes part as published"
     ]

@@ -48,7 +48,7 @@ def test_rules_are_learnt_saved_and_flown_on_unseen_seeds(command, tmp_path, cap
     assert printed["seeds"] == [3]
     assert printed["taken"] == 0
     assert printed["rounds"][0]["samples"] < len(values)  # those of the checking seed are not learnt from
-    assert printed["flown"]["tiny"].keys() == {"teacher", "learnt"}
+    assert printed["driven"]["tiny"].keys() == {"teacher", "learnt"}
     assert main(["run", str(tmp_path / "tiny.toml"), "-c", f"fuzzy:rule_base={tmp_path / 'learnt.fis'}", "-q"]) == 0
 
 

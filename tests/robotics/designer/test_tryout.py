@@ -39,7 +39,7 @@ from robotics.experiments.learning.formationdata import FILES, FormationRecipe
 from robotics.experiments.learning.formationdata import formation_data as formation_table
 from robotics.laws.catalogue import make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.measures.registry import measure_all, tried
+from robotics.measures.registry import measure_all, panel_metrics
 from robotics.scenario.reading import load_scenario, scenario_names
 from robotics.simulation.loop import simulate
 from tests.robotics.designer.tried import beside, on_page
@@ -70,7 +70,7 @@ def test_the_package_s_rule_base_drives_as_the_package_s_law(tracking: Sugeno) -
     assert np.array_equal(run.samples, direct.samples)
     measured = measure_all(direct)
     data = design_data(tracking, trial)
-    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in tried("tracking")}
+    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in panel_metrics("tracking")}
     np.testing.assert_allclose(data["x"][0], direct["x"][0, 0], atol=5.1e-5)
     assert len(data["cross_track"][0]) == len(data["time"]) == len(direct.time)
 
@@ -92,7 +92,7 @@ def team(slower: Sugeno) -> Attempt:
 def test_a_team_s_law_takes_the_system_where_it_holds_one(team: Attempt, slower: Sugeno, tmp_path: Path) -> None:
     file = tmp_path / "slower.fis"
     write_fis(slower, file)
-    direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), links=True)
+    direct = simulate(load_scenario(TEAM), make_controller(f"cooperation:rule_base={file}"), message_ages=True)
     assert settled(slower, TryoutTrial(scenario=TEAM)).law == "cooperation"
     assert np.array_equal(team.run.samples, direct.samples)
     measured = measure_all(direct)

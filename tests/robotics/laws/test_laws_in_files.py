@@ -18,7 +18,7 @@ from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.sweeps.plan import plan_sweep
 from robotics.experiments.sweeps.reading import load_sweep
 from robotics.experiments.sweeps.running import run_sweep
-from robotics.laws.catalogue import files_of, gains_of, kept_distance, label, law_title, located, make_controller
+from robotics.laws.catalogue import files_of, gains_of, label, law_title, located, make_controller, safety_distance
 from robotics.laws.law import ControllerError
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
@@ -123,7 +123,7 @@ def test_an_edited_file_is_another_law_and_what_was_made_stays(folder):
 def test_nothing_runs_for_the_title_of_a_saved_run(folder):
     (folder / "trap.py").write_text("raise SystemExit('it ran')", encoding="utf-8")
     assert law_title("trap.py:Trap:gain=2") == "Trap (gain=2)"
-    assert kept_distance("trap.py:Trap", ()) is None
+    assert safety_distance("trap.py:Trap", ()) is None
 
 
 @pytest.mark.parametrize(

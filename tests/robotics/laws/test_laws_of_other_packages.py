@@ -172,7 +172,7 @@ def test_one_that_cannot_be_loaded_is_said_and_harms_nobody(told):
     assert "the law 'broken' of the package carrot-on-a-stick cannot be loaded" in err
 
 
-@pytest.mark.parametrize("name", ["watchdgo", "mesage", "kept_distances"])
+@pytest.mark.parametrize("name", ["watchdgo", "mesage", "safety_distances"])
 def test_a_misspelt_part_of_a_law_is_no_silence(name):
     with pytest.raises(TypeError, match=f"Bad.{name} is no part of a law; is .* meant"):
         type("Bad", (Law,), {name: ()})

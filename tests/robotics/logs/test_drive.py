@@ -16,7 +16,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from tests.robotics.logs import bags
 
-KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
+KEPT: dict[str, Any] = {"message_ages": True, "encoders": True, "messages": True}
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
 
-KEPT: dict[str, Any] = {"links": True, "encoders": True, "messages": True}
+KEPT: dict[str, Any] = {"message_ages": True, "encoders": True, "messages": True}
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_the_radio_is_logged_as_it_was_sent_and_as_it_was_heard(team, logged):
             assert [value.name for value in message.values] == list(names)
             np.testing.assert_array_equal([value.value for value in message.values], team.messages[k, :, 0, i])
         ages = np.array([message.age for _, message in logged["team"][f"/robot{i + 1}/radio_ages"]])
-        np.testing.assert_array_equal(ages, team.links[:, 0, i].astype(float))
+        np.testing.assert_array_equal(ages, team.message_ages[:, 0, i].astype(float))
     place = team.about.message.index("x")
     np.testing.assert_array_equal(team.messages[:, place, 0, 1], team["x_measured"][0, 1])  # it told where it was
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robotics.measures.registry import ALL_METRICS, headlines, metrics_of, tried
+from robotics.measures.registry import ALL_METRICS, headlines, metrics_of, panel_metrics
 from robotics.measures.tracking import SCENARIO_KINDS
 
 SHORT = {
@@ -28,7 +28,7 @@ def test_a_short_table_has_its_metrics_with_their_short_titles(kind):
 
 
 def test_try_it_shows_arrivals_first_of_a_team_and_the_own_places_of_a_formation():
-    assert list(tried("team")) == [
+    assert list(panel_metrics("team")) == [
         "arrival_time_s",
         "arrival_spread_s",
         "max_progress_gap",
@@ -38,8 +38,8 @@ def test_try_it_shows_arrivals_first_of_a_team_and_the_own_places_of_a_formation
         "contacts",
         "min_clearance_m",
     ]
-    assert len(tried("tracking")) == 8
-    assert list(tried("formation")) == ["max_place_error_m", "rms_place_error_m"]
+    assert len(panel_metrics("tracking")) == 8
+    assert list(panel_metrics("formation")) == ["max_place_error_m", "rms_place_error_m"]
 
 
 def test_an_entry_says_all_and_nothing_that_cannot_be():

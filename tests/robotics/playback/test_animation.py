@@ -76,7 +76,7 @@ timing = { duration = 10.0 }
 @pytest.fixture(scope="module")
 def run() -> Run:
     scenario = parse_scenario(TEAM, "three")
-    return simulate(scenario, make_controller(scenario.controller), (4, 7), name=scenario.controller, links=True)
+    return simulate(scenario, make_controller(scenario.controller), (4, 7), name=scenario.controller, message_ages=True)
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +207,7 @@ def test_messages_are_half_lines_fresh_or_dashed(run: Run) -> None:
         wanted: dict[bool, list[np.ndarray]] = {True: [], False: []}
         for i, j in itertools.permutations(range(3), 2):
             if 0 in (i, j):  # a star around robot 1
-                old = bool(run.links[k, 1, i, j] > film.stale_after)
+                old = bool(run.message_ages[k, 1, i, j] > film.stale_after)
                 wanted[old].append(np.array([places[i], (places[i] + places[j]) / 2]))
         for old, drawn in ((True, scene.old), (False, scene.fresh)):
             assert len(drawn.get_segments()) == len(wanted[old]) == (0, 4, 2, 2)[2 * (time == 4.0) + (not old)]
@@ -314,7 +314,7 @@ def test_many_robots_are_drawn_too(tmp_path: Path) -> None:
     )
     text = f'kind = "team"\nplant = "kinematic"\nduration = 2.0\ncontroller = "cooperation"\n{robots}'
     scenario = parse_scenario(text, "thirty")
-    run = simulate(scenario, make_controller("cooperation"), (0,), links=True)
+    run = simulate(scenario, make_controller("cooperation"), (0,), message_ages=True)
     written = write_animation(run, tmp_path / "x.gif", fps=2, dpi=40)
     assert written.frames == 5
     with style():
@@ -412,12 +412,12 @@ def test_a_saved_team_has_its_messages(tmp_path: Path, capsys: pytest.CaptureFix
     (tmp_path / "three.toml").write_text(TEAM, encoding="utf-8")
     save = tmp_path / "run.npz"
     assert main(["run", str(tmp_path / "three.toml"), "-c", "cooperation", "--save", str(save), "-q"]) == 0
-    links = load_run(save).links
-    assert links is not None
-    assert links.shape == (241, 1, 3, 3)
-    assert np.isfinite(links[100, 0]).sum() == 4
+    ages = load_run(save).message_ages
+    assert ages is not None
+    assert ages.shape == (241, 1, 3, 3)
+    assert np.isfinite(ages[100, 0]).sum() == 4
     assert main(["run", "lyapunov-sine", "-c", "lyapunov", "--save", str(save), "-q"]) == 0
-    assert load_run(save).links is None
+    assert load_run(save).message_ages is None
     assert (
         main(["animate", str(save), "-o", str(tmp_path / "one.gif"), "--to", "1", "--fps", "2", "--dpi", "40", "-q"])
         == 0

@@ -74,7 +74,7 @@ timing = { duration = 10.0 }
 @pytest.fixture(scope="module")
 def run() -> Run:
     scenario = parse_scenario(TEAM, "three")
-    return simulate(scenario, make_controller(scenario.controller), (4, 7), name=scenario.controller, links=True)
+    return simulate(scenario, make_controller(scenario.controller), (4, 7), name=scenario.controller, message_ages=True)
 
 
 def large(robots: int, seconds: float) -> Run:
@@ -93,7 +93,7 @@ def large(robots: int, seconds: float) -> Run:
     stopped = np.full((1, robots), -1)
     nowhere = np.zeros((6, len(time), robots))
     named = {"scenario": "many", "controller": "law"}
-    return handmade((0,), time, samples, nowhere, paths, stopped, team=team, links=links, **named)
+    return handmade((0,), time, samples, nowhere, paths, stopped, team=team, message_ages=links, **named)
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +160,7 @@ def test_faults_are_spans(run: Run) -> None:
 
 
 def test_stale_links_are_those_of_the_run_at_every_sample(run: Run) -> None:
-    limit, ages = 0.2, run.links[:, 1]
+    limit, ages = 0.2, run.message_ages[:, 1]
     film = replay(run, run.time, 7, limit)
     assert film.stale_after == limit
     heard = np.isfinite(ages).any(axis=0)
@@ -183,7 +183,7 @@ def test_stale_links_are_those_of_the_run_at_every_sample(run: Run) -> None:
 def test_stale_by_default_is_what_is_unusual(run: Run) -> None:
     limit = player_data(run)["stale_after"]
     assert 0.25 <= limit <= 0.5
-    assert player_data(run.with_recorded(links=None))["hears"] is None
+    assert player_data(run.with_recorded(message_ages=None))["hears"] is None
     with pytest.raises(ReplayError, match="must be > 0 s, got -1"):
         player_data(run, stale=-1.0)
 
@@ -449,7 +449,7 @@ def test_the_slider_moves_the_robots(run: Run, page: Browser) -> None:
     near(page.js("cells()"), shown(run, 8.5))
     page.js("slide(4)")
     hears = [row[-1] for row in page.js("cells()")]
-    assert hears[1] == f"1: {run.links[80, 1, 1, 0]:.1f} s old"
+    assert hears[1] == f"1: {run.message_ages[80, 1, 1, 0]:.1f} s old"
     assert hears[2].startswith("1: ")
 
 

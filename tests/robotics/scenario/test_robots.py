@@ -8,7 +8,7 @@ import pytest
 from robotics.experiments.sweeps.plan import identity, plan_sweep, scenario_at
 from robotics.experiments.sweeps.reading import load_sweep
 from robotics.laws.avoidance.priority import STATED_FOR
-from robotics.laws.catalogue import kept_distance, make_controller
+from robotics.laws.catalogue import make_controller, safety_distance
 from robotics.laws.law import ControllerError
 from robotics.scenario import robots
 from robotics.scenario.description import Member, Scenario, ScenarioError
@@ -217,9 +217,9 @@ def test_laws_say_which_sensors_a_robot_lacks():
 def test_distances_between_robots_go_by_their_size():
     """The same room beyond the turning circles, whatever the robots; the EtsRo's are those that the law states."""
     law = "right-of-way"
-    assert kept_distance(law, [ETSRO]) == 0.5
+    assert safety_distance(law, [ETSRO]) == 0.5
     large = load_robot("mir100").robot
-    found = kept_distance(law, [ETSRO, large])
+    found = safety_distance(law, [ETSRO, large])
     assert found - np.hypot(large.length, large.width) == pytest.approx(0.5 - STATED_FOR)
     assert np.hypot(ETSRO.length, ETSRO.width) == STATED_FOR
 

@@ -31,7 +31,7 @@ def mixed():
     carried = {name: replace(sensor, range=1.5) for name, sensor in SONAR.items()} | {"rear": SONAR["left"]}
     large = replace(scenario.robots[1], robot=BROAD, sensors=carried)
     scenario = replace(scenario, robots=(scenario.robots[0], large, scenario.robots[2]), duration=1.5)
-    return simulate(scenario, make_controller("obstacles"), (0, 7), name="obstacles", links=True)
+    return simulate(scenario, make_controller("obstacles"), (0, 7), name="obstacles", message_ages=True)
 
 
 def test_a_file_of_another_format_is_refused_by_the_number_of_the_format(saved, tmp_path):
@@ -67,13 +67,20 @@ def test_clearances_are_those_of_the_true_robot(mixed):
 def test_one_seed_of_a_run_keeps_all_that_was_recorded(mixed):
     part = mixed.only(7)
     assert part.seeds == (7,)
-    assert set(part.recorded) == {"samples", "team", "links", "modes", "ranges"}
+    assert set(part.recorded) == {"samples", "team", "message_ages", "modes", "ranges"}
     for name, record in part.recorded.items():
         axis = record.axes.index("run")
         assert record.values.shape[axis] == 1, name
         np.testing.assert_array_equal(record.values, np.take(mixed.recorded[name].values, [1], axis=axis))
     with pytest.raises(ValueError, match="not in tuple"):
         mixed.only(3)
+
+
+def test_a_run_saved_by_version_0_2_0_is_read(mixed, tmp_path):
+    """It called the ages of messages links."""
+    named = {"links" if name == "message_ages" else name: record for name, record in mixed.recorded.items()}
+    replace(mixed, recorded=named).save(tmp_path / "old.npz")
+    np.testing.assert_array_equal(load_run(tmp_path / "old.npz").message_ages, mixed.message_ages)
 
 
 def test_a_recorded_array_more_is_cut_saved_and_loaded_by_its_declaration(monkeypatch, tmp_path):

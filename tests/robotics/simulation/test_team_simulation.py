@@ -92,7 +92,7 @@ def at(run, *times):
 def test_a_law_hears_what_was_measured_then_and_not_what_is_true_now(radio):
     law = Probe()
     seeds = (3, 8)
-    run = simulate(team(4, radio=radio, sensing=NOISY), law, seeds, links=True)
+    run = simulate(team(4, radio=radio, sensing=NOISY), law, seeds, message_ages=True)
     graph = radio.adjacency(4) > 0
     measured = run["x_measured"]
     truth = run["x"]
@@ -110,20 +110,20 @@ def test_a_law_hears_what_was_measured_then_and_not_what_is_true_now(radio):
             assert heard["x"][r, i, j] == measured[r, j, then]
             assert heard["x"][r, i, j] != truth[r, j, then]
     ages = np.array([heard.age for heard in law.heard])
-    np.testing.assert_array_equal(run.links, ages.astype(np.float32))
+    np.testing.assert_array_equal(run.message_ages, ages.astype(np.float32))
     assert np.isfinite(ages[-1][:, graph]).all()
 
 
 def test_two_hundred_robots_are_served_by_the_same_code():
     law = Probe()
-    run = simulate(team(200, duration=0.5, radio=Radio(range=10.0)), law, links=True)
+    run = simulate(team(200, duration=0.5, radio=Radio(range=10.0)), law, message_ages=True)
     heard = law.heard[-1]
     gap = np.abs(np.arange(200)[:, None] - np.arange(200))
     near = (gap <= 10) & (gap > 0)  # 1 m from path to path, and all are driven alike
     sure = gap != 10
     np.testing.assert_array_equal(np.isfinite(heard.age[0])[sure], near[sure])
     assert (heard.values[1, 0][near & sure] == np.broadcast_to(np.arange(1, 201), (200, 200))[near & sure]).all()
-    assert run.links.shape == (11, 1, 200, 200)
+    assert run.message_ages.shape == (11, 1, 200, 200)
 
 
 def test_range_follows_the_true_places_as_the_robots_drive():
@@ -148,12 +148,12 @@ def test_range_follows_the_true_places_as_the_robots_drive():
             command, memory = super().control(seen, memory, dt)
             return command._replace(first=np.full_like(seen.x, 0.1), second=np.zeros_like(seen.x)), memory
 
-    run = simulate(scenario, Straight(), links=True)
+    run = simulate(scenario, Straight(), message_ages=True)
     gap = np.hypot(run["x"][0, 0] - run["x"][0, 1], run["y"][0, 0] - run["y"][0, 1])
     last = int(np.flatnonzero(gap <= 1.507).max())
     assert run.time[last] == pytest.approx(2.5, abs=0.051)
     expected = np.where(np.arange(101) <= last + 1, 0.05, (np.arange(101) - last) * 0.05)
-    np.testing.assert_allclose(run.links[1:, 0, 0, 1], expected[1:], rtol=1e-6)
+    np.testing.assert_allclose(run.message_ages[1:, 0, 0, 1], expected[1:], rtol=1e-6)
 
 
 def test_laws_that_say_nothing_hear_nothing():
@@ -162,10 +162,10 @@ def test_laws_that_say_nothing_hear_nothing():
         message = ()
 
     law = Mute()
-    run = simulate(team(radio=Radio(baud=1.0)), law, links=True)  # nothing said fits into any radio
+    run = simulate(team(radio=Radio(baud=1.0)), law, message_ages=True)  # nothing said fits into any radio
     assert all(heard.fields == () and np.isinf(heard.age).all() for heard in law.heard)
-    assert np.isinf(run.links).all()
-    assert simulate(team(), law).links is None
+    assert np.isinf(run.message_ages).all()
+    assert simulate(team(), law).message_ages is None
 
 
 # Reproducible ---------------------------------------------------------------------------------------------------
@@ -184,14 +184,14 @@ def test_a_seed_gives_the_same_bits_alone_and_among_others(law):
     scenario = team(4, radio=HARD, sensing=NOISY, faults=FAULTY, latency=0.03)
     controller = make_controller(law)
     seeds = (5, 0, 17, 3, 2**40)
-    together = simulate(scenario, controller, seeds, links=True)
+    together = simulate(scenario, controller, seeds, message_ages=True)
     assert not together.diverged.any()
     for i, seed in enumerate(seeds):
-        alone = simulate(scenario, controller, [seed], links=True)
+        alone = simulate(scenario, controller, [seed], message_ages=True)
         assert same(together.samples[:, :, i], alone.samples[:, :, 0])
         assert same(together.team[:, :, i], alone.team[:, :, 0])
-        assert same(together.links[:, i], alone.links[:, 0])
-    backwards = simulate(scenario, controller, seeds[::-1], links=True)
+        assert same(together.message_ages[:, i], alone.message_ages[:, 0])
+    backwards = simulate(scenario, controller, seeds[::-1], message_ages=True)
     assert same(backwards.samples[:, :, ::-1], together.samples)
     assert len({together.samples[:, :, i].tobytes() for i in range(5)}) == 5
 
@@ -216,8 +216,8 @@ WINDOW: dict[str, Any] = {"start": 2.0, "duration": 1.5}
 def faulted(kind, law=None, **settings):
     """A run with robot 2 at fault from 2 to 3.5 s, the same run without, and the samples in between."""
     scenario = team(**settings)
-    run = simulate(replace(scenario, faults=(Fault(robot=2, kind=kind, **WINDOW),)), law or Probe(), links=True)
-    free = simulate(scenario, law or Probe(), links=True)
+    run = simulate(replace(scenario, faults=(Fault(robot=2, kind=kind, **WINDOW),)), law or Probe(), message_ages=True)
+    free = simulate(scenario, law or Probe(), message_ages=True)
     first, after = at(run, 2.0, 3.5)
     return run, free, slice(first, after)
 
@@ -253,12 +253,12 @@ def test_the_others_know_a_silent_robot_by_what_it_said_last(kind):
     run, _, inside = faulted(kind)
     k = np.arange(len(run.time))
     for i, j in ((0, 1), (2, 1), (1, 0), (1, 2)):
-        age = run.links[:, 0, i, j]
+        age = run.message_ages[:, 0, i, j]
         # One period old; at 2.00 s nothing comes through: the last was said at 1.90 s. Said at 3.50, heard at 3.55 s.
         expected = np.where((k >= inside.start) & (k <= inside.stop), (k - inside.start + 2) * 0.05, 0.05)
         np.testing.assert_allclose(age[1:], expected[1:], rtol=1e-6)
     for i, j in ((0, 2), (2, 0)):
-        np.testing.assert_allclose(run.links[1:, 0, i, j], 0.05, rtol=1e-6)
+        np.testing.assert_allclose(run.message_ages[1:, 0, i, j], 0.05, rtol=1e-6)
 
 
 @pytest.mark.parametrize("plant", ["dynamic", "kinematic"])
@@ -285,7 +285,7 @@ def test_a_stalled_robot_goes_on_talking():
     run, _, inside = faulted("stall")
     assert (run["command_1"][0, 1, inside] == 0).all()
     for i, j in ((0, 1), (1, 0), (2, 1)):
-        np.testing.assert_allclose(run.links[1:, 0, i, j], 0.05, rtol=1e-6)
+        np.testing.assert_allclose(run.message_ages[1:, 0, i, j], 0.05, rtol=1e-6)
     assert (run["fault"][0, 1, inside] == 4).all()
 
 
@@ -297,8 +297,8 @@ def test_a_silent_robot_drives_on():
 
 def test_a_silent_link_changes_that_link_only():
     scenario = team(faults=(Fault(robot=3, other=1, kind="silence", **WINDOW),))
-    run = simulate(scenario, Probe(), links=True)
-    longest = run.links[1:, 0].max(axis=0)
+    run = simulate(scenario, Probe(), message_ages=True)
+    longest = run.message_ages[1:, 0].max(axis=0)
     expected = np.full((3, 3), 0.05)
     expected[0, 2] = expected[2, 0] = 1.6
     np.fill_diagonal(expected, np.inf)
@@ -360,7 +360,7 @@ def lossy_run():
     """One robot is lost on the way."""
     astray = replace(member(1), start=(0.0, 1.0, 3.0))
     scenario = team(robots=(member(0), astray, member(2)), divergence=1.0, radio=HARD, faults=FAULTY)
-    return simulate(scenario, Probe(v=0.3), (3, 2**60), name="probe", links=True)
+    return simulate(scenario, Probe(v=0.3), (3, 2**60), name="probe", message_ages=True)
 
 
 def test_a_lost_robot_has_no_samples_and_the_others_go_on():
@@ -376,7 +376,7 @@ def test_save_and_load_lose_nothing(tmp_path):
     run = lossy_run()
     run.save(tmp_path / "run.npz")
     back = load_run(tmp_path / "run.npz")
-    for name in ("time", "samples", "reference", "stopped", "team", "links"):
+    for name in ("time", "samples", "reference", "stopped", "team", "message_ages"):
         a, b = getattr(run, name), getattr(back, name)
         assert (a.dtype, a.shape) == (b.dtype, b.shape)
         assert same(a, b)
@@ -385,7 +385,7 @@ def test_save_and_load_lose_nothing(tmp_path):
     assert plain.team is None
     plain.save(tmp_path / "plain.npz")
     assert load_run(tmp_path / "plain.npz").team is None
-    assert load_run(tmp_path / "plain.npz").links is None
+    assert load_run(tmp_path / "plain.npz").message_ages is None
 
 
 def test_frame_has_the_columns_of_a_team():
@@ -456,7 +456,7 @@ from robotics.simulation.loop import simulate
 
 assert config.DISABLE_JIT
 for law in sys.argv[2:]:
-    simulate(load_scenario(sys.argv[1]), make_controller(law), (1, 2), links=True).save(f"{law}.npz")
+    simulate(load_scenario(sys.argv[1]), make_controller(law), (1, 2), message_ages=True).save(f"{law}.npz")
 """
 
 
@@ -474,10 +474,10 @@ def test_without_the_compiler_the_numbers_are_the_same(tmp_path):
     assert done.returncode == 0, done.stderr
     for law in laws:
         plain = load_run(tmp_path / f"{law}.npz")
-        ours = simulate(parse_scenario(TEAM, "team"), make_controller(law), (1, 2), links=True)
+        ours = simulate(parse_scenario(TEAM, "team"), make_controller(law), (1, 2), message_ages=True)
         np.testing.assert_allclose(plain.samples, ours.samples, rtol=0, atol=1e-12)
         np.testing.assert_allclose(plain.team, ours.team, rtol=0, atol=1e-12)
-        np.testing.assert_array_equal(plain.links, ours.links)
+        np.testing.assert_array_equal(plain.message_ages, ours.message_ages)
 
 
 def test_the_command_runs_a_team_and_refuses_a_wrong_one(tmp_path, capsys):

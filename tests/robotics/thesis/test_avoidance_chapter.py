@@ -20,7 +20,7 @@ from robotics.commands.application import main
 from robotics.experiments.together import run_together
 from robotics.figures.avoidance import CRASH_ROWS, HOW, WHERE, plot_avoidance, plot_trajectories
 from robotics.figures.drawing import CONTACT
-from robotics.laws.catalogue import kept_distance, label, make_controller
+from robotics.laws.catalogue import label, make_controller, safety_distance
 from robotics.laws.modes import AVOID, LEFT_BEHIND
 from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
@@ -256,9 +256,9 @@ def test_pages_that_cannot_be(runs: dict[tuple[str, str], Run], planned: Run) ->
         plot_avoidance([planned, runs[AVOIDANCE_TESTS[1], "right-of-way"]])
     with pytest.raises(ReplayError, match="seed 5 is not among those of the run: 3"):
         plot_avoidance([planned], seed=5)
-    assert kept_distance("crash-literal:d_min=0.8", [ETSRO]) == 0.8
-    assert kept_distance("obstacles", [ETSRO]) is None
-    assert kept_distance("something else", [ETSRO]) is None
+    assert safety_distance("crash-literal:d_min=0.8", [ETSRO]) == 0.8
+    assert safety_distance("obstacles", [ETSRO]) is None
+    assert safety_distance("something else", [ETSRO]) is None
 
 
 # The command line -----------------------------------------------------------------------------------------------

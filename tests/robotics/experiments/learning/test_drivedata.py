@@ -1,4 +1,4 @@
-"""Tables of drives: the very numbers by which rule bases fly, and ANFIS that drives as a logged robot did."""
+"""Tables of drives: the very numbers by which rule bases drive, and ANFIS that drives as a logged robot did."""
 
 import json
 from dataclasses import replace
@@ -90,10 +90,10 @@ def driven(tmp_path_factory):
     return drives
 
 
-def flown(fis, folder, name, seeds):
+def late_distance(fis, folder, name, seeds):
     """The RMS distance to the reference [mm] from 6 s on, of each seed; infinite where the robot was stopped."""
-    write_fis(fis, folder / "flown.fis")
-    run = simulate(load_scenario(name), f"fuzzy:rule_base={folder / 'flown.fis'}", seeds)
+    write_fis(fis, folder / "driven.fis")
+    run = simulate(load_scenario(name), f"fuzzy:rule_base={folder / 'driven.fis'}", seeds)
     found = 1000 * measure(run)["rms_distance_late_m"][:, 0]
     return np.where(run.diverged[:, 0], np.inf, found)
 
@@ -115,10 +115,10 @@ def test_anfis_learns_from_odometry_and_commands_alone_to_drive_and_not_without_
     assert table.followed == "the way driven"
     system = learnt(table)
     for name in ("lyapunov-sine", "fuzzy-off-path"):
-        assert flown(system, tmp_path, name, range(50, 53)).max() < 20.0  # mm; it starts 1 m off
-    assert flown(learnt(table, taught=False), tmp_path, "lyapunov-sine", [50]).min() > 1000.0
+        assert late_distance(system, tmp_path, name, range(50, 53)).max() < 20.0  # mm; it starts 1 m off
+    assert late_distance(learnt(table, taught=False), tmp_path, "lyapunov-sine", [50]).min() > 1000.0
     shuffled = np.random.default_rng(0).permutation(table.values[:, -2:])
-    assert flown(learnt(table, shuffled), tmp_path, "lyapunov-sine", [50]).min() > 200.0
+    assert late_distance(learnt(table, shuffled), tmp_path, "lyapunov-sine", [50]).min() > 200.0
 
 
 def test_the_way_driven_tells_how_to_get_where_one_was_a_little_later(tmp_path):
@@ -228,7 +228,7 @@ def test_the_numbers_of_the_page(tmp_path, monkeypatch, capsys):
         options = ["--outputs", "v,w", "--rules", rules, "--epochs", "20", "-q"]
         assert train(["train", f"{data}.csv", *options, "-o", f"{data}.fis"]) == 0
         system = read_fis(f"{data}.fis")
-        reached[data] = [flown(system, tmp_path, name, range(100, 120)).mean() for name in names]
+        reached[data] = [late_distance(system, tmp_path, name, range(100, 120)).mean() for name in names]
     capsys.readouterr()
     assert max(reached["real"]) < 8.0  # mm
     assert min(reached["mixed"]) > 1000.0

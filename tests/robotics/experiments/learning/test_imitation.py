@@ -9,7 +9,7 @@ import anfis
 from fuzzy.files.fisfile import read_fis
 from robotics.experiments.learning.courses import crossing_course, scenario_course
 from robotics.experiments.learning.demonstrations import Demonstrations, demonstrate, disturbed, joined
-from robotics.experiments.learning.imitation import blank, flights, imitate, write_rule_base
+from robotics.experiments.learning.imitation import blank, drives, imitate, write_rule_base
 from robotics.experiments.learning.lesson import ImitationError, ImitationPlan
 from robotics.experiments.learning.rulefitting import fitted, rmse
 from robotics.experiments.learning.tandem import TeacherAndPupil
@@ -70,9 +70,9 @@ def test_the_learner_tracks_as_its_teacher_does(learnt, tmp_path):
     taught, own = off.values()
     assert own < 0.02
     assert own < 2 * taught + 0.005
-    flown = flights(learnt.lesson, file, range(20, 23))["bend"]
-    assert flown["teacher"].keys() == flown["learnt"].keys()
-    assert flown["learnt"]["robots stopped"] == 0
+    driven = drives(learnt.lesson, file, range(20, 23))["bend"]
+    assert driven["teacher"].keys() == driven["learnt"].keys()
+    assert driven["learnt"]["robots stopped"] == 0
 
 
 def test_what_is_written_says_where_it_comes_from_and_has_units(learnt, tmp_path):
@@ -139,12 +139,12 @@ PAIRS = {
 
 def test_of_pairs_each_other_robot_that_is_heard_is_a_sample():
     both = TeacherAndPupil(teacher=make_controller("right-of-way"), pupil=make_controller("fuzzy-team"), learns="crash")
-    samples, flight = demonstrate(crossing_course(3), both, ("speed",), (0,), 0)
+    samples, outcome = demonstrate(crossing_course(3), both, ("speed",), (0,), 0)
     many = np.bincount(samples.moment)
     assert many.max() == 2
     assert len(many) == len(samples.said) == len(samples.held_back)
-    assert not flight.touched.any()
-    assert not flight.missing.any()
+    assert not outcome.touched.any()
+    assert not outcome.missing.any()
     assert samples.said.max() < 0.6
 
 

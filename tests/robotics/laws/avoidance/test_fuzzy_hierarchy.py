@@ -115,7 +115,7 @@ def test_without_obstacles_it_is_crash_avoidance() -> None:
 def test_gains_are_those_of_its_parts() -> None:
     law: Any = make_controller("hierarchy-literal:d_min=0.8,ro_min=1,obstacles.patience=5")
     assert (law.crash.d_min, law.obstacles.ro_min, law.obstacles.patience) == (0.8, 1.0, 5.0)
-    assert (law.crash.lateral, law.obstacles.variant, law.kept_distance) == ("world", "literal", 0.8)
+    assert (law.crash.lateral, law.obstacles.variant, law.safety_distance) == ("world", "literal", 0.8)
     gains = gains_of(law)
     assert gains["crash.eta"] == 1.0
     assert not {"obstacles.d_pass", "obstacles.rule_base", "obstacles.reach"} & set(gains)

@@ -1,4 +1,4 @@
-"""The page of what a robot can know is what the tables say, and its example flies."""
+"""The page of what a robot can know is what the tables say, and its example drives."""
 
 import re
 from pathlib import Path
