@@ -5,11 +5,13 @@ that has nothing left to do takes half of what the other has before it, so no li
 """
 
 import fcntl
+import gc
 import os
 import pickle
 import signal
 import tomllib
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +37,29 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("browser")
 
 
+def pytest_collection_finish() -> None:
+    """What has been imported stays: to look through it for garbage, again and again, would cost a tenth of the time."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(scope="session", autouse=True)
 def coarse_pictures() -> Iterator[None]:
     """Pictures of reports with few dots: they are drawn as ever, and packed in a fraction of the time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robotics.report.plates.DPI", 40)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def paths_once() -> Iterator[None]:
+    """A table for each shape of a path: most scenarios of the tests drive along the same few. (-0.0 equals 0.0.)"""
+    from robotics.paths import path
+
+    tabulated = path._tabulated
+    kept = lru_cache(maxsize=256)(lambda shape, words, spacing: tabulated(shape, spacing))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(path, "_tabulated", lambda shape, spacing: kept(shape, repr(shape), spacing))
         yield
 
 

@@ -2,6 +2,7 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -10,12 +11,23 @@ ROOT = Path(__file__).parent.parent
 PACKAGES = ("fuzzy", "anfis", "robotics", "ros")
 
 
-def defined(tree: ast.Module, classes: bool) -> set[str]:
+@cache
+def parsed(text: str) -> list[ast.stmt]:
+    """What a module has at its top, without what its functions and classes hold."""
+    kinds = (ast.ClassDef, ast.Assign, ast.AnnAssign)
+    top = [node for node in ast.parse(text).body if isinstance(node, kinds)]
+    for node in top:
+        if isinstance(node, ast.ClassDef):
+            node.body = []
+    return list(top)
+
+
+def defined(body: list[ast.stmt], classes: bool) -> set[str]:
     """The public classes that a module defines at its top, or its public constants, in capitals; imports are none."""
     if classes:
-        return {node.name for node in tree.body if isinstance(node, ast.ClassDef) and node.name[0] != "_"}
+        return {node.name for node in body if isinstance(node, ast.ClassDef) and node.name[0] != "_"}
     names = set()
-    for node in tree.body:
+    for node in body:
         if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("TypeVar("):
             continue  # it stands for any type
         targets = node.targets if isinstance(node, ast.Assign) else []
@@ -31,7 +43,7 @@ def several(root: Path, classes: bool) -> dict[str, list[str]]:
     found: dict[str, list[str]] = defaultdict(list)
     for package in PACKAGES:
         for file in sorted((root / package).rglob("*.py")):
-            for name in defined(ast.parse(file.read_text(encoding="utf-8")), classes):
+            for name in defined(parsed(file.read_text(encoding="utf-8")), classes):
                 found[name].append(str(file.relative_to(root)))
     return {name: files for name, files in sorted(found.items()) if len(files) > 1}
 

@@ -91,15 +91,15 @@ def _found() -> tuple[dict[str, Path], list[str]]:
     problems = []
     entries = entry_points(group=RULE_BASE_GROUP)
     for entry in sorted(entries, key=lambda e: (_distribution(e) != _OWN, e.name, e.value)):
-        folder = _folder(entry.value)
+        folder, origin = _folder(entry.value), _origin(entry)
         if folder is None:
-            problems.append(f"the rule bases {entry.name!r} of {_origin(entry)} are not there: no folder {entry.value}")
+            problems.append(f"the rule bases {entry.name!r} of {origin} are not there: no folder {entry.value}")
             continue
         for name, file in fis_files(folder).items():
             if files.setdefault(name, file) == file:
-                owners[name] = _origin(entry)
+                owners[name] = origin
             else:
-                problems.append(f"the rule base {name!r} of {_origin(entry)} has the name of one of {owners[name]}")
+                problems.append(f"the rule base {name!r} of {origin} has the name of one of {owners[name]}")
     return files, problems
 
 

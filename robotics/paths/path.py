@@ -347,6 +347,10 @@ def compile_path(shape: Shape, spacing: float = 0.005) -> Path:
     Raises:
         PathError: The curve has no length, stands still or turns on the spot.
     """
+    return _tabulated(shape, spacing)
+
+
+def _tabulated(shape: Shape, spacing: float) -> Path:
     cells = 4096
     edges = np.linspace(0.0, 1.0, cells + 1)
     nodes, weights = np.polynomial.legendre.leggauss(5)

@@ -14,7 +14,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from fuzzy.compiled.columns import compiled_type
 from fuzzy.compiled.jit import kernel, types
 from fuzzy.compiled.threads import share_out
 from fuzzy.errors import InputError
@@ -30,7 +29,7 @@ from robotics.scenario.description import Scenario
 from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
-from robotics.simulation.observer import Moment, Observer, watch_type
+from robotics.simulation.observer import Moment, Observer
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
@@ -95,10 +94,10 @@ def drive_chunk(
     """
     lanes, supply = opening.lanes(first, last)
     one: Any = opening.drivers[0].law
-    law, notes = compiled(type(one).equation), cast(Any, type(observer.notes))
-    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, watch_type(notes)))
+    law = compiled(type(one).equation)
+    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, observer.kind))
     numbers = (types.int64, types.int64, types.int64, types.boolean)
-    loop = machine_code(_periods, *functions, LOOKS_TYPE, compiled_type(notes), *numbers)
+    loop = machine_code(_periods, *functions, LOOKS_TYPE, observer.noted, *numbers)
     look, watch, k, halfway, end = supply.look, observer.pointer, 0, False, ticks
     block = max(16, _BLOCK // len(lanes.lost))
     while k <= end:

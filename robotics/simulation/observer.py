@@ -62,13 +62,17 @@ class Observer:
     asked: Callable[[int], int | None] = lambda k: None
 
     def __post_init__(self) -> None:
-        check(self.notes)
+        check(self.notes, self.noted)
+
+    @property
+    def noted(self) -> Any:
+        """The compiled type of its notes."""
+        return _noted(self.notes)
 
     @property
     def kind(self) -> Any:
         """The compiled type of its function."""
-        of: Any = type(self.notes)
-        return watch_type(of)
+        return types.boolean(compiled_type(Moment), self.noted)
 
     @property
     def pointer(self) -> Any:
@@ -93,19 +97,21 @@ class Observer:
             ends = [end for end in (self.asked(k), other.asked(k)) if end is not None]
             return min(ends, default=None)
 
-        kinds: list[Any] = [type(self.notes), type(other.notes)]
-        return Observer(_both(self.watch, other.watch), _pair(*kinds)(self.notes, other.notes), asked)
+        return Observer(_both(self.watch, other.watch), Pair(self.notes, other.notes), asked)
 
 
-@cache
-def watch_type(notes: Any) -> Any:
-    """The compiled type of an observer's function with ``notes`` of that class."""
-    return types.boolean(compiled_type(Moment), compiled_type(notes))
+class Pair(NamedTuple):
+    """The notes of two observers, of whatever class: machine code on disk is found again by classes with a name."""
+
+    first: Any
+    second: Any
 
 
-@cache
-def _pair(first: Any, second: Any) -> Any:
-    return NamedTuple("Pair", [("first", first), ("second", second)])
+def _noted(notes: Any) -> Any:
+    if isinstance(notes, Pair):
+        return types.NamedTuple((_noted(notes.first), _noted(notes.second)), Pair)
+    of: Any = type(notes)
+    return compiled_type(of)
 
 
 @cache

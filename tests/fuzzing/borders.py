@@ -12,7 +12,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -133,7 +133,7 @@ def saved_runs() -> Sequence[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         for name, law in (("fuzzy-on-path", "fuzzy"), ("obstacles-on-two-paths", "fuzzy-team")):
             path = Path(folder, "run.npz")
-            simulate(load_scenario(name), make_controller(law), seeds=[0]).save(path)
+            simulate(replace(load_scenario(name), duration=10.0), make_controller(law), seeds=[0]).save(path)
             found.append(path.read_bytes())
     return found
 

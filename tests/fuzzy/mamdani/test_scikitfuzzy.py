@@ -74,7 +74,8 @@ def rules_of(a, b, y, and_func=np.fmin, or_func=np.fmax):
 
 @pytest.mark.parametrize("method", ["centroid", "mom", "som", "lom", "bisector"])
 @pytest.mark.parametrize("functions", [(np.fmin, np.fmax), (np.multiply, lambda p, q: p + q - p * q)])
-def test_the_original_answers_as_scikit_fuzzy_does(method, functions):
+def test_the_original_answers_as_scikit_fuzzy_does(method, functions, monkeypatch):
+    monkeypatch.setattr("fuzzy.mamdani.scikitfuzzy._COMPARED", 4)  # its own comparison has a test of its own
     a, b, y = parts()
     y.defuzzify_method = method
     system = control.ControlSystem(rules_of(a, b, y, *functions))

@@ -45,8 +45,16 @@ def contents(outcome):
     return [table(outcome).to_csv() for table in TABLES]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def timed_once():
+    """What a law takes is compared with nothing here: one try says it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("robotics.arena.computing.REPEATS", 1)
+        yield
+
+
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def whole(timed_once, tmp_path_factory):
     folder = tmp_path_factory.mktemp("arena")
     return drive_arena(ARENA, folder), folder
 

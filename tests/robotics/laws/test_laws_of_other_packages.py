@@ -109,7 +109,7 @@ def told(tmp_path_factory):
     subprocess.run([sys.executable, "-m", "pip", "install", *quiet, str(source)], check=True, timeout=120)
     (folder / "gains.toml").write_text(SWEEP, encoding="utf-8")
     (folder / "short.toml").write_text(
-        "duration = 3.0\n[[robots]]\nstart = [0.0, 0.0, 0.0]\ntiming = { speed = 0.2 }\n"
+        "duration = 1.0\n[[robots]]\nstart = [0.0, 0.0, 0.0]\ntiming = { speed = 0.2 }\n"
         'path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }\n',
         encoding="utf-8",
     )

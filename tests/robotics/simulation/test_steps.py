@@ -1,12 +1,14 @@
 """Each step of a period alone, against what it must do by hand; and the two loops over them."""
 
+import pickle
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import robotics.simulation.loop
+from fuzzy.compiled.columns import Ints1
 from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
 from robotics.laws.equation import CommandColumns, SeenColumns
@@ -20,6 +22,7 @@ from robotics.scenario.description import Member, Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import LABORATORY, Sensing
 from robotics.simulation.loop import Simulation, drive, simulate
+from robotics.simulation.observer import Observer, observer
 from robotics.vehicle.plant import TruthColumns as Truth
 
 
@@ -225,3 +228,23 @@ def test_the_number_of_threads_and_of_runs_in_a_chunk_change_no_bit(monkeypatch)
     for chunk, threads in ((2, 1), (2, 3), (1000, 2)):
         monkeypatch.setattr(robotics.simulation.loop, "CHUNK", chunk * len(scenario.robots))
         assert simulate(scenario, "lyapunov", range(5), threads=threads).samples.tobytes() == one.tobytes()
+
+
+class Counted(NamedTuple):
+    periods: Ints1
+
+
+@observer
+def count(moment, notes):
+    notes.periods[0] += 1
+    return False
+
+
+def test_machine_code_for_two_observers_is_found_again_on_disk():
+    """A file of machine code says for which types it is: they must be the same ones in another process."""
+    one = Observer(count, Counted(np.zeros(1, np.int64)))
+    of = type(one.beside(one).notes)
+    assert pickle.loads(pickle.dumps(of)) is of
+    law, setting = make_controller("lyapunov"), replace(load_scenario("lyapunov-sine"), duration=0.1).setting
+    robotics.simulation.loop.record_run(setting, law, (0,), observer=one.beside(one))
+    assert one.notes.periods[0] == 2 * (setting.ticks + 1)
