@@ -4,9 +4,12 @@ from collections import namedtuple
 from typing import Any
 
 from fuzzy import membership as mf
+from fuzzy.membershipfunction import MembershipFunction
 
 _EDGES = (mf.Triangle, mf.Trapezoid, mf.LinearS, mf.LinearZ, mf.SShape, mf.ZShape, mf.PiShape, mf.SigmoidDifference)
 # With a logarithm: the Gaussian is the first of them.
 _SMOOTH = (mf.Gaussian, mf.TwoSidedGaussian, mf.Bell, mf.Sigmoid, mf.SigmoidProduct)
-NUMBERS = {function: number for number, function in enumerate((*_EDGES, *_SMOOTH))}  # those that the kernel knows
-KIND: Any = namedtuple("Kind", [function.__name__ for function in NUMBERS])(*NUMBERS.values())  # the same by name
+NUMBERS: dict[type[MembershipFunction], int] = {  # those that the kernel knows
+    function: number for number, function in enumerate((*_EDGES, *_SMOOTH))
+}
+KIND: Any = namedtuple("Kind", [function.__name__ for function in NUMBERS])(*range(len(NUMBERS)))  # the same by name
