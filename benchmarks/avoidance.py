@@ -34,9 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.reporting import heading, machine
-from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
 from robotics.experiments.stress.outcome import StressOutcome
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting

@@ -9,32 +9,9 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.degrees import (
-    exp_nonpositive,
-    log_gaussian,
-    log_sigmoid,
-    log_two_sided,
-    rise,
-    sigmoid_difference,
-    spline,
-    trapezoid,
-)
+from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, log_sigmoid, rise, spline
 from fuzzy.compiled.jit import compiled_only
-from fuzzy.compiled.tables import (
-    BELL,
-    GAUSSIAN,
-    LINEAR_S,
-    LINEAR_Z,
-    PI_SHAPE,
-    S_SHAPE,
-    SIGMOID,
-    SIGMOID_DIFFERENCE,
-    SIGMOID_PRODUCT,
-    TRAPEZOID,
-    TRIANGLE,
-    TWO_SIDED_GAUSSIAN,
-    Z_SHAPE,
-)
+from fuzzy.compiled.tables import KIND
 
 _LN2_HIGH = float.fromhex("0x1.62e42fefa3800p-1")  # 42 bits, so that k times it is exact
 _LN2_LOW = float.fromhex("0x1.ef35793c76730p-45")  # the rest of ln 2
@@ -82,59 +59,22 @@ def _bell_exponent(x: float, a: float, b: float, c: float) -> float:
 
 
 @compiled_only(forceinline=True)
-def fill_degrees(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, row: np.ndarray) -> None:
-    """Write a row of degrees; of a function from GAUSSIAN on their logarithms, of an unknown one not-a-number.
+def fill_terms(kind: int, parameters: np.ndarray, x: np.ndarray, degree: np.ndarray, row: np.ndarray) -> None:
+    """Write a row of degrees, as :func:`fuzzy.compiled.degrees.fill_degrees`.
 
     ``row`` is memory to work in, as long as the others.
     """
     a, b, c, d = parameters[0], parameters[1], parameters[2], parameters[3]
-    if kind == BELL:
-        # One after the other: all in one loop have more constants than there are registers, and take twice the time.
-        for p in range(len(x)):
-            degree[p] = _bell_exponent(x[p], a, b, c)
-        for p in range(len(x)):
-            row[p] = exp_nonpositive(-abs(degree[p]))
-        for p in range(len(x)):
-            degree[p] = -((degree[p] if degree[p] > 0.0 else 0.0) + _log1p(row[p]))
-    elif kind == GAUSSIAN:
-        for p in range(len(x)):
-            degree[p] = log_gaussian(x[p], a, b)
-    elif kind == TRIANGLE:
-        for p in range(len(x)):
-            degree[p] = trapezoid(x[p], a, b, b, c)
-    elif kind == TRAPEZOID:
-        for p in range(len(x)):
-            degree[p] = trapezoid(x[p], a, b, c, d)
-    elif kind == LINEAR_S:
-        for p in range(len(x)):
-            degree[p] = rise(x[p], a, b)
-    elif kind == LINEAR_Z:
-        for p in range(len(x)):
-            degree[p] = 1.0 - rise(x[p], a, b)
-    elif kind == S_SHAPE:
-        for p in range(len(x)):
-            degree[p] = spline(x[p], a, b)
-    elif kind == Z_SHAPE:
-        for p in range(len(x)):
-            degree[p] = spline(-x[p], -b, -a)
-    elif kind == PI_SHAPE:
-        for p in range(len(x)):
-            degree[p] = spline(x[p], a, b) * spline(-x[p], -d, -c)
-    elif kind == SIGMOID_DIFFERENCE:
-        for p in range(len(x)):
-            degree[p] = sigmoid_difference(x[p], a, b, c, d)
-    elif kind == TWO_SIDED_GAUSSIAN:
-        for p in range(len(x)):
-            degree[p] = log_two_sided(x[p], a, b, c, d)
-    elif kind == SIGMOID:
-        for p in range(len(x)):
-            degree[p] = log_sigmoid(x[p], a, b)
-    elif kind == SIGMOID_PRODUCT:
-        for p in range(len(x)):
-            degree[p] = log_sigmoid(x[p], a, b) + log_sigmoid(x[p], c, d)
-    else:
-        for p in range(len(x)):
-            degree[p] = math.nan
+    if kind != KIND.Bell:
+        fill_degrees(kind, a, b, c, d, x, degree, len(x))
+        return
+    # One after the other: all in one loop have more constants than there are registers, and take twice the time.
+    for p in range(len(x)):
+        degree[p] = _bell_exponent(x[p], a, b, c)
+    for p in range(len(x)):
+        row[p] = exp_nonpositive(-abs(degree[p]))
+    for p in range(len(x)):
+        degree[p] = -((degree[p] if degree[p] > 0.0 else 0.0) + _log1p(row[p]))
 
 
 # Derivatives ----------------------------------------------------------------------------------------------------------
@@ -179,7 +119,7 @@ def _sigmoid_slopes(x: float, a: float, c: float) -> tuple[float, float]:
 @compiled_only(forceinline=True)
 def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, partial: np.ndarray) -> None:
     """Derivatives of a function made of straight lines and parabolas."""
-    if kind == TRIANGLE:
+    if kind == KIND.Triangle:
         for p in range(len(x)):
             left = _left_share(rise(x[p], a, b), rise(-x[p], -c, -b))
             up_a, up_b = _ramp_slopes(x[p], a, b)
@@ -187,7 +127,7 @@ def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, par
             partial[0, p] = left * up_a
             partial[1, p] = left * up_b - (1.0 - left) * down_b
             partial[2, p] = (left - 1.0) * down_c
-    elif kind == TRAPEZOID:
+    elif kind == KIND.Trapezoid:
         for p in range(len(x)):
             left = _left_share(rise(x[p], a, b), rise(-x[p], -d, -c))
             up_a, up_b = _ramp_slopes(x[p], a, b)
@@ -196,23 +136,21 @@ def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, par
             partial[1, p] = left * up_b
             partial[2, p] = (left - 1.0) * down_c
             partial[3, p] = (left - 1.0) * down_d
-    elif kind in (LINEAR_S, LINEAR_Z):
-        sign = 1.0 if kind == LINEAR_S else -1.0
+    elif kind in (KIND.LinearS, KIND.LinearZ):
+        sign = 1.0 if kind == KIND.LinearS else -1.0
         for p in range(len(x)):
             up_a, up_b = _ramp_slopes(x[p], a, b)
             partial[0, p] = sign * up_a
             partial[1, p] = sign * up_b
-    elif kind == S_SHAPE:
+    elif kind == KIND.SShape:
         for p in range(len(x)):
-            up_a, up_b = _spline_slopes(x[p], a, b)
-            partial[0, p] = up_a
-            partial[1, p] = up_b
-    elif kind == Z_SHAPE:
+            partial[0, p], partial[1, p] = _spline_slopes(x[p], a, b)
+    elif kind == KIND.ZShape:
         for p in range(len(x)):
             down_b, down_a = _spline_slopes(-x[p], -b, -a)
             partial[0, p] = -down_a
             partial[1, p] = -down_b
-    elif kind == PI_SHAPE:
+    elif kind == KIND.PiShape:
         for p in range(len(x)):
             up, down = spline(x[p], a, b), spline(-x[p], -d, -c)
             up_a, up_b = _spline_slopes(x[p], a, b)
@@ -226,12 +164,12 @@ def _edges(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, par
 @compiled_only(forceinline=True)
 def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, partial: np.ndarray) -> None:
     """Derivatives of the logarithm of a function that is positive everywhere."""
-    if kind == GAUSSIAN:
+    if kind == KIND.Gaussian:
         for p in range(len(x)):
             z = (x[p] - b) / a
             partial[0, p] = z * z / a
             partial[1, p] = z / a
-    elif kind == TWO_SIDED_GAUSSIAN:
+    elif kind == KIND.TwoSidedGaussian:
         for p in range(len(x)):
             left, right = x[p] - b, x[p] - d
             left = (0.0 if left > 0.0 else left) / a
@@ -240,7 +178,7 @@ def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, pa
             partial[1, p] = left / a
             partial[2, p] = right * right / c
             partial[3, p] = right / c
-    elif kind == BELL:
+    elif kind == KIND.Bell:
         for p in range(len(x)):
             z = abs((x[p] - c) / a)
             partial[1, p] = log_positive(z if z > _LEAST else _LEAST)
@@ -253,16 +191,12 @@ def _smooth(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, pa
             partial[0, p] = share * (2.0 * b / a)
             partial[1, p] = share * (-2.0 * log)
             partial[2, p] = share * (2.0 * b) / (1.0 if away == 0.0 else away)
-    elif kind in (SIGMOID, SIGMOID_PRODUCT):
+    elif kind in (KIND.Sigmoid, KIND.SigmoidProduct):
         for p in range(len(x)):
-            to_a, to_c = _sigmoid_slopes(x[p], a, b)
-            partial[0, p] = to_a
-            partial[1, p] = to_c
-    if kind == SIGMOID_PRODUCT:
+            partial[0, p], partial[1, p] = _sigmoid_slopes(x[p], a, b)
+    if kind == KIND.SigmoidProduct:
         for p in range(len(x)):
-            to_a, to_c = _sigmoid_slopes(x[p], c, d)
-            partial[2, p] = to_a
-            partial[3, p] = to_c
+            partial[2, p], partial[3, p] = _sigmoid_slopes(x[p], c, d)
 
 
 @compiled_only(forceinline=True)
@@ -291,10 +225,10 @@ def fill_derivatives(
     for k in range(4):
         for p in range(len(x)):
             partial[k, p] = 0.0
-    if kind < SIGMOID_DIFFERENCE:
+    if kind < KIND.SigmoidDifference:
         _edges(kind, a, b, c, d, x, partial)
         return
-    if kind == SIGMOID_DIFFERENCE:
+    if kind == KIND.SigmoidDifference:
         _sigmoid_difference(a, b, c, d, x, partial)
         return
     _smooth(kind, a, b, c, d, x, partial)

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from anfis.compiled.derivatives import fill_degrees, fill_derivatives
+from anfis.compiled.derivatives import fill_derivatives, fill_terms
 from anfis.compiled.plan import CHUNK_LANES, ChunkRows, KernelPlan, rows
 from fuzzy.compiled.degrees import exp_nonpositive
 from fuzzy.compiled.jit import kernel
-from fuzzy.compiled.tables import GAUSSIAN
+from fuzzy.compiled.tables import KIND
 from fuzzy.inference import never
 
 # What a sweep over samples is for: a sum of these.
@@ -52,11 +52,11 @@ def _memberships(plan: KernelPlan, parameters: np.ndarray, own: ChunkRows) -> No
     """Layer 1: degrees of membership, or their logarithms, which are not below ``_NEVER``."""
     for t in range(len(plan.kind)):
         degree = own.degree[t]
-        fill_degrees(plan.kind[t], parameters[t], own.x[plan.input[t]], degree, own.row)
+        fill_terms(plan.kind[t], parameters[t], own.x[plan.input[t]], degree, own.row)
         if plan.logarithmic:
             for p in range(CHUNK_LANES):
                 degree[p] = _NEVER if degree[p] < _NEVER else degree[p]
-        elif plan.kind[t] >= GAUSSIAN:
+        elif plan.kind[t] >= KIND.Gaussian:
             for p in range(CHUNK_LANES):
                 degree[p] = exp_nonpositive(degree[p])
 

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.tables import KIND
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of arrays takes
 # longer than the inference of a point.
@@ -136,3 +137,58 @@ def log_bell(x: float, a: float, b: float, c: float) -> float:
 def sigmoid_difference(x: float, a1: float, c1: float, a2: float, c2: float) -> float:
     """Difference of two sigmoids."""
     return _unit(exp_nonpositive(log_sigmoid(x, a1, c1)) - exp_nonpositive(log_sigmoid(x, a2, c2)))
+
+
+# Rows of numbers ----------------------------------------------------------------------------------------------
+
+
+@compiled_only(forceinline=True)
+def fill_degrees(
+    kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, degree: np.ndarray, lanes: int
+) -> None:
+    """Write a row of degrees; from Gaussian on their logarithms, of an unknown kind not-a-number.
+
+    Each kind has a loop of its own, which has no branch then.
+    """
+    if kind == KIND.Triangle:
+        for p in range(lanes):
+            degree[p] = trapezoid(x[p], a, b, b, c)
+    elif kind == KIND.Trapezoid:
+        for p in range(lanes):
+            degree[p] = trapezoid(x[p], a, b, c, d)
+    elif kind == KIND.LinearS:
+        for p in range(lanes):
+            degree[p] = rise(x[p], a, b)
+    elif kind == KIND.LinearZ:
+        for p in range(lanes):
+            degree[p] = 1.0 - rise(x[p], a, b)
+    elif kind == KIND.SShape:
+        for p in range(lanes):
+            degree[p] = spline(x[p], a, b)
+    elif kind == KIND.ZShape:
+        for p in range(lanes):
+            degree[p] = spline(-x[p], -b, -a)
+    elif kind == KIND.PiShape:
+        for p in range(lanes):
+            degree[p] = spline(x[p], a, b) * spline(-x[p], -d, -c)
+    elif kind == KIND.SigmoidDifference:
+        for p in range(lanes):
+            degree[p] = sigmoid_difference(x[p], a, b, c, d)
+    elif kind == KIND.Gaussian:
+        for p in range(lanes):
+            degree[p] = log_gaussian(x[p], a, b)
+    elif kind == KIND.TwoSidedGaussian:
+        for p in range(lanes):
+            degree[p] = log_two_sided(x[p], a, b, c, d)
+    elif kind == KIND.Bell:
+        for p in range(lanes):
+            degree[p] = log_bell(x[p], a, b, c)
+    elif kind == KIND.Sigmoid:
+        for p in range(lanes):
+            degree[p] = log_sigmoid(x[p], a, b)
+    elif kind == KIND.SigmoidProduct:
+        for p in range(lanes):
+            degree[p] = log_sigmoid(x[p], a, b) + log_sigmoid(x[p], c, d)
+    else:
+        for p in range(lanes):
+            degree[p] = math.nan

@@ -12,89 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.degrees import (
-    exp_nonpositive,
-    log_bell,
-    log_gaussian,
-    log_sigmoid,
-    log_two_sided,
-    minimum,
-    rise,
-    sigmoid_difference,
-    spline,
-    trapezoid,
-)
+from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, minimum
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import NEVER, PackedColumns, clipped, evaluate_packed, whole, without_refcounts
-from fuzzy.compiled.tables import (
-    BELL,
-    GAUSSIAN,
-    LINEAR_S,
-    LINEAR_Z,
-    PI_SHAPE,
-    S_SHAPE,
-    SIGMOID,
-    SIGMOID_DIFFERENCE,
-    SIGMOID_PRODUCT,
-    TRAPEZOID,
-    TRIANGLE,
-    TWO_SIDED_GAUSSIAN,
-    Z_SHAPE,
-)
+from fuzzy.compiled.tables import KIND
 
 LANES = 64  # points a block: enough to outweigh the loops' starts, few enough for the rows to stay in the first cache
 FOUR = np.uint64(4)
 FEW_POINTS = np.uint64(12)  # fewer points than this are evaluated one by one
-
-
-@compiled_only(forceinline=True)
-def _row_of_degrees(kind: int, system: np.ndarray, t: Any, rows: np.ndarray, i: Any, row: Any) -> None:
-    """Degrees of term ``t``, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
-    header = PackedColumns(system)
-    a, b = system[whole(header.a) + t], system[whole(header.b) + t]
-    c, d = system[whole(header.c) + t], system[whole(header.d) + t]
-    if kind == TRIANGLE:
-        for p in range(LANES):
-            rows[row, p] = trapezoid(rows[i, p], a, b, b, c)
-    elif kind == TRAPEZOID:
-        for p in range(LANES):
-            rows[row, p] = trapezoid(rows[i, p], a, b, c, d)
-    elif kind == GAUSSIAN:
-        for p in range(LANES):
-            rows[row, p] = clipped(log_gaussian(rows[i, p], a, b))
-    elif kind == LINEAR_S:
-        for p in range(LANES):
-            rows[row, p] = rise(rows[i, p], a, b)
-    elif kind == LINEAR_Z:
-        for p in range(LANES):
-            rows[row, p] = 1.0 - rise(rows[i, p], a, b)
-    elif kind == S_SHAPE:
-        for p in range(LANES):
-            rows[row, p] = spline(rows[i, p], a, b)
-    elif kind == Z_SHAPE:
-        for p in range(LANES):
-            rows[row, p] = spline(-rows[i, p], -b, -a)
-    elif kind == PI_SHAPE:
-        for p in range(LANES):
-            rows[row, p] = spline(rows[i, p], a, b) * spline(-rows[i, p], -d, -c)
-    elif kind == SIGMOID_DIFFERENCE:
-        for p in range(LANES):
-            rows[row, p] = sigmoid_difference(rows[i, p], a, b, c, d)
-    elif kind == TWO_SIDED_GAUSSIAN:
-        for p in range(LANES):
-            rows[row, p] = log_two_sided(rows[i, p], a, b, c, d)
-    elif kind == BELL:
-        for p in range(LANES):
-            rows[row, p] = log_bell(rows[i, p], a, b, c)
-    elif kind == SIGMOID:
-        for p in range(LANES):
-            rows[row, p] = log_sigmoid(rows[i, p], a, b)
-    elif kind == SIGMOID_PRODUCT:
-        for p in range(LANES):
-            rows[row, p] = log_sigmoid(rows[i, p], a, b) + log_sigmoid(rows[i, p], c, d)
-    else:
-        for p in range(LANES):
-            rows[row, p] = np.nan
 
 
 @without_refcounts
@@ -109,18 +34,18 @@ def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: An
             rows[unknown, p] += 0.0 if rows[i, p] == rows[i, p] else np.nan
     begin = np.uint64(0)
     inputs, kinds, ends = whole(header.segment_input), whole(header.segment_kind), whole(header.segment_end)
+    a, b, c, d = whole(header.a), whole(header.b), whole(header.c), whole(header.d)
     for s in range(whole(header.segments)):
         kind, i, end = np.int64(system[kinds + s]), whole(system[inputs + s]), whole(system[ends + s])
         for t in range(begin, end):
             row = degrees + t
-            _row_of_degrees(kind, system, t, rows, i, row)
-            if kind >= GAUSSIAN and not logs:
+            fill_degrees(kind, system[a + t], system[b + t], system[c + t], system[d + t], rows[i], rows[row], LANES)
+            if kind >= KIND.Gaussian and not logs:
                 for p in range(LANES):
                     rows[row, p] = exp_nonpositive(rows[row, p])
-            if kind != GAUSSIAN:  # which is known wherever its input is
-                for p in range(LANES):
-                    rows[unknown, p] += 0.0 if rows[row, p] == rows[row, p] else np.nan
-                    rows[row, p] = clipped(rows[row, p])
+            for p in range(LANES):
+                rows[unknown, p] += 0.0 if rows[row, p] == rows[row, p] else np.nan
+                rows[row, p] = clipped(rows[row, p])
         begin = end
 
 

@@ -15,35 +15,9 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
-from fuzzy.compiled.degrees import (
-    exp_nonpositive,
-    log_bell,
-    log_gaussian,
-    log_sigmoid,
-    log_two_sided,
-    minimum,
-    rise,
-    sigmoid_difference,
-    spline,
-    trapezoid,
-)
+from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, log_gaussian, minimum, trapezoid
 from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
-from fuzzy.compiled.tables import (
-    BELL,
-    GAUSSIAN,
-    LINEAR_S,
-    LINEAR_Z,
-    NUMBERS,
-    PI_SHAPE,
-    S_SHAPE,
-    SIGMOID,
-    SIGMOID_DIFFERENCE,
-    SIGMOID_PRODUCT,
-    TRAPEZOID,
-    TRIANGLE,
-    TWO_SIDED_GAUSSIAN,
-    Z_SHAPE,
-)
+from fuzzy.compiled.tables import KIND, NUMBERS
 from fuzzy.inference import logarithmic, never
 from fuzzy.membershipfunction import as_number
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
@@ -193,49 +167,29 @@ def clipped(log: float) -> float:
 
 
 @compiled_only
-def _degree(kind: int, x: float, a: float, b: float, c: float, d: float) -> float:
-    """Degree of one term, from GAUSSIAN on its logarithm; not-a-number for an unknown kind.
+def _degree(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, degree: np.ndarray) -> None:
+    """Write the degree of one term, as :func:`fill_degrees`.
 
     A function of its own: vector instructions for each of these would take seconds to compile.
     """
-    if kind == LINEAR_S:
-        return rise(x, a, b)
-    if kind == LINEAR_Z:
-        return 1.0 - rise(x, a, b)
-    if kind == S_SHAPE:
-        return spline(x, a, b)
-    if kind == Z_SHAPE:
-        return spline(-x, -b, -a)
-    if kind == PI_SHAPE:
-        return spline(x, a, b) * spline(-x, -d, -c)
-    if kind == SIGMOID_DIFFERENCE:
-        return sigmoid_difference(x, a, b, c, d)
-    if kind == TWO_SIDED_GAUSSIAN:
-        return log_two_sided(x, a, b, c, d)
-    if kind == BELL:
-        return log_bell(x, a, b, c)
-    if kind == SIGMOID:
-        return log_sigmoid(x, a, b)
-    if kind == SIGMOID_PRODUCT:
-        return log_sigmoid(x, a, b) + log_sigmoid(x, c, d)
-    return np.nan
+    fill_degrees(kind, a, b, c, d, x, degree, 1)
 
 
 @compiled_only(forceinline=True)
-def _degrees(kind: int, system: np.ndarray, begin: int, end: int, x: float, work: np.ndarray, at: int) -> None:
-    """Degrees of one segment, those of ``kind`` from GAUSSIAN on as logarithms; not-a-number for an unknown kind."""
+def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: np.ndarray, at: int) -> None:
+    """Degrees of one segment, whose input is ``work[i]``; from Gaussian on as logarithms, not-a-number if unknown."""
     header = PackedColumns(system)
-    a, b, c, d = whole(header.a), whole(header.b), whole(header.c), whole(header.d)
-    if kind == GAUSSIAN:
+    a, b, c, d, x = whole(header.a), whole(header.b), whole(header.c), whole(header.d), work[i]
+    if kind == KIND.Gaussian:
         for t in range(begin, end):
             work[at + t] = clipped(log_gaussian(x, system[a + t], system[b + t]))
-    elif kind in (TRIANGLE, TRAPEZOID):
-        c, d = (b, c) if kind == TRIANGLE else (c, d)
+    elif kind in (KIND.Triangle, KIND.Trapezoid):
+        c, d = (b, c) if kind == KIND.Triangle else (c, d)
         for t in range(begin, end):
             work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
     else:
         for t in range(begin, end):
-            work[at + t] = _degree(kind, x, system[a + t], system[b + t], system[c + t], system[d + t])
+            _degree(kind, system[a + t], system[b + t], system[c + t], system[d + t], work[i:], work[at + t :])
 
 
 @compiled_only(forceinline=True)
@@ -246,11 +200,11 @@ def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> b
     inputs, kinds, ends = whole(header.segment_input), whole(header.segment_kind), whole(header.segment_end)
     for s in range(whole(header.segments)):
         kind, end = np.int64(system[kinds + s]), whole(system[ends + s])
-        _degrees(kind, system, begin, end, work[whole(system[inputs + s])], work, at)
-        if kind >= GAUSSIAN and not logs:
+        _degrees(kind, system, begin, end, whole(system[inputs + s]), work, at)
+        if kind >= KIND.Gaussian and not logs:
             for t in range(begin, end):
                 work[at + t] = exp_nonpositive(work[at + t])
-        if kind != GAUSSIAN:  # which is known wherever its input is
+        if kind != KIND.Gaussian:  # which is known wherever its input is
             for t in range(begin, end):
                 degree = work[at + t]
                 unknown |= degree != degree

@@ -30,7 +30,7 @@ def robot_contacts(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.
         sizes: Those of :func:`footprints` (3, robots).
     """
     x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_robot_contacts(x, y, heading, sizes))
+    return np.asarray(_robot_gaps(x, y, heading, sizes)[0])
 
 
 def obstacle_contacts(
@@ -42,7 +42,7 @@ def obstacle_contacts(
     Raises ValueError for another number of runs.
     """
     x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_obstacle_contacts(x, y, heading, sizes, *for_runs(geometry, len(x))))
+    return np.asarray(_obstacle_gaps(x, y, heading, sizes, *for_runs(geometry, len(x)))[0])
 
 
 def robot_clearance(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -51,7 +51,7 @@ def robot_clearance(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np
     The arguments are as of :func:`robot_contacts`.
     """
     x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_robot_clearance(x, y, heading, sizes))
+    return np.asarray(_robot_gaps(x, y, heading, sizes)[1])
 
 
 def obstacle_clearance(
@@ -62,7 +62,7 @@ def obstacle_clearance(
     The arguments are as of :func:`obstacle_contacts`. Raises ValueError for another number of runs.
     """
     x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_obstacle_clearance(x, y, heading, sizes, *for_runs(geometry, len(x))))
+    return np.asarray(_obstacle_gaps(x, y, heading, sizes, *for_runs(geometry, len(x)))[1])
 
 
 def as_poses(*values: np.ndarray) -> list[np.ndarray]:
@@ -81,30 +81,10 @@ def for_runs(geometry: Geometry, runs: int) -> Geometry:
 
 
 @kernel
-def _robot_contacts(x, y, heading, sizes):  # type: ignore[no-untyped-def]
+def _robot_gaps(x, y, heading, sizes):  # type: ignore[no-untyped-def]
+    """What :func:`robot_contacts` and :func:`robot_clearance` return."""
     runs, robots = x.shape
-    touched = np.full((runs, robots), -1)
-    for r in range(runs):
-        for i in range(robots):
-            for j in range(i + 1, robots):
-                if touched[r, i] >= 0 and touched[r, j] >= 0:
-                    continue
-                dx, dy = x[r, j] - x[r, i], y[r, j] - y[r, i]
-                reach = sizes[2, i] + sizes[2, j]
-                if not (dx * dx + dy * dy <= reach * reach and np.isfinite(heading[r, i] + heading[r, j])):
-                    continue
-                if rectangles_meet(dx, dy, heading[r, i], heading[r, j], sizes[:, i], sizes[:, j]):
-                    if touched[r, i] < 0:
-                        touched[r, i] = j
-                    if touched[r, j] < 0:
-                        touched[r, j] = i
-    return touched
-
-
-@kernel
-def _robot_clearance(x, y, heading, sizes):  # type: ignore[no-untyped-def]
-    runs, robots = x.shape
-    least = np.full((runs, robots), np.inf)
+    touched, least = np.full((runs, robots), -1), np.full((runs, robots), np.inf)
     for r in range(runs):
         for i in range(robots):
             for j in range(i + 1, robots):
@@ -114,40 +94,18 @@ def _robot_clearance(x, y, heading, sizes):  # type: ignore[no-untyped-def]
                 if not (bound < further and np.isfinite(heading[r, i] + heading[r, j])):
                     continue
                 gap = rectangle_gap(dx, dy, heading[r, i], heading[r, j], sizes[:, i], sizes[:, j])
-                least[r, i] = min(least[r, i], gap)
-                least[r, j] = min(least[r, j], gap)
-    return least
+                for one, other in ((i, j), (j, i)):
+                    least[r, one] = min(least[r, one], gap)
+                    if gap <= 0 and touched[r, one] < 0:
+                        touched[r, one] = other
+    return touched, least
 
 
 @kernel
-def _obstacle_contacts(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
+def _obstacle_gaps(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
+    """What :func:`obstacle_contacts` and :func:`obstacle_clearance` return."""
     runs, robots = x.shape
-    touched = np.full((runs, robots), -1)
-    for r in range(runs):
-        g = r if counts.shape[0] > 1 else 0
-        for i in range(robots):
-            c, s = np.cos(heading[r, i]), np.sin(heading[r, i])
-            if not np.isfinite(c):
-                continue
-            for b in range(counts[g]):
-                dx, dy = circles[g, b, 0] - x[r, i], circles[g, b, 1] - y[r, i]
-                reach = sizes[2, i] + circles[g, b, 2]
-                if not dx * dx + dy * dy <= reach * reach:
-                    continue
-                body = BodyColumns(bodies[g, b])
-                gap = _body_gap(
-                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], body, segments[g], False
-                )  # fmt: skip
-                if gap <= 0:
-                    touched[r, i] = body.owner
-                    break
-    return touched
-
-
-@kernel
-def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts):  # type: ignore[no-untyped-def]
-    runs, robots = x.shape
-    least = np.full((runs, robots), np.inf)
+    touched, least = np.full((runs, robots), -1), np.full((runs, robots), np.inf)
     for r in range(runs):
         g = r if counts.shape[0] > 1 else 0
         for i in range(robots):
@@ -159,16 +117,18 @@ def _obstacle_clearance(x, y, heading, sizes, circles, bodies, segments, counts)
                 if not np.sqrt(dx * dx + dy * dy) - sizes[2, i] - circles[g, b, 2] < least[r, i]:
                     continue
                 body = BodyColumns(bodies[g, b])
-                gap = _body_gap(
-                    x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], body, segments[g], True
-                )  # fmt: skip
-                least[r, i] = min(least[r, i], gap)
-    return least
+                least[r, i] = min(
+                    least[r, i], _body_gap(x[r, i], y[r, i], c, s, sizes[:, i], circles[g, b], body, segments[g])
+                )
+                if least[r, i] <= 0:
+                    touched[r, i] = body.owner
+                    break
+    return touched, least
 
 
 @kernel
-def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[no-untyped-def]
-    """The distance [m] from a robot's rectangle to a body, 0 in contact; unless ``exact``, some number > 0 if apart."""
+def _body_gap(x, y, c, s, size, circle, body, segments):  # type: ignore[no-untyped-def]
+    """The distance [m] from a robot's rectangle to a body, 0 in contact."""
     if body.number == 0:
         dx, dy = circle[0] - x, circle[1] - y
         return max(point_gap(c * dx + s * dy, c * dy - s * dx, size) - circle[2], 0.0)
@@ -181,10 +141,7 @@ def _body_gap(x, y, c, s, size, circle, body, segments, exact):  # type: ignore[
         bx, by = c * dx + s * dy, c * dy - s * dx
         if (ay > 0) != (by > 0) and (ax * by - ay * bx > 0) == (by > ay):
             inside = not inside
-        if exact:
-            least = min(least, segment_gap(ax, ay, bx, by, size))
-        elif segment_meets(ax, ay, bx, by, size):
-            return 0.0
+        least = min(least, segment_gap(ax, ay, bx, by, size))
     return 0.0 if inside and body.closed else least
 
 

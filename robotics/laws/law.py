@@ -21,6 +21,7 @@ from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
 from robotics.paths.references import References
 from robotics.paths.trajectory import Reference
+from robotics.quantity import check_quantities
 from robotics.radio.channel import NOTHING, Heard
 from robotics.radio.graph import is_connected
 from robotics.sensing.sonar import Ranges
@@ -119,6 +120,10 @@ class Law(ABC, Generic[Memory]):
         said = vars(cls).get("knows", ())
         if isinstance(said, tuple) and (unknown := [word for word in said if word not in KNOWLEDGE]):
             raise TypeError(f"{cls.__name__}.knows: " + expected(unknown[0], KNOWLEDGE, "word"))
+
+    def __post_init__(self) -> None:
+        """Hold the gains to their ranges. Raises ControllerError."""
+        check_quantities(self, ControllerError)
 
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
     # The gains that name its rule bases, by the task of each; or the parts that have it

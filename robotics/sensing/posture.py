@@ -194,7 +194,7 @@ def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[
 def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
     """Do the same for one lane."""
     robot, wheels = ParameterColumns(parameters, i), TruthColumns(truth, i)
-    right, left = np.floor(wheels.angle_r * robot.count), np.floor(wheels.angle_l * robot.count)
+    right, left = np.floor(wheels.right.angle * robot.count), np.floor(wheels.left.angle * robot.count)
     right_speed = (right - counts[0, i]) / period / robot.count * robot.odometry.right
     left_speed = (left - counts[1, i]) / period / robot.count * robot.odometry.left
     counts[0, i], counts[1, i] = right, left

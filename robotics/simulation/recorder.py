@@ -70,12 +70,12 @@ def record(moment, kept):  # type: ignore[no-untyped-def]
             for n in range(kept.ranges.shape[3]):
                 kept.ranges[k, run, robot, n] = moment.readings[i, n]
         if len(kept.torques) > 0:
-            kept.torques[k, 0, run, robot] = np.nan if gone else truth.torque_r
-            kept.torques[k, 1, run, robot] = np.nan if gone else truth.torque_l
+            kept.torques[k, 0, run, robot] = np.nan if gone else truth.right.torque
+            kept.torques[k, 1, run, robot] = np.nan if gone else truth.left.torque
         if len(kept.encoders) > 0:
             robot_v = SeenColumns(moment.seen, i).robot
-            kept.encoders[k, 0, run, robot] = np.nan if gone else truth.angle_r
-            kept.encoders[k, 1, run, robot] = np.nan if gone else truth.angle_l
+            kept.encoders[k, 0, run, robot] = np.nan if gone else truth.right.angle
+            kept.encoders[k, 1, run, robot] = np.nan if gone else truth.left.angle
             kept.encoders[k, 2, run, robot] = np.nan if gone else robot_v.v
             kept.encoders[k, 3, run, robot] = np.nan if gone else robot_v.w
         if len(kept.messages) > 0:

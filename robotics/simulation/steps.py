@@ -35,13 +35,11 @@ def sense(k, period, parameters, truth, senses, seen, road, path, references):  
     read_encoders(parameters, truth, senses.counts, period, velocity)
     measure(senses, truth, seen[:VELOCITY], velocity, k, period)
     for i in range(seen.shape[1]):
-        aim = SeenColumns(seen, i).aim
+        lane = SeenColumns(seen, i)
         if references.shape[1] > 0:
-            shared = AimColumns(references, k, i % references.shape[2])
-            aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = (
-                shared.x, shared.y, shared.heading, shared.v, shared.w, shared.s,
-            )  # fmt: skip
+            lane.aim = AimColumns(references, k, i % references.shape[2])
         else:
+            aim = lane.aim
             aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path[i], k * period)
 
 
@@ -70,15 +68,8 @@ def decide(law, k, robots, goes_on, old, memory, command, work):  # type: ignore
 def _decide(law, k, first, last, old, memory, command, work):  # type: ignore[no-untyped-def]
     """Ask for those of the lanes from ``first`` to before ``last``."""
     for i in range(first, last):
-        target, aim = CommandColumns(command, i).target, SeenColumns(old.seen, i).aim
-        target.x, target.y, target.heading, target.v, target.w, target.s = (
-            aim.x,
-            aim.y,
-            aim.heading,
-            aim.v,
-            aim.w,
-            aim.s,
-        )
+        out = CommandColumns(command, i)
+        out.target = SeenColumns(old.seen, i).aim
     known = Known(
         k * old.dt, old.dt, old.seen, old.heard, old.ranges,
         old.road, old.path, old.column, old.gains, old.base, old.rules,

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.outcome import StressOutcome
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import make_controller
 from robotics.measures.quantities import measured

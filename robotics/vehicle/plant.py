@@ -29,6 +29,18 @@ STEP = 0.01  # s: the wheel loops' period (thesis 2.1.3.1)
 # Channels of the state -----------------------------------------------------------------------------------------
 
 
+class WheelColumns(Columns):
+    """The state of a wheel, of its loop and of its motor."""
+
+    angle = column("rad")
+    integral = column("V", "the loop's integral part")
+    speed = column("rad/s", "as the loop sees it (encoder, filter)")
+    raw1 = column("rad/s", "the filter's past inputs")
+    raw2 = column("rad/s")
+    past = column("rad/s", "the filter's output one step before ``speed``")
+    torque = column("N m", "of the motor at the start of the last step")
+
+
 class TruthColumns(Columns):
     """The plant's state."""
 
@@ -37,23 +49,11 @@ class TruthColumns(Columns):
     heading = column("rad")
     v = column("m/s", "the true velocity")
     w = column("rad/s")
-    angle_r = column("rad", "wheel angles")
-    angle_l = column("rad")
-    integral_r = column("V", "the wheel loops' integral parts")
-    integral_l = column("V")
-    speed_r = column("rad/s", "wheel speeds as the loops see them (encoders, filter)")
-    speed_l = column("rad/s")
-    raw1_r = column("rad/s", "the filters' past inputs")
-    raw2_r = column("rad/s")
-    raw1_l = column("rad/s")
-    raw2_l = column("rad/s")
-    past_r = column("rad/s", "the filters' outputs one step before speed_r, speed_l")
-    past_l = column("rad/s")
+    right = rows_of(WheelColumns)
+    left = rows_of(WheelColumns)
     odo_x = column("m", "the pose by odometry")
     odo_y = column("m")
     odo_heading = column("rad")
-    torque_r = column("N m", "motor torques at the start of the last step")
-    torque_l = column("N m")
     work = column("J", "done by the motors")
     loss = column("J", "lost to friction")
     effort = column("N² m² s", "∫ τr² + τl² dt")
@@ -278,40 +278,20 @@ def within(limits, robot, v, w):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def _wheel_torque(voltage, speed, kt, ke, hold, supply, limit):  # type: ignore[no-untyped-def]
+def _wheel_torque(robot: ParameterColumns, voltage, speed, hold):  # type: ignore[no-untyped-def]
     """A motor's torque at a wheel speed. ``hold`` 1: the voltage is held; 0: the drive holds the torque kt · voltage.
 
     Either way the supply minus the back-EMF bounds the torque, and the tyre slips at the limit.
     """
-    back = ke * speed
-    torque = kt * min(max(voltage - hold * back, -supply - back), supply - back)
-    return min(max(torque, -limit), limit)
+    back = robot.ke * speed
+    torque = robot.kt * min(max(voltage - hold * back, -robot.voltage - back), robot.voltage - back)
+    return min(max(torque, -robot.torque_limit), robot.torque_limit)
 
 
 @compiled_only
-def _accelerations(  # type: ignore[no-untyped-def]
-    v, w, ur, ul, per_mass, per_inertia, coupling, per_r, half, kt, ke, hold, supply, limit, friction, slow
-):
-    """Return v' and ω' at the axle midpoint, the motors' power and the friction's, from the wheels' drives.
-
-    (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
-    (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
-
-    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). Radius, mass and
-    inertia are given as their reciprocals, since this is the innermost loop.
-    """
-    speed_r = (v + half * w) * per_r
-    speed_l = (v - half * w) * per_r
-    motor_r = _wheel_torque(ur, speed_r, kt, ke, hold, supply, limit)
-    motor_l = _wheel_torque(ul, speed_l, kt, ke, hold, supply, limit)
-    # Coulomb friction, smooth through standstill
-    drag_r = friction * speed_r / np.sqrt(speed_r * speed_r + slow * slow)
-    drag_l = friction * speed_l / np.sqrt(speed_l * speed_l + slow * slow)
-    tr = motor_r - drag_r
-    tl = motor_l - drag_l
-    a = ((tr + tl) * per_r + coupling * w * w) * per_mass
-    b = (half * (tr - tl) * per_r - coupling * v * w) * per_inertia
-    return a, b, motor_r * speed_r + motor_l * speed_l, drag_r * speed_r + drag_l * speed_l
+def _drag(robot: ParameterColumns, speed):  # type: ignore[no-untyped-def]
+    """Coulomb friction at a wheel speed, smooth through standstill."""
+    return robot.friction * speed / np.sqrt(speed * speed + robot.friction_speed * robot.friction_speed)
 
 
 @without_refcounts
@@ -374,8 +354,8 @@ def _begin(z, width):  # type: ignore[no-untyped-def]
         lane.per_mass = 1 / robot.mass
         lane.per_inertia = 1 / robot.inertia
         lane.per_r = 1 / robot.radius
-        lane.old_r = np.floor(state.angle_r * robot.count)
-        lane.old_l = np.floor(state.angle_l * robot.count)
+        lane.old_r = np.floor(state.right.angle * robot.count)
+        lane.old_l = np.floor(state.left.angle * robot.count)
     for i in range(width):
         lane = BlockColumns(z, i, _BLOCK)
         state = lane.state
@@ -391,74 +371,56 @@ def _loops(z, width, step, code):  # type: ignore[no-untyped-def]
     for i in range(width):
         lane = BlockColumns(z, i, _BLOCK)
         state, robot = lane.state, lane.parameter
-        r = robot.radius
         half = robot.half_axle
-        kt = robot.kt
-        ke = robot.ke
-        limit = robot.torque_limit
-        volts = robot.voltage
         first = lane.volt_r
         second = lane.volt_l
-        true_r = (state.v + half * state.w) / r
-        true_l = (state.v - half * state.w) / r
+        true_r = (state.v + half * state.w) / robot.radius
+        true_l = (state.v - half * state.w) / robot.radius
         hold = 1.0
         if code == 1:
             # The drive holds the commanded torque, as a current loop faster than 10 ms does.
             hold = 0.0
-            ur = first / kt
-            ul = second / kt
+            lane.volt_r = first / robot.kt
+            lane.volt_l = second / robot.kt
         else:
-            top_v = robot.v_max
-            top_w = robot.w_max
-            v = min(max(first, -top_v), top_v)
-            w = min(max(second, -top_w), top_w)
+            v = min(max(first, -robot.v_max), robot.v_max)
+            w = min(max(second, -robot.w_max), robot.w_max)
             # thesis (5.1): |v'| and |ω'| of the command are bounded. The wheels' limit comes last, and wins.
             most_v = robot.v_rate * step
             most_w = robot.w_rate * step
-            held_v = state.held_v
-            held_w = state.held_w
-            v = min(max(v, held_v - most_v), held_v + most_v)
-            w = min(max(w, held_w - most_w), held_w + most_w)
-            assumed = robot.loop_radius
-            ref_r = (v + half * w) / assumed  # thesis (2.6), with the labels the right way round
-            ref_l = (v - half * w) / assumed
-            fastest = max(abs(ref_r), abs(ref_l))
-            top = robot.wheel_max
-            scale = min(1.0, top / max(fastest, 1e-12))
-            ref_r = ref_r * scale
-            ref_l = ref_l * scale
+            v = min(max(v, state.held_v - most_v), state.held_v + most_v)
+            w = min(max(w, state.held_w - most_w), state.held_w + most_w)
+            ref_r = (v + half * w) / robot.loop_radius  # thesis (2.6), with the labels the right way round
+            ref_l = (v - half * w) / robot.loop_radius
+            scale = min(1.0, robot.wheel_max / max(max(abs(ref_r), abs(ref_l)), 1e-12))
             state.held_v = v * scale
             state.held_w = w * scale
             if code == 2:
                 state.v = v * scale
                 state.w = w * scale
-            kp = robot.kp
-            ki = robot.ki
-            kd = robot.kd
-            speed_r = state.speed_r
-            speed_l = state.speed_l
-            rate_r = (speed_r - state.past_r) / step
-            rate_l = (speed_l - state.past_l) / step
-            wish_r = kp * (ref_r - speed_r) + state.integral_r - kd * rate_r
-            wish_l = kp * (ref_l - speed_l) + state.integral_l - kd * rate_l
-            ur = min(max(wish_r, -volts), volts)
-            ul = min(max(wish_l, -volts), volts)
-            # Back-calculation: the part that saturation cuts off leaves the integral with the loop's own time kp/ki.
-            back = ki / max(kp, 1e-12)
-            state.integral_r += step * (ki * (ref_r - speed_r) + back * (ur - wish_r))
-            state.integral_l += step * (ki * (ref_l - speed_l) + back * (ul - wish_l))
-        lane.volt_r = ur
-        lane.volt_l = ul
-        torque_r = _wheel_torque(ur, true_r, kt, ke, hold, volts, limit)
-        torque_l = _wheel_torque(ul, true_l, kt, ke, hold, volts, limit)
+            lane.volt_r = _loop(state.right, robot, ref_r * scale, step)
+            lane.volt_l = _loop(state.left, robot, ref_l * scale, step)
+        torque_r = _wheel_torque(robot, lane.volt_r, true_r, hold)
+        torque_l = _wheel_torque(robot, lane.volt_l, true_l, hold)
         if code == 2:
             torque_r = 0.0
             torque_l = 0.0
-        change = abs(torque_r - state.torque_r) + abs(torque_l - state.torque_l)
-        state.variation += change
+        state.variation += abs(torque_r - state.right.torque) + abs(torque_l - state.left.torque)
         state.effort += step * (torque_r * torque_r + torque_l * torque_l)
-        state.torque_r = torque_r
-        state.torque_l = torque_l
+        state.right.torque = torque_r
+        state.left.torque = torque_l
+
+
+@compiled_only
+def _loop(wheel: WheelColumns, robot: ParameterColumns, reference, step):  # type: ignore[no-untyped-def]
+    """The voltage of a wheel's loop, whose integral part goes on."""
+    error = reference - wheel.speed
+    wish = robot.kp * error + wheel.integral - robot.kd * ((wheel.speed - wheel.past) / step)
+    voltage = min(max(wish, -robot.voltage), robot.voltage)
+    # Back-calculation: the part that saturation cuts off leaves the integral with the loop's own time kp/ki.
+    back = robot.ki / max(robot.kp, 1e-12)
+    wheel.integral += step * (robot.ki * error + back * (voltage - wish))
+    return voltage
 
 
 @compiled_only
@@ -478,21 +440,18 @@ def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
         lane = BlockColumns(z, i, _BLOCK)
         state, robot = lane.state, lane.parameter
         half = robot.half_axle
-        per_r = lane.per_r
         v1 = state.v
         w1 = state.w
-        v5 = v1 + h / 6 * lane.sum_a
-        w5 = w1 + h / 6 * lane.sum_b
-        state.v = v5
-        state.w = w5
+        state.v += h / 6 * lane.sum_a
+        state.w += h / 6 * lane.sum_b
         state.work += h / 6 * lane.sum_p
         state.loss += h / 6 * lane.sum_q
         forward = h / 6 * lane.sum_v
         turn = h / 6 * lane.sum_w
         # v and ω changing together leave the arc a little sideways (Magnus expansion, second term).
-        sideways = h * h / 12 * (v5 * w1 - v1 * w5)
-        state.angle_r += (forward + half * turn) * per_r
-        state.angle_l += (forward - half * turn) * per_r
+        sideways = h * h / 12 * (state.v * w1 - v1 * state.w)
+        state.right.angle += (forward + half * turn) * lane.per_r
+        state.left.angle += (forward - half * turn) * lane.per_r
         dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, forward, sideways, turn)
         state.x += dx
         state.y += dy
@@ -503,25 +462,35 @@ def _move(z, width, h, hold):  # type: ignore[no-untyped-def]
 def _stage(z, width, weight, reach, hold):  # type: ignore[no-untyped-def]
     """Do one stage of Runge-Kutta: add what it finds, times ``weight``, to the sums; the next is ``reach`` [s] on.
 
-    The loop is short: a lane is a chain of arithmetic that waits for a root and a division, and others fill the gap.
+    (m + 2 J_w/r²) v'     = (τr + τl)/r + m_c d ω²
+    (I0 + 2 J_w L²/r²) ω' = L (τr − τl)/r − m_c d v ω
+
+    the reduced form of thesis (2.1)-(2.9) with d ≠ 0 at the axle midpoint; d = 0 gives (2.10). Radius, mass and
+    inertia are given as their reciprocals, since this is the innermost loop. It is short: a lane is a chain of
+    arithmetic that waits for a root and a division, and others fill the gap.
     """
     for i in range(width):
         lane = BlockColumns(z, i, _BLOCK)
         state, robot = lane.state, lane.parameter
         v = lane.stage_v
         w = lane.stage_w
-        a, b, p, q = _accelerations(
-            v, w, lane.volt_r, lane.volt_l, lane.per_mass,
-            lane.per_inertia, robot.coupling, lane.per_r,
-            robot.half_axle, robot.kt,
-            robot.ke, hold, robot.voltage,
-            robot.torque_limit, robot.friction,
-            robot.friction_speed,
-        )  # fmt: skip
+        half = robot.half_axle
+        speed_r = (v + half * w) * lane.per_r
+        speed_l = (v - half * w) * lane.per_r
+        motor_r = _wheel_torque(robot, lane.volt_r, speed_r, hold)
+        motor_l = _wheel_torque(robot, lane.volt_l, speed_l, hold)
+        drag_r = _drag(robot, speed_r)
+        drag_l = _drag(robot, speed_l)
+        tr = motor_r - drag_r
+        tl = motor_l - drag_l
+        a = ((tr + tl) * lane.per_r + robot.coupling * w * w) * lane.per_mass
+        b = (half * (tr - tl) * lane.per_r - robot.coupling * v * w) * lane.per_inertia
+        power = motor_r * speed_r + motor_l * speed_l
+        loss = drag_r * speed_r + drag_l * speed_l
         lane.sum_a += weight * a
         lane.sum_b += weight * b
-        lane.sum_p += weight * p
-        lane.sum_q += weight * q
+        lane.sum_p += weight * power
+        lane.sum_q += weight * loss
         lane.sum_v += weight * v
         lane.sum_w += weight * w
         lane.stage_v = state.v + reach * a
@@ -534,12 +503,10 @@ def _glide(z, width, step):  # type: ignore[no-untyped-def]
     for i in range(width):
         lane = BlockColumns(z, i, _BLOCK)
         state, robot = lane.state, lane.parameter
-        r = robot.radius
-        half = robot.half_axle
         forward = state.v * step
         turn = state.w * step
-        state.angle_r += (forward + half * turn) / r
-        state.angle_l += (forward - half * turn) / r
+        state.right.angle += (forward + robot.half_axle * turn) / robot.radius
+        state.left.angle += (forward - robot.half_axle * turn) / robot.radius
         dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, forward, 0.0, turn)
         state.x += dx
         state.y += dy
@@ -567,36 +534,26 @@ def _odometry(z, width, step):  # type: ignore[no-untyped-def]
     for i in range(width):
         lane = BlockColumns(z, i, _BLOCK)
         state, robot = lane.state, lane.parameter
-        per_radian = robot.count
-        radius_r = robot.odometry.right
-        radius_l = robot.odometry.left
-        half = robot.odometry.half_axle
-        count_r = np.floor(state.angle_r * per_radian)
-        count_l = np.floor(state.angle_l * per_radian)
-        turn_r = (count_r - lane.old_r) / per_radian
-        turn_l = (count_l - lane.old_l) / per_radian
-        lane.old_r = count_r
-        lane.old_l = count_l
-        raw_r = turn_r / step
-        raw_l = turn_l / step
-        b0 = robot.b0
-        b1 = robot.b1
-        b2 = robot.b2
-        f1 = robot.a1
-        f2 = robot.a2
-        smooth_r = b0 * raw_r + b1 * state.raw1_r + b2 * state.raw2_r - f1 * state.speed_r - f2 * state.past_r
-        smooth_l = b0 * raw_l + b1 * state.raw1_l + b2 * state.raw2_l - f1 * state.speed_l - f2 * state.past_l
-        state.raw2_r = state.raw1_r
-        state.raw2_l = state.raw1_l
-        state.raw1_r = raw_r
-        state.raw1_l = raw_l
-        state.past_r = state.speed_r
-        state.past_l = state.speed_l
-        state.speed_r = smooth_r
-        state.speed_l = smooth_l
-        forward = (radius_r * turn_r + radius_l * turn_l) / 2
-        turn = (radius_r * turn_r - radius_l * turn_l) / (2 * half)  # thesis (2.25), with 2 L between the wheels
+        right, left = robot.odometry.right, robot.odometry.left
+        turn_r, lane.old_r = _read_encoder(state.right, robot, lane.old_r, step)
+        turn_l, lane.old_l = _read_encoder(state.left, robot, lane.old_l, step)
+        forward = (right * turn_r + left * turn_l) / 2
+        # thesis (2.25), with 2 L between the wheels
+        turn = (right * turn_r - left * turn_l) / (2 * robot.odometry.half_axle)
         dx, dy, lane.odo_cos, lane.odo_sin = _arc(lane.odo_cos, lane.odo_sin, forward, 0.0, turn)
         state.odo_x += dx
         state.odo_y += dy
         state.odo_heading += turn
+
+
+@compiled_only
+def _read_encoder(wheel: WheelColumns, robot: ParameterColumns, old, step):  # type: ignore[no-untyped-def]
+    """Read a wheel's encoder, and filter its speed; return its turn [rad] since it read ``old``, and what it reads."""
+    count = np.floor(wheel.angle * robot.count)
+    turn = (count - old) / robot.count
+    raw = turn / step
+    smooth = robot.b0 * raw + robot.b1 * wheel.raw1 + robot.b2 * wheel.raw2
+    smooth = smooth - robot.a1 * wheel.speed - robot.a2 * wheel.past
+    wheel.raw2, wheel.raw1 = wheel.raw1, raw
+    wheel.past, wheel.speed = wheel.speed, smooth
+    return turn, count

@@ -60,9 +60,9 @@ def step_response(robot: Robot, motion: Motion, level: float = _SHOWN) -> WheelR
     """The response to a step from rest to ``level`` of the top speed, of the dynamic plant."""
     command = level * top_speed(robot, motion)
     states = TruthColumns(_driven(_lane(robot)[:, None], np.array([command]), (motion,), robot)[:, :, 0].T)
-    error = command - states.speed_r
-    rate = (states.speed_r - states.past_r) / STEP
-    voltage = robot.kp * error + states.integral_r - robot.kd * rate
+    wheel = states.right
+    rate = (wheel.speed - wheel.past) / STEP
+    voltage = robot.kp * (command - wheel.speed) + wheel.integral - robot.kd * rate
     bounded = np.clip(voltage, -robot.supply_voltage, robot.supply_voltage)
     speed = _right_wheel(states, robot)
     return WheelResponse(motion, command, STEP * np.arange(len(speed)), speed, bounded)

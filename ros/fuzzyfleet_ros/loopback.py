@@ -137,7 +137,7 @@ class Loopback:
         if one.ranges is not None:
             ranges[...] = one.ranges.values[0]
         per_radian = np.array([robot.counts_per_turn / (2 * np.pi) for robot in self.setting.robots])
-        angles = np.floor(np.stack([truth.angle_l, truth.angle_r]) * per_radian) / per_radian
+        angles = np.floor(np.stack([truth.left.angle, truth.right.angle]) * per_radian) / per_radian
         v, turn = robot.v, self.axles * robot.w
         wheels = np.concatenate([angles, [(v - turn) / self.radii, (v + turn) / self.radii]])
         heard = one.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy()))

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, run_course
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.contacts import can_touch
@@ -58,7 +58,7 @@ def obstacle_course(robots: int = 1) -> ImitationTask:
     """Random obstacle courses of class A, one for each seed, judged as by ``robotics stress obstacles``."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
-        return _told(run_course(obstacle_ensemble(seeds, "A", robots), law, seeds).summary())
+        return _told(run_ensemble(obstacle_ensemble(seeds, "A", robots), law, seeds, kind=ObstacleOutcome).summary())
 
     return ImitationTask(
         f"{robots} robots among random obstacles", lambda seeds: obstacle_ensemble(seeds, "A", robots), judged

@@ -3,12 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
-from robotics.experiments.stress.outcome import LIMIT, StressOutcome
-from robotics.experiments.stress.tally import judged, tallied
+from robotics.experiments.stress.outcome import StressOutcome
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -60,33 +58,12 @@ def disturbed_crossing(
         advance: Called after every crossing that is drawn.
     """
     ensemble = crossing_ensemble(
-        robots, seeds, kind, radio=disturbance.radio, factor=LIMIT, extra=disturbance.extra, advance=advance
+        robots,
+        seeds,
+        kind,
+        radio=disturbance.radio,
+        factor=StressOutcome.limit,
+        extra=disturbance.extra,
+        advance=advance,
     )
     return ensemble, disturbance.faults(ensemble, seeds)
-
-
-def longest(ensemble: Setting, extra: float = 0.0) -> np.ndarray:
-    """The longest that each run may take (runs,) [s]."""
-    return LIMIT * ensemble.references.ends[:, 0] + extra
-
-
-def run_ensemble(
-    ensemble: Setting,
-    controller: Law[Any],
-    seeds: Sequence[int],
-    faults: Faults | None = None,
-    advance: Callable[[], None] | None = None,
-    extra: float = 0.0,
-) -> StressOutcome:
-    """Drive until all robots of every run have arrived, or the time is up.
-
-    Args:
-        ensemble: The crossings.
-        controller: The law that drives the robots.
-        seeds: The seed of each run.
-        faults: The faults of the runs.
-        advance: Called after every period.
-        extra: The time [s] by which runs may take longer than 4 nominal durations.
-    """
-    tallies = tallied(ensemble, controller, seeds, longest(ensemble, extra), faults, advance)
-    return judged(StressOutcome, tallies, seeds)

@@ -16,7 +16,7 @@ from robotics.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.experiments.stress.outcome import StressOutcome
-from robotics.experiments.stress.tally import judged, tallied
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -38,7 +38,6 @@ FASTEST_DISC = 0.2  # m/s
 EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
 DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
 _AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
-LONGEST_RUN = 8.0  # times the nominal duration: a run ends then
 
 
 def obstacle_ensemble(
@@ -81,7 +80,7 @@ def obstacle_ensemble(
     scenario = Scenario(
         name=f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else ""),
         robots=(shared,) * robots,
-        duration=float(np.ceil(LONGEST_RUN * durations.max() + extra)),
+        duration=float(np.ceil(ObstacleOutcome.limit * durations.max() + extra)),
         kind="team" if robots > 1 else "tracking",
         sensing=LABORATORY,
         radio=radio or Radio(),
@@ -135,6 +134,8 @@ def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc
 @dataclass(frozen=True, eq=False)
 class ObstacleOutcome(StressOutcome):
     """The outcome of every run among obstacles; ``collided`` says only whether two robots touched."""
+
+    limit = 8.0
 
     hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
     trapped: np.ndarray  # (runs,) bool: a robot followed a wall
@@ -190,7 +191,7 @@ def stress_obstacles(
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
     advance = start("simulating", ensemble.ticks + 1)
-    return run_course(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
+    return run_ensemble(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra, ObstacleOutcome)
 
 
 def disturbed_course(
@@ -209,30 +210,3 @@ def disturbed_course(
         seeds, kind, robots, radio=disturbance.radio, moving=moving, lanes=lanes, extra=disturbance.extra
     )
     return ensemble, disturbance.faults(ensemble, seeds)
-
-
-def longest(ensemble: Setting, extra: float = 0.0) -> np.ndarray:
-    """The longest that each run may take (runs,) [s]."""
-    return LONGEST_RUN * ensemble.references.ends[:, 0] + extra
-
-
-def run_course(
-    ensemble: Setting,
-    controller: Law[Any],
-    seeds: Sequence[int],
-    faults: Faults | None = None,
-    advance: Callable[[], None] | None = None,
-    extra: float = 0.0,
-) -> ObstacleOutcome:
-    """Drive until all robots of every run have arrived, or the time is up.
-
-    Args:
-        ensemble: The courses.
-        controller: The law that drives the robots.
-        seeds: The seed of each run.
-        faults: The faults of the runs.
-        advance: Called after every period.
-        extra: The time [s] by which runs may take longer than 8 nominal durations.
-    """
-    tallies = tallied(ensemble, controller, seeds, longest(ensemble, extra), faults, advance)
-    return judged(ObstacleOutcome, tallies, seeds)

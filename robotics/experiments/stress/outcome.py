@@ -6,13 +6,13 @@ have both. A deadlock is a run that started and in which not all robots have arr
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from robotics.laws.setting import Setting
 from robotics.measures.arrival import spread, together
 
-LIMIT = 4.0  # nominal durations: a robot that has not arrived by then never will; a plan may take as long
 _SHOWN = 50  # seeds of failures that are named, at most
 Outcome = TypeVar("Outcome", bound="StressOutcome")
 
@@ -20,6 +20,9 @@ Outcome = TypeVar("Outcome", bound="StressOutcome")
 @dataclass(frozen=True, eq=False)
 class StressOutcome:
     """The outcome of every run; arrays are (runs,) unless they say otherwise."""
+
+    # Nominal durations: a robot that has not arrived by then never will; a plan may take as long
+    limit: ClassVar[float] = 4.0
 
     seeds: tuple[int, ...]
     nominal: np.ndarray  # s
@@ -31,6 +34,11 @@ class StressOutcome:
     caused: np.ndarray  # (runs, robots) bool: the robot drove into something; else what it touched drove into it
     driven: np.ndarray  # s: of all robots together, each until it arrived or the run was over
     overridden: np.ndarray | None  # s of those in which the emergency rule acted; None: the law has no such rule
+
+    @classmethod
+    def longest(cls, ensemble: Setting, extra: float = 0.0) -> np.ndarray:
+        """The longest that each run of ``ensemble`` may take (runs,) [s], ``extra`` [s] of it beside its limit."""
+        return cls.limit * ensemble.references.ends[:, 0] + extra
 
     @property
     def arrived(self) -> np.ndarray:

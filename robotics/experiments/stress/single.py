@@ -5,7 +5,6 @@ from types import MappingProxyType
 from typing import Any
 
 from fuzzy.naming import expected
-from robotics.experiments.stress import crossing_runs, obstaclecourse
 from robotics.experiments.stress.crossing_runs import disturbed_crossing
 from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.lanes import Lanes
@@ -78,14 +77,13 @@ def single_run(
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
         ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
-        limits = crossing_runs.longest(ensemble, wrong.extra)
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
         ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
-        limits = obstaclecourse.longest(ensemble, wrong.extra)
-    tally = Tally(ensemble, limits, 0, 1, after=_AFTER)
+    outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
+    tally = Tally(ensemble, outcomes.longest(ensemble, wrong.extra), 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     message_ages = message_ages and robots > 1
     kept: dict[str, bool] = {"message_ages": message_ages} | dict.fromkeys(("torques", "encoders", "messages"), logged)
@@ -93,7 +91,7 @@ def single_run(
         ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance, observer=tally.observer
     )
     tally.guards = run.recorded.get("guarded") is not None
-    outcome = judged(StressOutcome if stress == "crossing" else ObstacleOutcome, [tally], [seed])
+    outcome = judged(outcomes, [tally], [seed])
     if stress == "crossing" and outcome.refused[0]:
         raise ControllerError(f"crossing, seed {seed}: {name} has no safe plan: it would not start")
     return run, outcome

@@ -16,7 +16,7 @@ from robotics.environment.collision import footprints
 from robotics.environment.swept import GRID, TO, Watch, body_spans, stacked
 from robotics.environment.world import Geometry, Moving, place
 from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
-from robotics.experiments.stress.outcome import Outcome, joined
+from robotics.experiments.stress.outcome import Outcome, StressOutcome, joined
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import reached_within
@@ -151,25 +151,27 @@ def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) 
     return joined([kind(**tally.judged(seeds, [f.name for f in fields(kind)])) for tally in tallies])
 
 
-def tallied(
+def run_ensemble(
     ensemble: Setting,
     controller: Law[Any],
     seeds: Sequence[int],
-    limits: np.ndarray,
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
-) -> list[Tally]:
-    """Drive until no run goes on any more; return the tallies of all runs, some runs in each.
+    extra: float = 0.0,
+    kind: type[Outcome] = StressOutcome,  # type: ignore[assignment]
+) -> Outcome:
+    """Drive until all robots of every run have arrived, or the time is up.
 
     Args:
         ensemble: What is driven, one run for each seed.
         controller: The law that drives the robots.
         seeds: The seed of each run.
-        limits: The longest that each run takes (runs,) [s].
         faults: The faults of the runs.
         advance: Called after every period.
+        extra: The time [s] by which runs may take longer than the limit of their ``kind``.
+        kind: Of the outcome.
     """
-    runs, checked = len(seeds), checked_seeds(seeds)
+    runs, checked, limits = len(seeds), checked_seeds(seeds), kind.longest(ensemble, extra)
     if has_equation(controller):
         opening = PreparedRuns.of([Driver(ensemble, controller)], checked, faults)
         size = max(1, CHUNK // len(ensemble.robots))
@@ -177,10 +179,10 @@ def tallied(
         tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
         for tally in tallies:
             drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
-        return tallies
+        return judged(kind, tallies, seeds)
     tally = Tally(ensemble, limits, 0, runs)
     for _, command in Simulation(ensemble, controller, checked, faults, observers=[tally.observer]).periods():
         tally.guards |= command.guarded is not None
         if advance is not None:
             advance()
-    return [tally]
+    return judged(kind, [tally], seeds)

@@ -30,13 +30,13 @@ from fuzzy.compiled.jit import compiled_only
 from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
 from robotics.laws.avoidance.priority import WhereaboutsColumns, stops_for, tell_whereabouts, wider
 from robotics.laws.equation import EquationLaw, HeardColumns, Memory, equation
-from robotics.laws.law import ControllerError, check_connected, check_team
+from robotics.laws.law import check_connected, check_team
 from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
 from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.paths.road import CELLS, at, nearest, planned
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 from robotics.radio.channel import predicted
 from robotics.vehicle.robot import Robot
 
@@ -161,9 +161,6 @@ class RightOfWay(EquationLaw):
     equation = right_of_way
     says, remembers, derived = WayMessage, WayMemory, WayDerived
     aims = progresses = has_modes = may_refuse = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     @property
     def watchdog(self) -> float:

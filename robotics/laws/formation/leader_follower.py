@@ -369,9 +369,6 @@ class FormationTeacher(_FormationLaw):
     correction: Correction = "none"  # of the followers; the leader always corrects itself
     speeds: Speeds = "lead"
 
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
-
     equation = teach
 
 

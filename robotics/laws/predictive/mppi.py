@@ -41,10 +41,9 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import EquationLaw, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.road import moving
-from robotics.quantity import check_quantities, quantity, whole
+from robotics.quantity import quantity, whole
 from robotics.vehicle.plant import velocity_limits
 
 Smoothing = Literal["savitzky-golay", "none"]
@@ -291,9 +290,6 @@ class PathIntegral(EquationLaw):
     smoothing: Smoothing = "savitzky-golay"
     feed_forward: FeedForward = "full"  # none: plans begin at rest, and γ weighs them as a whole
     seed: int = whole(0, least=0, doc="The seed of the perturbations, which all runs share.")
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     equation = average_plans
     works, derived, remembers = SampledWork, SampledDerived, SampledMemory

@@ -33,7 +33,6 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import EquationLaw, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.predictive.ilqr import TAIL, FixedColumns, SolverColumns, node_of, solve, working
 from robotics.laws.predictive.model import (
     ResponseColumns,
@@ -47,7 +46,7 @@ from robotics.laws.predictive.model import (
 from robotics.laws.predictive.terminal import SPEEDS, Weights, tail_table
 from robotics.laws.setting import Setting
 from robotics.paths.road import moving
-from robotics.quantity import check_quantities, quantity, whole
+from robotics.quantity import quantity, whole
 from robotics.vehicle.plant import STEP, velocity_limits
 from robotics.vehicle.robot import Robot
 
@@ -149,9 +148,6 @@ class PredictiveControl(EquationLaw):
     iterations: int = whole(3, least=1, most=200, doc="Steps of the solver a period, at most; 50: until it converges.")
     wheel_lag: Literal["modelled", "ignored"] = "modelled"  # ignored: the wheels are taken to follow at once
     latency: Literal["modelled", "ignored"] = "modelled"  # ignored: commands are taken to act at once
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     equation = predict
     works, derived, remembers = SolverColumns, PredictiveDerived, PredictiveMemory

@@ -32,7 +32,7 @@ from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.rules.situation import ONWARD, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.paths.trajectory import Reference
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 
 _AT_END = 1e-3  # m: a leader this near to the end of its path has arrived
 _MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
@@ -84,9 +84,6 @@ class FollowLeader(Law[FormationMemory]):
     speed: float = quantity(0.0, "m/s", least=0, doc="Speed v_d of the leader; 0: that of its timing.")
     leader_rate: float = quantity(2.0, "1/m", above=0, doc="How steeply the leader's speed falls with its lead.")
     rate: float = quantity(4.0, "1/m", above=0, doc="How steeply the followers' speed grows with the leader's lead.")
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     def init(self, setting: Setting, runs: int) -> FormationMemory:
         """Find the robots on their paths. Raises ControllerError for a single robot."""

@@ -41,7 +41,7 @@ from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.sliding_mode import exponential
 from robotics.paths.road import share
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 from robotics.radio.channel import predicted
 from robotics.radio.graph import weights
 from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
@@ -211,9 +211,6 @@ class GraphSlidingMode(EquationLaw):
     equation = graph_sliding_mode
     says, remembers, derived = SurfaceMessage, SurfaceMemory, SurfaceDerived
     progresses = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     @property
     def level(self) -> Level:

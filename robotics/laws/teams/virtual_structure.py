@@ -42,7 +42,7 @@ from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, alone
 from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.paths.road import at, nearest, place, share, stretch, timed
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 from robotics.radio.channel import predicted
 from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
@@ -182,9 +182,6 @@ class VirtualStructure(EquationLaw):
     says, remembers, derived = StructureMessage, StructureMemory, StructureDerived
     aims = True
     progresses = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     @property
     def idle(self) -> frozenset[str]:

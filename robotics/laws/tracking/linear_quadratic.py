@@ -39,11 +39,10 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.laws.equation import EquationLaw, equation, gain_columns
-from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 
 _DOUBLINGS = 60  # at most: 2^60 periods
 ENOUGH = 1e-15  # the share of its trace by which P changes in a step that is the last one
@@ -208,9 +207,6 @@ class LinearQuadratic(EquationLaw):
     slowest: float = quantity(0.05, "m/s", least=1e-3)  # below it the gain of y_e fades
     catch_up: float = quantity(0.3, "m/s", least=0)  # up to it a robot's own speed counts, where it is the greater
     feed_forward: FeedForward = "full"  # none: without v_d cos ψ_e and ω_d in the commands
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     equation, derived = regulate, WeightColumns
     knows = ("reference", "reference velocity", "wheel speeds")

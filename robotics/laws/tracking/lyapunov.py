@@ -22,9 +22,8 @@ import numpy as np
 from fuzzy.compiled.columns import codes
 from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.laws.equation import AimColumns, EquationLaw, RobotColumns, equation, gain_columns
-from robotics.laws.law import ControllerError
 from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 
 Form = Literal["2.31", "2.32"]
 FeedForward = Literal["full", "none"]
@@ -68,9 +67,6 @@ class Lyapunov(EquationLaw):
     # "none": without v_d in (2.30); the robot then trails by v_d/K_x, which is what thesis Table 5.7 shows
     feed_forward: FeedForward = "full"
     signs: Signs = "corrected"  # literal: the errors as (2.28) prints them; diverges
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     knows = ("reference", "reference velocity")
     equation = lyapunov

@@ -39,11 +39,10 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column, within
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import EquationLaw, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 from robotics.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
 
@@ -130,9 +129,6 @@ class TrackingPID(EquationLaw):
     slowest: float = quantity(0.05, "m/s", least=1e-3)  # below it the terms of y_e fade
     catch_up: float = quantity(0.3, "m/s", least=0)  # up to it a robot's own speed counts, where it is the greater
     feed_forward: FeedForward = "full"  # none: without v_d cos ψ_e and ω_d
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     equation = pid
     remembers, derived = PIDMemory, PIDDerived

@@ -38,11 +38,10 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import EquationLaw, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.road import at, nearest
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 
 _REACH = 1.0  # m: how far from the last nearest point the next one is looked for
 NEAREST = 0.05  # m: the bearing of a carrot that is nearer is noise
@@ -103,9 +102,6 @@ class PurePursuit(EquationLaw):
     rotate_from: float = quantity(0.785, "rad", above=0, most=math.pi)  # θ; rotate_to_heading_min_angle
     turn_rate: float = quantity(1.8, "rad/s", above=0)  # rotate_to_heading_angular_vel
     feed_forward: FeedForward = "full"  # none: v = K (s_d − s)
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     equation, remembers = pursue, PursuitMemory
     knows = ("reference", "reference velocity", "preview", "wheel speeds")

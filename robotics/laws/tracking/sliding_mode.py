@@ -35,10 +35,9 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import without_refcounts
 from robotics.laws.equation import EquationLaw, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import Lyapunov, track
-from robotics.quantity import check_quantities, quantity
+from robotics.quantity import quantity
 from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
 from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
@@ -202,9 +201,6 @@ class SlidingMode(EquationLaw):
     discretisation: Reading = "integrated"  # assm and qssm only
     lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
     outer: Lyapunov = field(default_factory=Lyapunov)  # makes the desired velocities
-
-    def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
 
     knows = ("reference", "reference velocity", "wheel speeds")
     equation = sliding_mode

@@ -101,7 +101,7 @@ def test_repeat_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeyp
 )
 def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     monkeypatch.setattr(
-        "robotics.experiments.stress.obstaclecourse.LONGEST_RUN", 0.5
+        "robotics.experiments.stress.obstaclecourse.ObstacleOutcome.limit", 0.5
     )  # half of the way is enough to compare
     stress = json.loads(printed(capsys, "stress", "obstacles", *options, "--runs", "1"))
     run = json.loads(printed(capsys, "repeat", "obstacles", *options))
@@ -111,7 +111,7 @@ def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
 
 
 def test_run_crossing_still_repeats_and_says_its_new_name(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.LONGEST_RUN", 0.1)
+    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.ObstacleOutcome.limit", 0.1)
     assert main(["repeat", "obstacles", "--seed", "3", "-q"]) == 0
     now = capsys.readouterr()
     assert main(["run", "obstacles", "--seed", "3", "-q"]) == 0

@@ -40,6 +40,12 @@ def driven(robot, commands, level="velocity", state=None, **settings):
     return np.array(states)[:, :, 0]
 
 
+def of_wheels(name, states):
+    """A column of the right and of the left wheel (..., 2) in ``states`` (..., CHANNELS)."""
+    state = Truth(states.T)
+    return np.stack([getattr(wheel, name) for wheel in (state.right, state.left)], axis=-1)
+
+
 def torques(t):
     """An open-loop drive: forward, turning both ways, never resting; right and left [N m]."""
     return np.array([0.025 * sin(1.1 * t) + 0.006, 0.025 * sin(1.1 * t) + 0.006 * cos(1.7 * t)])
@@ -213,12 +219,10 @@ def test_wheel_loop_overshoots_6_percent_rises_in_150_ms_settles_in_350_ms(radiu
 def test_encoder_quantum_is_0_105_rad_per_second():
     quantum = 2 * pi / 6000 / TIME_STEP
     assert quantum == pytest.approx(0.105, abs=5e-4)
-    speeds = driven(ROBOT, [(0.2, 0.3)] * 100, steps=1)[:, [Truth.speed_r.row, Truth.speed_l.row]] / quantum
+    speeds = of_wheels("speed", driven(ROBOT, [(0.2, 0.3)] * 100, steps=1)) / quantum
     np.testing.assert_allclose(speeds, np.round(speeds), rtol=0, atol=1e-9)
     assert np.diff(np.unique(np.round(speeds))).min() == 1
-    filtered = (
-        driven(replace(ROBOT, filter_frequency=20.0), [(0.2, 0.3)] * 100, steps=1)[:, Truth.speed_r.row] / quantum
-    )
+    filtered = of_wheels("speed", driven(replace(ROBOT, filter_frequency=20.0), [(0.2, 0.3)] * 100, steps=1)) / quantum
     assert np.abs(filtered - np.round(filtered)).max() > 0.1
 
 
@@ -305,12 +309,10 @@ def test_bounds_of_acceleration_hold_for_the_wheel_loops_too_and_never_beyond_th
 def test_torque_stays_within_its_limit_and_what_the_supply_reaches():
     for level, command in (("velocity", (0.8, 0.0)), ("torque", (5.0, 5.0))):
         states = driven(ROBOT, [command] * 200 + [(-command[0], 0.0)] * 100, level, steps=1)
-        assert np.abs(states[:, [Truth.torque_r.row, Truth.torque_l.row]]).max() == pytest.approx(
-            ROBOT.torque_limit, abs=1e-12
-        )
+        assert np.abs(of_wheels("torque", states)).max() == pytest.approx(ROBOT.torque_limit, abs=1e-12)
         wheel = (states[:-1, Truth.v.row] + ROBOT.half_axle * states[:-1, Truth.w.row]) / ROBOT.wheel_radius
         reach = ROBOT.torque_constant * (ROBOT.supply_voltage - ROBOT.back_emf * wheel)
-        assert (states[1:, Truth.torque_r.row] <= reach + 1e-12).all()
+        assert (of_wheels("torque", states)[1:, 0] <= reach + 1e-12).all()
     first = driven(ROBOT, [(0.8, 0.0)], steps=1)[1]
     assert first[Truth.v.row] == pytest.approx(
         0.01 * 2 * 0.35 / 0.045 / ROBOT.effective_mass, rel=0.1
@@ -330,7 +332,7 @@ def test_back_emf_ends_at_the_no_load_speed(friction):
 def test_effort_and_variation_are_the_sums_they_claim_to_be():
     commands = [(0.3 * (k % 3), 1.0) for k in range(60)]
     states = driven(ROBOT, commands, steps=1)
-    torque = states[:, [Truth.torque_r.row, Truth.torque_l.row]]
+    torque = of_wheels("torque", states)
     assert states[-1, Truth.effort.row] == pytest.approx(0.01 * (torque[1:] ** 2).sum(), rel=1e-12)
     assert states[-1, Truth.variation.row] == pytest.approx(np.abs(np.diff(torque, axis=0)).sum(), rel=1e-12)
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotics.experiments.stress import crossing_runs
 from robotics.experiments.stress.crew import in_chunks
 from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.experiments.stress.crossings import crossing_ensemble, random_crossing
@@ -75,7 +74,7 @@ def test_an_outcome_does_not_depend_on_chunks():
 
 def test_a_run_that_never_ends_is_judged_alike_alone(literal, monkeypatch):
     """It is given up after a multiple of its own duration, not of the longest of all."""
-    monkeypatch.setattr(crossing_runs, "LIMIT", GIVEN_UP)
+    monkeypatch.setattr(StressOutcome, "limit", GIVEN_UP)
     whole = literal["crash-literal"]
     quickest = np.argmin(np.where(whole.deadlocked, whole.nominal, np.inf))
     assert_same(whole, stress_crossing(make_controller("crash-literal"), 3, [int(quickest)]), quickest)
@@ -106,7 +105,7 @@ GIVEN_UP = 1.5  # nominal durations
 def literal():
     """What (6.4), (6.5) as printed and no avoidance make of 40 crossings, given up early."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crossing_runs, "LIMIT", GIVEN_UP)
+        patch.setattr(StressOutcome, "limit", GIVEN_UP)
         return {
             name: stress_crossing(make_controller(name), 3, range(40))
             for name in ("crash-literal", "cooperation-literal")

@@ -63,7 +63,7 @@ def test_committed_robots_arrive_and_nothing_touches(kind, robots, runs):
 
 
 def test_the_literal_scheme_never_leaves_a_trap(monkeypatch):
-    monkeypatch.setattr(obstaclecourse, "LONGEST_RUN", 1.5)
+    monkeypatch.setattr(obstaclecourse.ObstacleOutcome, "limit", 1.5)
     outcome = stress_obstacles(LITERAL, range(2), "U")
     assert not outcome.arrived.any()
     assert outcome.summary()["failed_seeds"]["deadlock"] == [0, 1]
@@ -142,7 +142,7 @@ def test_the_command_prints_one_json_object_with_the_outcome():
 
 
 def test_the_command_prints_a_table(monkeypatch):
-    monkeypatch.setattr(obstaclecourse, "LONGEST_RUN", 0.2)
+    monkeypatch.setattr(obstaclecourse.ObstacleOutcome, "limit", 0.2)
     result = command("--runs", "1", "--quiet")
     assert result.exit_code == 0
     assert "min_clearance_m" in result.stdout

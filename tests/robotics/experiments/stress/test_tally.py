@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.disturbance import Disturbance
-from robotics.experiments.stress.obstaclecourse import LONGEST_RUN, disturbed_course, stress_obstacles
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course, stress_obstacles
 from robotics.experiments.stress.outcome import joined
 from robotics.experiments.stress.single import single_run
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import make_controller
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
@@ -102,7 +102,7 @@ def test_one_robot_of_a_course_is_held_up_in_the_first_80_percent(robots, lanes)
     assert ((starts >= 0) & (starts < 0.8 * nominal)).all()
     assert starts.max() > 0.5 * nominal.min()
     np.testing.assert_allclose(faults.ends[once] - faults.starts[once], 3.0, rtol=1e-12)
-    assert course.ticks * course.period == np.ceil(LONGEST_RUN * nominal.max() + 2 * 3.0)
+    assert course.ticks * course.period == np.ceil(ObstacleOutcome.limit * nominal.max() + 2 * 3.0)
     again = disturbed_course([5], "A", robots, wrong, lanes=lanes)[1]
     np.testing.assert_array_equal(again.starts[0], faults.starts[5])
 
@@ -124,7 +124,7 @@ def test_a_repeated_course_shows_the_robot_that_is_held_up():
 
 def test_a_course_that_never_ends_is_given_up_alone_as_beside_others(monkeypatch):
     """After a multiple of its own duration: until then both its robots are on their way, of which none arrives."""
-    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.LONGEST_RUN", 0.3)
+    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.ObstacleOutcome.limit", 0.3)
     law = make_controller("cooperation")
     both, alone = stress_obstacles(law, range(2), "A", 3), stress_obstacles(law, (0,), "A", 3)
     assert not both.arrived.any()

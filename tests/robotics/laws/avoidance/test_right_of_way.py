@@ -115,7 +115,7 @@ def test_crossings_have_conflicts_and_clear_ends():
 
 
 def test_the_command_finds_what_the_printed_rules_do_wrong(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.experiments.stress.outcome.LIMIT", 1.5)  # many never end
+    monkeypatch.setattr("robotics.experiments.stress.outcome.StressOutcome.limit", 1.5)  # many never end
     options = ["--robots", "3", "--runs", "4", "--seed", "50", "-q", "--controller", "literal", "--json"]
     assert main(["stress", "crossing", *options]) == 0
     literal = json.loads(capsys.readouterr().out)

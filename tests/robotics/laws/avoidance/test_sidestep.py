@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.crossing_runs import run_ensemble
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
 from robotics.laws.law import ControllerError

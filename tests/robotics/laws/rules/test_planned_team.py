@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.crossing_runs import run_ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.obstaclecourse import stress_obstacles
+from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
