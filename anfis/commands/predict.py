@@ -3,12 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 
 
@@ -16,8 +14,7 @@ def predict(
     fis: Fis,
     data: Data,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="OUT.csv", help="Write the outputs here. Default: standard output."),
+        Path | None, option("Write the outputs here. Default: standard output.", "--out", "-o", "OUT.csv")
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,

@@ -4,28 +4,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.commands.completion import rule_bases
 from fuzzy.errors import InputError
+from fuzzy.shell.options import argument
 from fuzzy.shell.progress import Advance
 
 Data = Annotated[
-    Path,
-    typer.Argument(
-        metavar="DATA.csv",
-        help='Samples, a row each, below a header of names "speed [m/s]" or "speed (m/s)".',
-        show_default=False,
-    ),
+    Path, argument('Samples, a row each, below a header of names "speed [m/s]" or "speed (m/s)".', "DATA.csv")
 ]
 Fis = Annotated[
-    Path,
-    typer.Argument(
-        metavar="NET",
-        help="A Sugeno system: a .fis file, or a packaged one's name.",
-        show_default=False,
-        autocompletion=rule_bases,
-    ),
+    Path, argument("A Sugeno system: a .fis file, or a packaged one's name.", "NET", autocompletion=rule_bases)
 ]
 
 

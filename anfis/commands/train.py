@@ -6,8 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
 from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
 from anfis.commands.shared import CommandError, Data, reaching
 from anfis.commands.validation import crossed, folds_object, say_folds
@@ -15,10 +13,11 @@ from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
+from fuzzy.commands.shared import check_plot
 from fuzzy.files.atomic import check_target
 from fuzzy.files.columnchoice import chosen_columns
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -69,61 +68,35 @@ _Options = Annotated[
 def train(
     *,
     data: Data,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
+    out: Annotated[Path, option("Where the trained system goes.", "--out", "-o", "NET.fis")],
     inputs: Inputs = None,
     outputs: Outputs = None,
-    check: Annotated[
-        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
-    ] = None,
-    test: Annotated[
-        Path | None, typer.Option(metavar="TEST.csv", help="Test data, whose error is only measured; same columns.")
-    ] = None,
+    check: Annotated[Path | None, option("Checking data, not learnt from; same columns.", "CHECK.csv")] = None,
+    test: Annotated[Path | None, option("Test data, whose error is only measured; same columns.", "TEST.csv")] = None,
     start: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="START", help="Start from this .fis file, or a packaged one's name.", autocompletion=rule_bases
-        ),
+        Path | None, option("Start from this .fis file, or a packaged one's name.", "START", autocompletion=rule_bases)
     ] = None,
-    rules: Annotated[
-        int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
-    ] = None,
-    radius: Annotated[
-        float | None, typer.Option(help="Start from clusters of this radius, a share of the data's ranges.")
-    ] = None,
-    grid: Annotated[int | None, typer.Option(min=2, help="Start from a grid of that many terms an input.")] = None,
-    mf: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
-    ] = None,
+    rules: Annotated[int | None, option("Start from that many clusters; their settings are searched.", min=1)] = None,
+    radius: Annotated[float | None, option("Start from clusters of this radius, a share of the data's ranges.")] = None,
+    grid: Annotated[int | None, option("Start from a grid of that many terms an input.", min=2)] = None,
+    mf: Annotated[str | None, option("Membership function of --grid's terms. [default: gbellmf]", "NAME")] = None,
     options: _Options,
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
     prune: Annotated[
-        bool,
-        typer.Option("--prune", help="Take away rules that contribute least; the checking data choose how many."),
+        bool, option("Take away rules that contribute least; the checking data choose how many.", "--prune")
     ] = False,
-    keep_rules: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="With --prune: keep N rules instead of a choice.")
-    ] = None,
+    keep_rules: Annotated[int | None, option("With --prune: keep N rules instead of a choice.", "N", min=1)] = None,
     choice: Annotated[
         str,
-        typer.Option(
-            metavar="CHOICE",
-            help="With --prune: fewest rules within one-standard-error of the least checking error, or least.",
-        ),
+        option("With --prune: fewest rules within one-standard-error of the least checking error, or least.", "CHOICE"),
     ] = "one-standard-error",
-    checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a checkpoint here after every epoch.")
-    ] = None,
-    resume: Annotated[Path | None, typer.Option(metavar="FILE", help="Go on from this checkpoint.")] = None,
-    history: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write the errors of every epoch here.")
-    ] = None,
+    checkpoint: Annotated[Path | None, option("Write a checkpoint here after every epoch.", "FILE")] = None,
+    resume: Annotated[Path | None, option("Go on from this checkpoint.", "FILE")] = None,
+    history: Annotated[Path | None, option("Write the errors of every epoch here.", "FILE.csv")] = None,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            metavar="PICTURE",
-            help="Draw the errors of every epoch, with --prune of every number of rules: .png, .pdf or .svg.",
-        ),
+        option("Draw the errors of every epoch, with --prune of every number of rules: .png, .pdf or .svg.", "PICTURE"),
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -181,10 +154,7 @@ def _check_together(folds: int | None, prune: bool, keep: int | None, checkpoint
 
 def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
     """Refuse files that cannot be written: before an hour of learning, not after."""
-    if plot is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(plot)
+    check_plot(plot)
     check_target(out, ".fis")
     for path in (history, checkpoint):
         if path is not None:

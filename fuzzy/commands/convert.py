@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fuzzy.commands.shared import FisFile, usage
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 
 if TYPE_CHECKING:
     from fuzzy.mamdani.likeness import Difference
@@ -17,13 +17,11 @@ Fit = Literal["constants", "planes"]  # what the sets of a Mamdani system become
 
 def convert(
     file: FisFile,
-    target: Annotated[
-        Path, typer.Argument(metavar="OUT", help="A .fis, .fll, .txt or .json file.", show_default=False)
-    ],
+    target: Annotated[Path, argument("A .fis, .fll, .txt or .json file.", "OUT")],
     fit: Annotated[
         Fit | None,
-        typer.Option(
-            help="Fit the consequents to a Mamdani system's outputs: constants, or planes over the inputs.",
+        option(
+            "Fit the consequents to a Mamdani system's outputs: constants, or planes over the inputs.",
             show_default="constants at the centroids",
         ),
     ] = None,

@@ -24,8 +24,26 @@ from typer.models import OptionInfo
 
 from fuzzy.errors import InputError
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
+
+def option(sentence: str, *shown: str, **more: Any) -> Any:
+    """An option, from what its line in the help says: ``option("Where it goes.", "--out", "-o", "FILE")``.
+
+    Args:
+        sentence: What it is for.
+        shown: Its names, by default that of the parameter, and what stands for its value.
+        more: As of ``typer.Option``.
+    """
+    names = [word for word in shown if word.startswith("-")]
+    return typer.Option(*names, help=sentence, metavar=" ".join(shown[len(names) :]) or None, **more)
+
+
+def argument(sentence: str, metavar: str | None = None, *, show_default: bool = False, **more: Any) -> Any:
+    """An argument, likewise."""
+    return typer.Argument(help=sentence, metavar=metavar, show_default=show_default, **more)
+
+
+Json = Annotated[bool, option("Print one JSON object instead of text.", "--json")]
+Quiet = Annotated[bool, option("Show no progress bar.", "--quiet", "-q")]
 
 _FAR = 1e9  # the help does not show so large a bound
 
