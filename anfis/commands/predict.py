@@ -5,6 +5,7 @@ from typing import Annotated
 
 from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
+from fuzzy.commands.shared import read_system
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
@@ -29,13 +30,10 @@ def predict(
       anfis train samples.csv --rules 8 -o net.fis
       anfis predict net.fis check.csv -o predicted.csv
     """
-    from fuzzy.files.fisfile import read_fis
-    from fuzzy.files.packaged import find_fis
     from fuzzy.files.table import table_text, write_table
 
-    if out is not None:
-        check_target(out)
-    system, text = read_fis(find_fis(fis)), opened(data)
+    check_target(out)
+    system, text = read_system(fis), opened(data)
     table = numbers(text, columns_of(text, system.inputs), skip_bad)
     found = system(table.values)
     names, units = [v.name for v in system.outputs], [v.unit for v in system.outputs]

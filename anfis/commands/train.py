@@ -7,17 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
-from anfis.commands.shared import CommandError, Data, reaching
+from anfis.commands.shared import CommandError, Data
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
-from fuzzy.commands.shared import check_plot
+from fuzzy.commands.shared import check_plot, read_system
 from fuzzy.files.atomic import check_target
-from fuzzy.files.columnchoice import chosen_columns
+from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -83,9 +84,7 @@ def train(
     options: _Options,
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
-    prune: Annotated[
-        bool, option("Take away rules that contribute least; the checking data choose how many.", "--prune")
-    ] = False,
+    prune: Annotated[bool, option("Take away rules that contribute least; the checking data choose how many.")] = False,
     keep_rules: Annotated[int | None, option("With --prune: keep N rules instead of a choice.", "N", min=1)] = None,
     choice: Annotated[
         str,
@@ -157,8 +156,7 @@ def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint:
     check_plot(plot)
     check_target(out, ".fis")
     for path in (history, checkpoint):
-        if path is not None:
-            check_target(path)
+        check_target(path)
 
 
 def _say_unread(options: "Options", seeded: bool) -> None:
@@ -173,12 +171,9 @@ def _say_unread(options: "Options", seeded: bool) -> None:
 
 def _given_system(start: _Start) -> "Sugeno | None":
     """The system in the file to start from, if there is one."""
-    from fuzzy.files.fisfile import read_fis
-    from fuzzy.files.packaged import find_fis
-
     if sum(choice is not None for choice in start[:4]) != 1:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
-    return None if start.start is None else read_fis(find_fis(start.start))
+    return None if start.start is None else read_system(start.start)
 
 
 def _samples(
@@ -203,12 +198,6 @@ def _samples(
         of, to = chosen_columns(text, inputs, outputs)
         places, n = [*of, *to], len(of)
     table = numbers(text, places, skip_bad)
-    names = {
-        "input_names": list(table.names[:n]),
-        "output_names": list(table.names[n:]),
-        "input_units": list(table.units[:n]),
-        "output_units": list(table.units[n:]),
-    }
     x, y = table.values[:, :n], table.values[:, n:]
     skipped, others = len(table.skipped), list[tuple[Any, Any] | None]()
     for path in (check, test):
@@ -219,7 +208,7 @@ def _samples(
         held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
         others.append((held.values[:, :n], held.values[:, n:]))
         skipped += len(held.skipped)
-    return _Samples(names, x, y, others[0], others[1], skipped)
+    return _Samples(names_of(table, n), x, y, others[0], others[1], skipped)
 
 
 def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
@@ -252,14 +241,13 @@ def _learn(
 ) -> "Training":
     """The training, with a progress bar on stderr."""
     import anfis
-    from fuzzy.shell.progress import progress_bar
 
     with progress_bar(quiet, width=44) as begin:
-        reach = reaching(begin("training", options.epochs + 1))
+        move = Mover(begin("training", options.epochs + 1))
 
         def show(row: "Epoch") -> None:
             checked = f", checking {shown(row.check)}" if samples.check is not None else ""
-            reach(row.epoch, f"epoch {row.epoch}: training {shown(row.train)}{checked}")
+            move(row.epoch + 1, f"epoch {row.epoch}: training {shown(row.train)}{checked}")
 
         return anfis.train(
             fis,

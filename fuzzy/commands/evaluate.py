@@ -39,8 +39,7 @@ def evaluate(
     """
     from fuzzy.files.table import table_text, write_table
 
-    if output_file is not None:
-        check_target(output_file)
+    check_target(output_file)
     fis = read_system(file)
     text = opened(inputs)
     table = numbers(text, _columns(fis, text), skip_bad)

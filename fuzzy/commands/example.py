@@ -15,7 +15,7 @@ def example(
     ] = None,
     output_file: Annotated[Path | None, option("Another name for the one file.", "-o", "--output-file", "FILE")] = None,
     every: Annotated[bool, option("Write all of them into this folder.", "--all")] = False,
-    force: Annotated[bool, option("Overwrite other files of these names.", "--force")] = False,
+    force: Annotated[bool, option("Overwrite other files of these names.")] = False,
     json: Json = False,
 ) -> None:
     """List the small files that the examples of every --help use, or write them into this folder.

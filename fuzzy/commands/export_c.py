@@ -29,13 +29,9 @@ def c(
     table: Annotated[
         str | None, option("For one or two inputs: a table of so many points in place of the rules.", "N|NxM")
     ] = None,
-    verify: Annotated[
-        bool, option("Compile it, run it on a million points, compare, and watch for errors.", "--verify")
-    ] = False,
+    verify: Annotated[bool, option("Compile it, run it on a million points, compare, and watch for errors.")] = False,
     points: Annotated[int, option("With --verify: how many points.", min=1)] = 1_000_000,
-    board: Annotated[
-        bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.", "--board")
-    ] = False,
+    board: Annotated[bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")] = False,
     json: Json = False,
 ) -> None:
     """Write a system as one header and one source of C99: no malloc, no library but math.h.

@@ -21,7 +21,7 @@ def plot(
     kind: Annotated[PlotKind, option("What to draw.")] = "memberships",
     variable: Annotated[str | None, option("Only this variable's terms (memberships).", "NAME")] = None,
     at: At = None,
-    only_fired: Annotated[bool, option("Only rules that fire (rules).", "--only-fired")] = False,
+    only_fired: Annotated[bool, option("Only rules that fire (rules).")] = False,
     everything: Annotated[
         bool, option("All pictures, every surface too, in a .zip or a folder (-o).", "--all")
     ] = False,

@@ -1,10 +1,10 @@
-"""What ``fuzzy identify`` and ``fuzzy search`` share: the table of samples, the search and its picture."""
+"""What commands that learn of samples share: the table of samples, the search for clusters and its picture."""
 
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from fuzzy.commands.datafile import numbers, opened
+from fuzzy.commands.datafile import columns_of, numbers, opened
 from fuzzy.commands.shared import usage
 from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.options import argument, option
@@ -12,7 +12,9 @@ from fuzzy.shell.options import argument, option
 if TYPE_CHECKING:
     import numpy as np
 
+    from fuzzy.files.table import TableText
     from fuzzy.fitting.search import SearchResult, Trial
+    from fuzzy.system import Sugeno
 
 Table = Annotated[
     Path, argument('Samples, a row each, with or without a header of names "speed [m/s]" or "speed (m/s)".', "DATA.csv")
@@ -39,8 +41,17 @@ def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: 
     """The chosen columns of the table. Raises InputError."""
     text = opened(file)
     of, to = chosen_columns(text, inputs, outputs)
-    table = numbers(text, [*of, *to], skip_bad)
-    n = len(of)
+    return _sample_table(text, [*of, *to], len(of), skip_bad)
+
+
+def system_samples(fis: "Sugeno", file: Path, skip_bad: bool = False) -> SampleTable:
+    """The columns of the table for a system's inputs and outputs, found by their names. Raises InputError."""
+    text = opened(file)
+    return _sample_table(text, columns_of(text, [*fis.inputs, *fis.outputs]), len(fis.inputs), skip_bad)
+
+
+def _sample_table(text: "TableText", columns: list[int], n: int, skip_bad: bool) -> SampleTable:
+    table = numbers(text, columns, skip_bad)
     return SampleTable(table.values[:, :n], table.values[:, n:], names_of(table, n), len(table.skipped))
 
 

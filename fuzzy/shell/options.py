@@ -12,6 +12,7 @@ for help or run, not with the command, so that other commands do not wait for it
 import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import cached_property, partial, wraps
 from importlib import import_module
@@ -271,7 +272,8 @@ def _whole_command(function: Callable[..., Any]) -> Any:
                 parameters.setdefault(name, option.parameter())  # several groups may read one option
         else:
             own.append(parameter.name)
-            parameters[parameter.name] = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            hint = _as_flag(parameter.name, parameter.annotation)
+            parameters[parameter.name] = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hint)
 
     def run(**values: Any) -> Any:
         made = {name: group.made(values) for name, group in groups.items()}
@@ -281,3 +283,13 @@ def _whole_command(function: Callable[..., Any]) -> Any:
     app = typer.Typer(add_completion=False)
     app.command()(run)
     return typer.main.get_command(app)
+
+
+def _as_flag(name: str, hint: Any) -> Any:
+    """The annotation of a parameter: what is on or off has the parameter's name alone, and none with "no" before it."""
+    about = getattr(hint, "__metadata__", (None,))[0]
+    if not isinstance(about, OptionInfo) or hint.__origin__ is not bool or about.default is not ...:
+        return hint
+    named = copy(about)
+    named.default = f"--{name.replace('_', '-')}"  # where typer keeps the first name
+    return Annotated[bool, named]

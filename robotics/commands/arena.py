@@ -27,9 +27,7 @@ def arena(
     file: Annotated[
         str, argument("An arena's file; or a name.", "[FILE.toml]", show_default=True, autocompletion=arenas)
     ] = "default",
-    full: Annotated[
-        bool, option("The whole protocol: 1000 evaluations, 20 seeds, 5 repeats. Takes days.", "--full")
-    ] = False,
+    full: Annotated[bool, option("The whole protocol: 1000 evaluations, 20 seeds, 5 repeats. Takes days.")] = False,
     laws: Annotated[
         str | None,
         option(
@@ -39,7 +37,7 @@ def arena(
     out: Annotated[Path | None, option("Folder of the results. Default: out/arena", "--out", "-o", "FOLDER")] = None,
     workers: Annotated[int | None, option("Number of processes. Default: one for each core.", min=1, max=1000)] = None,
     dask: Dask = None,
-    fresh: Annotated[bool, option("Discard what FOLDER holds of an arena.", "--fresh")] = False,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of an arena.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

@@ -47,11 +47,9 @@ def compare(
         bool | None, option("Judge the thesis's claims too. Default: in the suite thesis.", "--claims/--no-claims")
     ] = None,
     thorough: Annotated[
-        bool, option("Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200.", "--thorough")
+        bool, option("Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200.")
     ] = False,
-    save_runs: Annotated[
-        bool, option("Save the runs that claims are judged by, in FOLDER/runs.", "--save-runs")
-    ] = False,
+    save_runs: Annotated[bool, option("Save the runs that claims are judged by, in FOLDER/runs.")] = False,
     arena: Annotated[
         bool | None,
         option(

@@ -18,7 +18,7 @@ def copy(
         ),
     ],
     to: Annotated[Path, option("Where the copies go; made if need be.", "FOLDER")] = Path(),
-    force: Annotated[bool, option("Overwrite files that are there already.", "--force")] = False,
+    force: Annotated[bool, option("Overwrite files that are there already.")] = False,
     json: Json = False,
 ) -> None:
     """Copy packaged rule bases, scenarios and robots, to change them; `robotics list` says which there are.

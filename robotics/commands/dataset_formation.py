@@ -78,9 +78,7 @@ def formation(
     formations: Annotated[
         str | None, option("thesis: the leader's x at the start, m. Default: -4,-2,0,2,4", "X,X,...")
     ] = None,
-    check: Annotated[
-        bool, option("Make the checking set: other seeds; thesis: the leader starts at -1.", "--check")
-    ] = False,
+    check: Annotated[bool, option("Make the checking set: other seeds; thesis: the leader starts at -1.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

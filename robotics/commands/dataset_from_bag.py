@@ -60,8 +60,7 @@ def from_bag(
     from robotics.logs.drive import read_drive
 
     check_target(out, ".csv")
-    if check is not None:
-        check_target(check, ".csv")
+    check_target(check, ".csv")
     topics = {"odometry": odom, "commands": cmd_vel, "reference": reference, "path": path, "distribution": ros}
     with progress_bar(quiet) as begin:
         jobs = [(log, name) for log in logs for name in robot or [""]]

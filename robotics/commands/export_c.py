@@ -32,9 +32,7 @@ def c(
             autocompletion=scenarios,
         ),
     ] = "table-2-1",
-    verify: Annotated[
-        bool, option("Compile it, drive the scenario with it, compare, and watch for errors.", "--verify")
-    ] = False,
+    verify: Annotated[bool, option("Compile it, drive the scenario with it, compare, and watch for errors.")] = False,
     json: Json = False,
 ) -> None:
     """Write a law's control step as C99: no malloc, no library but math.h, its state in a struct.

@@ -80,8 +80,7 @@ def formation(
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
     check_folder(out)
-    if report is not None:
-        check_target(report, ".html", folder_is_made=True)
+    check_target(report, ".html", folder_is_made=True)
     scenarios = [load_scenario(name) for name in drive or []]
     try:
         table = formation_table(data, skip_bad=skip_bad)

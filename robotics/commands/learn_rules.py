@@ -68,8 +68,7 @@ def rules_(
     from robotics.experiments.learning.lesson import RIDGE
 
     check_target(out)
-    if data is not None:
-        check_target(data)
+    check_target(data)
     plan = lesson(
         teacher=teacher,
         courses=_courses(scenario or [], stress or [], robots),

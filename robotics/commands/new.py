@@ -28,8 +28,8 @@ def new(
     variant: Annotated[
         str | None, option("Kind of a scenario: tracking, team or formation.", "--kind", show_default=False)
     ] = None,
-    minimal: Annotated[bool, option("Write only what is set, without comments.", "--minimal")] = False,
-    force: Annotated[bool, option("Overwrite a file that is there already.", "--force")] = False,
+    minimal: Annotated[bool, option("Write only what is set, without comments.")] = False,
+    force: Annotated[bool, option("Overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
     """Write a file that runs: what is needed is set, all that is optional stands there as a comment that explains it.

@@ -21,11 +21,9 @@ if TYPE_CHECKING:
 def robot(
     name: Annotated[str, argument("A robot's name, or its file.", "NAME|FILE.toml", autocompletion=robots)],
     out: Annotated[Path | None, option("Draw it: .png, .pdf, .svg.", "--out", "-o", "PICTURE")] = None,
-    tune: Annotated[
-        bool, option("Find gains of the wheel loop: shortest settling, overshoot up to 5 %.", "--tune")
-    ] = False,
+    tune: Annotated[bool, option("Find gains of the wheel loop: shortest settling, overshoot up to 5 %.")] = False,
     write: Annotated[Path | None, option("With --tune: write the robot's file with these gains.", "FILE.toml")] = None,
-    force: Annotated[bool, option("With --write: overwrite a file that is there already.", "--force")] = False,
+    force: Annotated[bool, option("With --write: overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
     """Show a robot: size, mass, limits, every number with its rule where it was derived, and its wheel loop.
@@ -42,8 +40,7 @@ def robot(
     check_plot(out)
     if write is not None and not tune:
         raise RobotError("--write writes what --tune finds: give both")
-    if write is not None:
-        check_target(write, ".toml")
+    check_target(write, ".toml")
     model = load_robot(name)
     gains = tuned(model.robot) if tune else None
     if write is not None and gains is not None:

@@ -54,12 +54,10 @@ class RunFiles:
     def __post_init__(self) -> None:
         check_plot(self.plot)
         for path, suffix in ((self.save, ".npz"), (self.table, ".csv"), (self.events, ".csv")):
-            if path is not None:
-                check_target(path, suffix)
+            check_target(path, suffix)
         if self.player:
             check_folder(Path())
-        if self.layout is not None:
-            check_target(self.layout, ".json")
+        check_target(self.layout, ".json")
         if self.logged:
             from robotics.logs.typestore import check_distribution
             from robotics.logs.writing import check_storage

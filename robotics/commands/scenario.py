@@ -20,8 +20,8 @@ def _kinds(incomplete: str) -> list[str]:
 
 def scenario(
     key: Annotated[str | None, argument("A key or a table, such as robots.timing.speed or timing.", "KEY")] = None,
-    explain: Annotated[bool, option("Say what the keys mean; this is the default.", "--explain")] = False,
-    schema: Annotated[bool, option("Print the JSON schema, for editors.", "--schema")] = False,
+    explain: Annotated[bool, option("Say what the keys mean; this is the default.")] = False,
+    schema: Annotated[bool, option("Print the JSON schema, for editors.")] = False,
     of: Annotated[str, option(f"Kind of file: {', '.join(FILE_KINDS)}.", "KIND", autocompletion=_kinds)] = "scenario",
     json: Json = False,
 ) -> None:

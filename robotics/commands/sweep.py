@@ -24,7 +24,7 @@ def sweep(
     ] = None,
     dask: Dask = None,
     out: Annotated[Path | None, option("Folder of the results. Default: out/NAME", "FOLDER")] = None,
-    fresh: Annotated[bool, option("Discard what FOLDER holds of a sweep.", "--fresh")] = False,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of a sweep.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

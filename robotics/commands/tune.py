@@ -35,9 +35,7 @@ def tune(
             "Scenarios not tuned on, where before and after are compared. Default: other packaged tracking ones.", "C,D"
         ),
     ] = None,
-    noise: Annotated[
-        bool, option("Measure postures with 3 mm and 3 mrad of noise where nothing is random.", "--noise")
-    ] = False,
+    noise: Annotated[bool, option("Measure postures with 3 mm and 3 mrad of noise where nothing is random.")] = False,
     seeds: Annotated[int, option("Seeds of each candidate on each scenario.", min=1)] = 20,
     evaluations: Annotated[
         int, option("Number of candidates that are tried, the law as it is included.", min=1)
@@ -45,10 +43,10 @@ def tune(
     seed: Annotated[int, option("The seed of the search.", min=0)] = 1,
     engine: Annotated[str, option("What searches: cmaes, or random.")] = "cmaes",
     space: Annotated[str | None, option("What may move, and the cost: see `robotics new tuning`.", "FILE.toml")] = None,
-    pareto: Annotated[bool, option("Look for the front between the cost's two objectives.", "--pareto")] = False,
+    pareto: Annotated[bool, option("Look for the front between the cost's two objectives.")] = False,
     check_seeds: Annotated[int, option("Unseen seeds by which before and after are compared; 0: none.", min=0)] = 200,
     out: Annotated[Path | None, option("Folder of the results. Default: out/tune-LAW", "--out", "-o", "FOLDER")] = None,
-    fresh: Annotated[bool, option("Discard what FOLDER holds of a search.", "--fresh")] = False,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of a search.")] = False,
     workers: Annotated[int | None, option("Number of threads. Default: one for each core.", min=1, max=1000)] = None,
     dask: Dask = None,
     json: Json = False,

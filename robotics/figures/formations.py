@@ -200,8 +200,7 @@ def _draw_stages(over: Axes, below: Axes, against: Axes, fit: Fit) -> None:
     over.set_ylabel(fit.label, parse_math=False)
     over.margins(x=0)
     over.tick_params(labelbottom=False)
-    below.set_ylabel("difference")
-    below.set_xlabel("sample" if run else "sample, in the order of the data's output")
+    below.set(ylabel="difference", xlabel="sample" if run else "sample, in the order of the data's output")
     against.set_xlabel(f"data: {fit.label}", parse_math=False)
     against.set_ylabel("network")
 
