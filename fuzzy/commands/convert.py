@@ -73,7 +73,7 @@ def convert(
 
 
 def _write_text(fis: "Sugeno", target: Path, suffix: str) -> None:
-    from fuzzy.files.atomic import replacing
+    from fuzzy.files.atomic import write_whole
 
     if suffix == ".txt":
         text = "".join(f"{rule}\n" for rule in fis.rules)
@@ -83,8 +83,7 @@ def _write_text(fis: "Sugeno", target: Path, suffix: str) -> None:
         from fuzzy.insight.description import as_dict
 
         text = dumps(as_dict(fis), ensure_ascii=False, indent=2) + "\n"
-    with replacing(target) as path:
-        path.write_text(text, encoding="utf-8")
+    write_whole(target, text)
 
 
 def _read(source: Path, target: Path, fit: Fit | None) -> "tuple[Sugeno, dict[str, Any]]":

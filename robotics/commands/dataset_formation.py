@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import check_target, replacing
+from fuzzy.files.atomic import check_target, write_whole
 from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
@@ -197,8 +197,7 @@ def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
     text = formation_text(plan)
     if file is not None:
         check_target(file, ".toml")
-        with replacing(file) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(file, text)
     return parse_scenario(text, file.stem if file is not None else "formation")
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
@@ -64,8 +64,7 @@ def new(
     if str(file) == "-":
         print(text, end="")
         return
-    with replacing(file) as path:
-        path.write_text(text, encoding="utf-8")
+    write_whole(file, text)
     _say(file, use, json)
 
 

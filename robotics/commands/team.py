@@ -25,7 +25,7 @@ def team(
       robotics team --robots 20 --seed 3 -o team.toml
       robotics run team.toml --plot team.png
     """
-    from fuzzy.files.atomic import check_target, replacing
+    from fuzzy.files.atomic import check_target, write_whole
     from robotics.scenario.random_team import team_toml
     from robotics.scenario.reading import parse_scenario
 
@@ -33,8 +33,7 @@ def team(
     text = team_toml(robots, seed, speed=speed, controller=controller, radio=graph)
     scenario = parse_scenario(text, out.stem, str(out))
     try:
-        with replacing(out) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(out, text)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror}") from None
     longest = max(path.length for path in scenario.trajectory.paths)
