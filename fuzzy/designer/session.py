@@ -1,7 +1,8 @@
 """What all panels share of their state for one page: form values, messages from the page, and what is refused."""
 
 import asyncio
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,13 +13,19 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-_ACT = "_do_"  # begins the name of a method that does a wish; it takes the message, and may be a coroutine function
+
+def act_of(owner: object, wish: Any, doing: str = "_do_") -> Callable[[Any], Any] | None:
+    """The method that does a ``wish`` of the page, "go on" is done by ``_do_go_on``; None: there is none.
+
+    It takes the message, and may be a coroutine function. ``doing`` begins its name.
+    """
+    return getattr(owner, doing + re.sub(r"\W", "_", wish), None) if isinstance(wish, str) else None
 
 
 class PanelSession:
     """A panel on one page: what is chosen there, and what is done for its messages {"do": wish, ...}.
 
-    The wish "go on" is done by the method ``_do_go_on``, and so on.
+    A wish is done by the method that :func:`act_of` finds.
 
     A subclass names the ``error`` of a wish that cannot be done, and further exceptions that are ``refusals``.
     """
@@ -51,11 +58,11 @@ class PanelSession:
     def act(self, message: dict[str, Any]) -> Any:
         """Begin what a message asks for; the coroutine that goes on with it, if there is one."""
         wish = message.get("do")
-        wishes = {name.removeprefix(_ACT).replace("_", " "): name for name in dir(self) if name.startswith(_ACT)}
-        if not isinstance(wish, str) or wish not in wishes:
-            raise self.error(expected(str(wish), wishes, "wish"))
+        act = act_of(self, wish)
+        if act is None:
+            raise self.error(f"unknown wish {str(wish)[:40]!r}")
         self.begin()
-        return getattr(self, wishes[wish])(message)
+        return act(message)
 
     def begin(self) -> None:
         """Forget, before each act, what was refused."""
