@@ -1,4 +1,4 @@
-"""Options of commands that are the fields of a frozen dataclass: name, default, range, unit and sentence are told once.
+"""Options of commands, and those that are the fields of a frozen dataclass: what is known of them is told once.
 
 A parameter of a command,
 

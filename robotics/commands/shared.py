@@ -52,7 +52,7 @@ Wrong = Annotated[
 
 def controller_option(sentence: str) -> Any:
     """The option that names the controller."""
-    return typer.Option("--controller", "-c", help=sentence, autocompletion=controllers)
+    return option(sentence, "--controller", "-c", autocompletion=controllers)
 
 
 def chosen_controller(controller: str | None, law: str | None) -> str | None:
