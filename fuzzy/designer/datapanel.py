@@ -50,15 +50,11 @@ class DataSession(TableSession):
             _MODULE,
             sources=self.source.files(),
             largest=LARGEST_FILE,
-            table=None,
             columns={},
             choice=self.choice,
             variables=self._variables(),
             lack="",
-            pictures=None,
-            points=None,
-            residual=None,
-            terms=None,
+            **dict.fromkeys(("table", "pictures", "points", "residual", "terms")),
         )
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)

@@ -100,25 +100,12 @@ class TryoutSession(FolderSession):
         self.moments = RunMoments(bench)
         self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
         self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
-        nothing = [
-            "choices",
-            "course",
-            "tried",
-            "before",
-            "rival",
-            "busy",
-            "editor",
-            "seeds",
-            "round",
-            "rules",
-            "moment",
-        ]
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
         self.put(
             _MODULE,
             files=files,
             trial=self._trial(),
-            **dict.fromkeys([*nothing, "moment"]),
+            **dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment")),
         )
         bench.on_change(self._changed)
         bench.on_close(self.close)
