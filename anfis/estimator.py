@@ -1,5 +1,6 @@
 """ANFIS as a scikit-learn regressor. Importing this module imports scikit-learn, which is an optional extra."""
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -113,18 +114,8 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True, ensure_min_samples=2)
         targets = np.asarray(y, dtype=np.float64).reshape(len(X), -1)
         random = check_random_state(self.random_state)
-        options = Options(
-            method=self.method,
-            epochs=self.epochs,
-            step=self.step,
-            rate=self.rate,
-            patience=self.patience,
-            goal=self.goal,
-            ridge=self.ridge,
-            batch=self.batch,
-            keep_order=self.keep_order,
-            seed=int(random.randint(2**31 - 1)),
-        )
+        given = {f.name: getattr(self, f.name) for f in fields(Options) if hasattr(self, f.name)}
+        options = Options(**given, seed=int(random.randint(2**31 - 1)))
         learnt, held = self._split(len(X), random)
         fis = self._start(X[learnt], targets[learnt], names)
         check = (X[held], targets[held]) if len(held) else None

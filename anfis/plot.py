@@ -57,8 +57,7 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
         figure.legend(loc="outside upper left")
         steps.plot(epochs, [row.step for row in history], color="0.3", drawstyle="steps-mid")
         steps.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-        steps.set_ylabel("step")
-        steps.set_xlabel("epoch")
+        steps.set(ylabel="step", xlabel="epoch")
         return figure
 
 
@@ -176,8 +175,7 @@ def _draw_terms(ax: Any, old: Variable, new: Variable) -> None:
         ax.plot(x, old.terms[name](x), **_look(k), linewidth=_BEFORE, zorder=2)
         ax.plot(x, function(x), **_look(k), linewidth=_AFTER, zorder=3)
     ax.set_xlabel(old.label, parse_math=False)
-    ax.set_ylabel("degree")
-    ax.set_ylim(0, 1.05)
+    ax.set(ylabel="degree", ylim=(0, 1.05))
     ax.margins(x=0)
 
 

@@ -1,7 +1,9 @@
 """The command ``anfis evaluate``: a system's errors on a table."""
 
 from anfis.commands.shared import Data, Fis
-from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
+from fuzzy.commands.datafile import SkipBad
+from fuzzy.commands.samples import system_samples
+from fuzzy.commands.shared import read_system
 from fuzzy.shell.options import Json
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -19,15 +21,12 @@ def evaluate(fis: Fis, data: Data, skip_bad: SkipBad = False, json: Json = False
       anfis evaluate net.fis check.csv --json
     """
     from anfis.accuracy import accuracy
-    from fuzzy.files.fisfile import read_fis
-    from fuzzy.files.packaged import find_fis
 
-    system, text = read_fis(find_fis(fis)), opened(data)
-    n = len(system.inputs)
-    table = numbers(text, columns_of(text, [*system.inputs, *system.outputs]), skip_bad)
-    rows = accuracy(system, table.values[:, :n], table.values[:, n:])
+    system = read_system(fis)
+    samples = system_samples(system, data, skip_bad)
+    rows = accuracy(system, samples.x, samples.y)
     if json:
-        counted = {"samples": len(table.values), "skipped": len(table.skipped)}
+        counted = {"samples": len(samples.x), "skipped": samples.skipped}
         print_json({**counted, "outputs": {name: row._asdict() for name, row in rows.items()}})
         return
     for variable, row in zip(system.outputs, rows.values(), strict=True):

@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from anfis.commands.shared import Data, Fis
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
+from fuzzy.commands.shared import read_system
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 
 
@@ -16,8 +15,7 @@ def predict(
     fis: Fis,
     data: Data,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="OUT.csv", help="Write the outputs here. Default: standard output."),
+        Path | None, option("Write the outputs here. Default: standard output.", "--out", "-o", "OUT.csv")
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -32,13 +30,10 @@ def predict(
       anfis train samples.csv --rules 8 -o net.fis
       anfis predict net.fis check.csv -o predicted.csv
     """
-    from fuzzy.files.fisfile import read_fis
-    from fuzzy.files.packaged import find_fis
     from fuzzy.files.table import table_text, write_table
 
-    if out is not None:
-        check_target(out)
-    system, text = read_fis(find_fis(fis)), opened(data)
+    check_target(out)
+    system, text = read_system(fis), opened(data)
     table = numbers(text, columns_of(text, system.inputs), skip_bad)
     found = system(table.values)
     names, units = [v.name for v in system.outputs], [v.unit for v in system.outputs]

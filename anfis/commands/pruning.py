@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from anfis.commands.shared import reaching
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
@@ -31,19 +31,18 @@ def pruned(
     """The pruning, with a progress bar on stderr."""
     import anfis
     from anfis.pruning import schedule
-    from fuzzy.shell.progress import progress_bar
 
     full, short = options.epochs + 1, min(_RETRAIN, options.epochs) + 1
     numbers = schedule(len(fis.rules), keep or 1) if keep is None or keep <= len(fis.rules) else [len(fis.rules)]
     starts = {rules: full + k * short for k, rules in enumerate(numbers[1:])}
     with progress_bar(quiet, width=44) as begin:
         total = 2 * full + len(starts) * short
-        reach = reaching(begin("pruning", total))
+        move = Mover(begin("pruning", total))
 
         def show(stage: str, rules: int, row: "Epoch") -> None:
             place = {"all rules": 0, "last training": total - full}.get(stage, starts.get(rules, 0))
             checked = f", checking {shown(row.check)}" if row.check == row.check else ""
-            reach(place + row.epoch, f"{rules} rules: training {shown(row.train)}{checked}")
+            move(place + row.epoch + 1, f"{rules} rules: training {shown(row.train)}{checked}")
 
         found = anfis.prune(
             fis,
@@ -57,7 +56,7 @@ def pruned(
             seed=options.seed,
             callback=show,
         )
-        reach(total - 1, "pruning")
+        move(total, "pruning")
         return found
 
 

@@ -6,19 +6,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
 from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
-from anfis.commands.shared import CommandError, Data, reaching
+from anfis.commands.shared import CommandError, Data
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
+from fuzzy.commands.shared import check_plot, read_system
 from fuzzy.files.atomic import check_target
-from fuzzy.files.columnchoice import chosen_columns
+from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -69,61 +69,33 @@ _Options = Annotated[
 def train(
     *,
     data: Data,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="NET.fis", help="Where the trained system goes.")],
+    out: Annotated[Path, option("Where the trained system goes.", "--out", "-o", "NET.fis")],
     inputs: Inputs = None,
     outputs: Outputs = None,
-    check: Annotated[
-        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data, not learnt from; same columns.")
-    ] = None,
-    test: Annotated[
-        Path | None, typer.Option(metavar="TEST.csv", help="Test data, whose error is only measured; same columns.")
-    ] = None,
+    check: Annotated[Path | None, option("Checking data, not learnt from; same columns.", "CHECK.csv")] = None,
+    test: Annotated[Path | None, option("Test data, whose error is only measured; same columns.", "TEST.csv")] = None,
     start: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="START", help="Start from this .fis file, or a packaged one's name.", autocompletion=rule_bases
-        ),
+        Path | None, option("Start from this .fis file, or a packaged one's name.", "START", autocompletion=rule_bases)
     ] = None,
-    rules: Annotated[
-        int | None, typer.Option(min=1, help="Start from that many clusters; their settings are searched.")
-    ] = None,
-    radius: Annotated[
-        float | None, typer.Option(help="Start from clusters of this radius, a share of the data's ranges.")
-    ] = None,
-    grid: Annotated[int | None, typer.Option(min=2, help="Start from a grid of that many terms an input.")] = None,
-    mf: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Membership function of --grid's terms. [default: gbellmf]")
-    ] = None,
+    rules: Annotated[int | None, option("Start from that many clusters; their settings are searched.", min=1)] = None,
+    radius: Annotated[float | None, option("Start from clusters of this radius, a share of the data's ranges.")] = None,
+    grid: Annotated[int | None, option("Start from a grid of that many terms an input.", min=2)] = None,
+    mf: Annotated[str | None, option("Membership function of --grid's terms. [default: gbellmf]", "NAME")] = None,
     options: _Options,
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
-    prune: Annotated[
-        bool,
-        typer.Option("--prune", help="Take away rules that contribute least; the checking data choose how many."),
-    ] = False,
-    keep_rules: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="With --prune: keep N rules instead of a choice.")
-    ] = None,
+    prune: Annotated[bool, option("Take away rules that contribute least; the checking data choose how many.")] = False,
+    keep_rules: Annotated[int | None, option("With --prune: keep N rules instead of a choice.", "N", min=1)] = None,
     choice: Annotated[
         str,
-        typer.Option(
-            metavar="CHOICE",
-            help="With --prune: fewest rules within one-standard-error of the least checking error, or least.",
-        ),
+        option("With --prune: fewest rules within one-standard-error of the least checking error, or least.", "CHOICE"),
     ] = "one-standard-error",
-    checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a checkpoint here after every epoch.")
-    ] = None,
-    resume: Annotated[Path | None, typer.Option(metavar="FILE", help="Go on from this checkpoint.")] = None,
-    history: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write the errors of every epoch here.")
-    ] = None,
+    checkpoint: Annotated[Path | None, option("Write a checkpoint here after every epoch.", "FILE")] = None,
+    resume: Annotated[Path | None, option("Go on from this checkpoint.", "FILE")] = None,
+    history: Annotated[Path | None, option("Write the errors of every epoch here.", "FILE.csv")] = None,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            metavar="PICTURE",
-            help="Draw the errors of every epoch, with --prune of every number of rules: .png, .pdf or .svg.",
-        ),
+        option("Draw the errors of every epoch, with --prune of every number of rules: .png, .pdf or .svg.", "PICTURE"),
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -181,14 +153,10 @@ def _check_together(folds: int | None, prune: bool, keep: int | None, checkpoint
 
 def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
     """Refuse files that cannot be written: before an hour of learning, not after."""
-    if plot is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(plot)
+    check_plot(plot)
     check_target(out, ".fis")
     for path in (history, checkpoint):
-        if path is not None:
-            check_target(path)
+        check_target(path)
 
 
 def _say_unread(options: "Options", seeded: bool) -> None:
@@ -203,12 +171,9 @@ def _say_unread(options: "Options", seeded: bool) -> None:
 
 def _given_system(start: _Start) -> "Sugeno | None":
     """The system in the file to start from, if there is one."""
-    from fuzzy.files.fisfile import read_fis
-    from fuzzy.files.packaged import find_fis
-
     if sum(choice is not None for choice in start[:4]) != 1:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
-    return None if start.start is None else read_fis(find_fis(start.start))
+    return None if start.start is None else read_system(start.start)
 
 
 def _samples(
@@ -233,12 +198,6 @@ def _samples(
         of, to = chosen_columns(text, inputs, outputs)
         places, n = [*of, *to], len(of)
     table = numbers(text, places, skip_bad)
-    names = {
-        "input_names": list(table.names[:n]),
-        "output_names": list(table.names[n:]),
-        "input_units": list(table.units[:n]),
-        "output_units": list(table.units[n:]),
-    }
     x, y = table.values[:, :n], table.values[:, n:]
     skipped, others = len(table.skipped), list[tuple[Any, Any] | None]()
     for path in (check, test):
@@ -249,7 +208,7 @@ def _samples(
         held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
         others.append((held.values[:, :n], held.values[:, n:]))
         skipped += len(held.skipped)
-    return _Samples(names, x, y, others[0], others[1], skipped)
+    return _Samples(names_of(table, n), x, y, others[0], others[1], skipped)
 
 
 def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
@@ -282,14 +241,13 @@ def _learn(
 ) -> "Training":
     """The training, with a progress bar on stderr."""
     import anfis
-    from fuzzy.shell.progress import progress_bar
 
     with progress_bar(quiet, width=44) as begin:
-        reach = reaching(begin("training", options.epochs + 1))
+        move = Mover(begin("training", options.epochs + 1))
 
         def show(row: "Epoch") -> None:
             checked = f", checking {shown(row.check)}" if samples.check is not None else ""
-            reach(row.epoch, f"epoch {row.epoch}: training {shown(row.train)}{checked}")
+            move(row.epoch + 1, f"epoch {row.epoch}: training {shown(row.train)}{checked}")
 
         return anfis.train(
             fis,

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from anfis.commands.shared import reaching
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
@@ -25,14 +25,13 @@ def crossed(
 ) -> "CrossValidation":
     """The cross-validation, with a progress bar on stderr."""
     import anfis
-    from fuzzy.shell.progress import progress_bar
 
     with progress_bar(quiet, width=44) as begin:
         each = options.epochs + 1
-        reach = reaching(begin("folds", folds * each))
+        move = Mover(begin("folds", folds * each))
 
         def show(fold: int, row: "Epoch") -> None:
-            reach(fold * each + row.epoch, f"fold {fold + 1} of {folds}: training {shown(row.train)}")
+            move(fold * each + row.epoch + 1, f"fold {fold + 1} of {folds}: training {shown(row.train)}")
 
         found = anfis.cross_validate(
             start,
@@ -45,7 +44,7 @@ def crossed(
             check=check,
             callback=show,
         )
-        reach(folds * each - 1, "folds")
+        move(folds * each, "folds")
         return found
 
 

@@ -35,7 +35,7 @@ from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
 from fuzzy.designer.longtask import TaskSession
 from fuzzy.designer.panel import SessionPanel
-from fuzzy.designer.tablesource import TableSource
+from fuzzy.designer.tablesource import TableSession, TableSource
 from fuzzy.designer.views import variable_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
@@ -53,7 +53,7 @@ def generators() -> list[Generator]:
     return [generator for entry in entry_points(group=_GROUP) for generator in entry.load()()]
 
 
-class TrainSession(TaskSession):
+class TrainSession(TableSession, TaskSession):
     """The training of one page: what it has chosen, and the process that learns. Messages come one at a time."""
 
     error = TrainingTaskError
@@ -80,31 +80,13 @@ class TrainSession(TaskSession):
         self.asked: dict[str, Sequence[Ask]] = {}  # what generators ask for, by their names, once that is known
         self.put(
             _MODULE,
-            self.source.acts(self._show)
-            | {
-                "generate": self._generate,
-                "column": self._column,
-                "choose": self._choose,
-                "train": self._train,
-                "stop": self.stop,
-                "take": self._take,
-                "look": self._look,
-                "output": self._choose_output,
-            },
             sources=self._sources(),
             accepted={"start": list(STARTS), "method": methods(), "largest": _MOST},
-            table=None,
             choice=self.choice,
             columns={},
             system=self._system(),
             progress=self._progress(),
-            before=None,
-            after=None,
-            pictures=None,
-            points=None,
-            residual=None,
-            terms=None,
-            about=None,
+            **dict.fromkeys(("table", "before", "after", "pictures", "points", "residual", "terms", "about")),
             **self._of_columns(),
         )
         bench.on_change(self._changed)
@@ -113,13 +95,13 @@ class TrainSession(TaskSession):
 
     # Messages
 
-    async def _generate(self, message: dict[str, Any]) -> None:
+    async def _do_generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
         if not isinstance(name, str) or name not in self.made:
             raise TrainingTaskError(expected(str(name), self.made, "generator of data"))
         generator, folder = self.made[name], Path(self.bench.document.folder)
         if generator.asks is None:
-            self._show(await self.bench.background(generator.make))
+            self.show_table(await self.bench.background(generator.make))
             return
         given = message.get("chosen")
         if not isinstance(given, dict) or not all(isinstance(value, str) for value in given.values()):
@@ -132,23 +114,23 @@ class TrainSession(TaskSession):
                 raise TrainingTaskError(expected(chosen[ask.name], known, ask.title.lower()))
             if not known and not (chosen[ask.name].isdecimal() and int(chosen[ask.name]) >= 1):
                 raise TrainingTaskError(f"{ask.title} must be a whole number >= 1, got {chosen[ask.name]!r}")
-        self._show(await self.bench.background(generator.make, folder, chosen))
+        self.show_table(await self.bench.background(generator.make, folder, chosen))
 
-    def _column(self, message: dict[str, Any]) -> None:
+    def _do_column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
         if not isinstance(name, str) or not isinstance(value, str):
             raise TrainingTaskError("a choice of a column is a name and a column or role")
         self.columns = {**self.columns, name: value}
         self.widget.update(columns=self.columns, **self._of_columns())
 
-    def _choose(self, message: dict[str, Any]) -> None:
+    def _do_choose(self, message: dict[str, Any]) -> None:
         name, value = self.setting(message)
         self.choice = {**self.choice, name: value}
         if name == "start":
             self._guess()
         self.widget.update(choice=self.choice, **self._of_columns())
 
-    async def _train(self, message: dict[str, Any]) -> None:
+    async def _do_train(self, message: dict[str, Any]) -> None:
         self.check_idle()
         if self.table is None:
             raise TrainingTaskError("choose data first: a CSV file, or data that are generated")
@@ -164,7 +146,7 @@ class TrainSession(TaskSession):
         self.pictures.wish()
         await self.start(task, train_task)
 
-    def _take(self, message: dict[str, Any]) -> None:
+    def _do_take(self, message: dict[str, Any]) -> None:
         """The best into the design, as one edit; disabled rules, which were not learnt, stay if they still fit."""
         if self.outcome is None:
             raise TrainingTaskError("there is no trained system to take yet")
@@ -172,7 +154,7 @@ class TrainSession(TaskSession):
         what = f"train ({self.choice['method']}, epoch {self.outcome.best})"
         self.bench.document.replace(replace(self.outcome.system, name=present.name), what, keep_disabled=True)
 
-    def _look(self, message: dict[str, Any]) -> None:
+    def _do_look(self, message: dict[str, Any]) -> None:
         """Lead to the viewer, at a sample's inputs, where the design has the inputs that are learnt."""
         row = message.get("row")
         if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x) or not self._looks():
@@ -180,7 +162,7 @@ class TrainSession(TaskSession):
         self.bench.look_at(self.rows.x[row].tolist())
         self.bench.show("Viewer")
 
-    def _choose_output(self, message: dict[str, Any]) -> None:
+    def _do_output(self, message: dict[str, Any]) -> None:
         value = message.get("value")
         if self.rows is None or not isinstance(value, int) or not 0 <= value < self.rows.y.shape[1]:
             raise TrainingTaskError("there is no such output")
@@ -280,7 +262,8 @@ class TrainSession(TaskSession):
                     await self._asks(generator)
         self.widget.update(sources=self._sources())
 
-    def _show(self, table: LoadedTable) -> None:
+    def show_table(self, table: LoadedTable) -> None:
+        """Take a table, and guess which column is which."""
         self.table = table
         self.choice = {**self.choice, "skip_bad": False}
         self._guess()

@@ -5,14 +5,14 @@ from typing import Annotated
 import typer
 
 from fuzzy.commands.shared import FisFile, read_system
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import FAILED, print_json
 
 
 def check(
     file: FisFile,
-    points: Annotated[int, typer.Option(min=1, help="Points at which to look for places without a rule.")] = 4096,
-    seed: Annotated[int, typer.Option(min=0, help="Shifts the points.")] = 0,
+    points: Annotated[int, option("Points at which to look for places without a rule.", min=1)] = 4096,
+    seed: Annotated[int, option("Shifts the points.", min=0)] = 0,
     json: Json = False,
 ) -> None:
     """Look for defects: places where no rule fires, unused terms, contradictory rules and so on.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fuzzy.commands.shared import FisFile, usage
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 
 if TYPE_CHECKING:
     from fuzzy.mamdani.likeness import Difference
@@ -17,13 +17,11 @@ Fit = Literal["constants", "planes"]  # what the sets of a Mamdani system become
 
 def convert(
     file: FisFile,
-    target: Annotated[
-        Path, typer.Argument(metavar="OUT", help="A .fis, .fll, .txt or .json file.", show_default=False)
-    ],
+    target: Annotated[Path, argument("A .fis, .fll, .txt or .json file.", "OUT")],
     fit: Annotated[
         Fit | None,
-        typer.Option(
-            help="Fit the consequents to a Mamdani system's outputs: constants, or planes over the inputs.",
+        option(
+            "Fit the consequents to a Mamdani system's outputs: constants, or planes over the inputs.",
             show_default="constants at the centroids",
         ),
     ] = None,
@@ -75,7 +73,7 @@ def convert(
 
 
 def _write_text(fis: "Sugeno", target: Path, suffix: str) -> None:
-    from fuzzy.files.atomic import replacing
+    from fuzzy.files.atomic import write_whole
 
     if suffix == ".txt":
         text = "".join(f"{rule}\n" for rule in fis.rules)
@@ -85,8 +83,7 @@ def _write_text(fis: "Sugeno", target: Path, suffix: str) -> None:
         from fuzzy.insight.description import as_dict
 
         text = dumps(as_dict(fis), ensure_ascii=False, indent=2) + "\n"
-    with replacing(target) as path:
-        path.write_text(text, encoding="utf-8")
+    write_whole(target, text)
 
 
 def _read(source: Path, target: Path, fit: Fit | None) -> "tuple[Sugeno, dict[str, Any]]":

@@ -8,27 +8,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fuzzy.errors import quoted
+from fuzzy.shell.options import option
 
 if TYPE_CHECKING:
     from fuzzy.files.table import Table, TableText
     from fuzzy.system import Variable
 
 SkipBad = Annotated[
-    bool,
-    typer.Option("--skip-bad", help="Leave out rows without a number in a column that is used, and say how many."),
+    bool, option("Leave out rows without a number in a column that is used, and say how many.", "--skip-bad")
 ]
 
-Folds = Annotated[
-    int | None,
-    typer.Option(min=2, metavar="K", help="First cross-validate: learn K times, each time without one K-th."),
-]
-FoldsOrder = Annotated[
-    str,
-    typer.Option(metavar="ORDER", help="Folds of shuffled rows, or for time series of blocks: shuffled, blocks."),
-]
+Folds = Annotated[int | None, option("First cross-validate: learn K times, each time without one K-th.", "K", min=2)]
+FoldsOrder = Annotated[str, option("Folds of shuffled rows, or for time series of blocks: shuffled, blocks.", "ORDER")]
 
 
 def columns_of(text: "TableText", variables: "Sequence[Variable]") -> list[int]:

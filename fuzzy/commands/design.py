@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.errors import InputError
+from fuzzy.shell.options import argument, option
 
 
 class DesignError(InputError):
@@ -15,20 +14,17 @@ class DesignError(InputError):
 def design(
     file: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="FILE.fis",
-            help="The system, a new one if there is no such file; or a packaged one's name, to begin with a copy.",
-            show_default=False,
+        argument(
+            "The system, a new one if there is no such file; or a packaged one's name, to begin with a copy.",
+            "FILE.fis",
         ),
     ] = None,
     port: Annotated[
-        int | None,
-        typer.Option(min=1, max=65535, help="By default 8080, or the next that is free.", show_default=False),
+        int | None, option("By default 8080, or the next that is free.", min=1, max=65535, show_default=False)
     ] = None,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    browser: Annotated[bool, option("Open the page in the browser.", "--browser/--no-browser")] = True,
     folder: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="What can be opened and saved; by default FILE's folder, else this one."),
+        Path | None, option("What can be opened and saved; by default FILE's folder, else this one.", "FOLDER")
     ] = None,
 ) -> None:
     """Design a rule base in the browser: drag membership functions, edit rules, see what they do.

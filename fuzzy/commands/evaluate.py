@@ -4,12 +4,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
 from fuzzy.commands.shared import FisFile, read_system
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import plain, print_json
 
 if TYPE_CHECKING:
@@ -23,10 +21,8 @@ _LISTED = 20  # names that a message lists
 
 def evaluate(
     file: FisFile,
-    inputs: Annotated[Path, typer.Argument(metavar="INPUTS.csv", help="A column for each input.", show_default=False)],
-    output_file: Annotated[
-        Path | None, typer.Option("-o", "--output-file", metavar="OUTPUTS.csv", help="Instead of stdout.")
-    ] = None,
+    inputs: Annotated[Path, argument("A column for each input.", "INPUTS.csv")],
+    output_file: Annotated[Path | None, option("Instead of stdout.", "-o", "--output-file", "OUTPUTS.csv")] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
 ) -> None:
@@ -43,8 +39,7 @@ def evaluate(
     """
     from fuzzy.files.table import table_text, write_table
 
-    if output_file is not None:
-        check_target(output_file)
+    check_target(output_file)
     fis = read_system(file)
     text = opened(inputs)
     table = numbers(text, _columns(fis, text), skip_bad)

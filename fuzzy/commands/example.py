@@ -3,24 +3,19 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.commands.completion import examples
 from fuzzy.commands.shared import usage
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 
 
 def example(
     names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="NAME", help="What to write; without a name all are listed.", autocompletion=examples),
+        list[str] | None, argument("What to write; without a name all are listed.", "NAME", autocompletion=examples)
     ] = None,
-    output_file: Annotated[
-        Path | None, typer.Option("-o", "--output-file", metavar="FILE", help="Another name for the one file.")
-    ] = None,
-    every: Annotated[bool, typer.Option("--all", help="Write all of them into this folder.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite other files of these names.")] = False,
+    output_file: Annotated[Path | None, option("Another name for the one file.", "-o", "--output-file", "FILE")] = None,
+    every: Annotated[bool, option("Write all of them into this folder.", "--all")] = False,
+    force: Annotated[bool, option("Overwrite other files of these names.")] = False,
     json: Json = False,
 ) -> None:
     """List the small files that the examples of every --help use, or write them into this folder.

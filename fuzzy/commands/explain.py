@@ -2,16 +2,14 @@
 
 from typing import Annotated
 
-import typer
-
 from fuzzy.commands.shared import FisFile, read_system, usage, values_of
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
 
 
 def explain(
     file: FisFile,
-    values: Annotated[list[str], typer.Argument(metavar="INPUT=VALUE", help="Every input's value.")],
+    values: Annotated[list[str], argument("Every input's value.", "INPUT=VALUE")],
     json: Json = False,
 ) -> None:
     """Explain why the system answers what it answers at one point.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fuzzy.commands.shared import FisFile, read_system, usage
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -21,22 +21,17 @@ Number = Literal["double", "float", "q16.16"]  # the types of numbers
 
 def c(
     file: FisFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where NAME.h and NAME.c are written.")],
+    out: Annotated[Path, option("Where NAME.h and NAME.c are written.", "--out", "-o", "FOLDER")],
     number: Annotated[
-        Number, typer.Option(help="double, float, or q16.16: fixed point without floating point at run time.")
+        Number, option("double, float, or q16.16: fixed point without floating point at run time.")
     ] = "double",
-    name: Annotated[str, typer.Option(help="The files' name and the functions' prefix; the system's by default.")] = "",
+    name: Annotated[str, option("The files' name and the functions' prefix; the system's by default.")] = "",
     table: Annotated[
-        str | None,
-        typer.Option(metavar="N|NxM", help="For one or two inputs: a table of so many points in place of the rules."),
+        str | None, option("For one or two inputs: a table of so many points in place of the rules.", "N|NxM")
     ] = None,
-    verify: Annotated[
-        bool, typer.Option("--verify", help="Compile it, run it on a million points, compare, and watch for errors.")
-    ] = False,
-    points: Annotated[int, typer.Option(min=1, help="With --verify: how many points.")] = 1_000_000,
-    board: Annotated[
-        bool, typer.Option("--board", help="Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")
-    ] = False,
+    verify: Annotated[bool, option("Compile it, run it on a million points, compare, and watch for errors.")] = False,
+    points: Annotated[int, option("With --verify: how many points.", min=1)] = 1_000_000,
+    board: Annotated[bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")] = False,
     json: Json = False,
 ) -> None:
     """Write a system as one header and one source of C99: no malloc, no library but math.h.

@@ -4,8 +4,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
 from fuzzy.commands.datafile import SkipBad
 from fuzzy.commands.samples import (
     Inputs,
@@ -14,15 +12,14 @@ from fuzzy.commands.samples import (
     Plot,
     Ridge,
     Table,
-    check_search_picture,
     draw_search,
     sample_table,
     searched,
     setting_of,
 )
-from fuzzy.commands.shared import usage
+from fuzzy.commands.shared import check_plot, usage
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import FieldOptions, Json
+from fuzzy.shell.options import FieldOptions, Json, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -37,34 +34,27 @@ def identify(
     file: Table,
     inputs: Inputs = None,
     outputs: Outputs = None,
-    method: Annotated[Method, typer.Option(help="How the antecedents are found.")] = "subtractive",
+    method: Annotated[Method, option("How the antecedents are found.")] = "subtractive",
     output_file: Annotated[
-        Path | None,
-        typer.Option("-o", "--output-file", metavar="OUT.fis", help="By default DATA's name with .fis, here."),
+        Path | None, option("By default DATA's name with .fis, here.", "-o", "--output-file", "OUT.fis")
     ] = None,
-    rules: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Search the settings for N rules (subtractive).")
-    ] = None,
+    rules: Annotated[int | None, option("Search the settings for N rules (subtractive).", "N", min=1)] = None,
     radius: Annotated[
-        float | None, typer.Option(help="Radius of a cluster, a share of the range (subtractive). [default: 0.5]")
+        float | None, option("Radius of a cluster, a share of the range (subtractive). [default: 0.5]")
     ] = None,
     cluster: Annotated[
         "partial[ClusteringOptions]",
         FieldOptions("fuzzy.fitting.clustering:ClusteringOptions", given=True, of="subtractive"),
     ],
-    mfs: Annotated[
-        str | None, typer.Option(metavar="N[,N...]", help="Terms an input, or of each (grid). [default: 2]")
-    ] = None,
+    mfs: Annotated[str | None, option("Terms an input, or of each (grid). [default: 2]", "N[,N...]")] = None,
     kind: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Membership functions, MATLAB's name (grid). [default: gbellmf]")
+        str | None, option("Membership functions, MATLAB's name (grid). [default: gbellmf]", "NAME")
     ] = None,
-    clusters: Annotated[
-        int | None, typer.Option(min=1, help="Number of clusters (fcm). [default: as subtractive finds]")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the random start (fcm). [default: 0]")] = None,
+    clusters: Annotated[int | None, option("Number of clusters (fcm). [default: as subtractive finds]", min=1)] = None,
+    seed: Annotated[int | None, option("Seed of the random start (fcm). [default: 0]", min=0)] = None,
     order: Order = 1,
     ridge: Ridge = 0.0,
-    fit: Annotated[bool, typer.Option("--fit/--no-fit", help="Fit the consequents, or leave them 0.")] = True,
+    fit: Annotated[bool, option("Fit the consequents, or leave them 0.", "--fit/--no-fit")] = True,
     plot: Plot = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -95,7 +85,7 @@ def identify(
         usage("--plot draws the search: it goes with --rules")
     if rules is not None and not fit:
         usage("--rules compares fitted systems: leave --no-fit out")
-    check_search_picture(plot)
+    check_plot(plot)
     target = Path(f"{file.stem}.fis") if output_file is None else output_file
     check_target(target)
     samples = sample_table(file, inputs, outputs, skip_bad)

@@ -8,23 +8,19 @@ import typer
 from fuzzy.commands.completion import starts as known_starts
 from fuzzy.commands.shared import usage
 from fuzzy.errors import InputError
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 
 
 def new(
     start: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="START", help="What it begins with; without one all are listed.", autocompletion=known_starts
-        ),
+        str | None, argument("What it begins with; without one all are listed.", "START", autocompletion=known_starts)
     ] = None,
-    options: Annotated[list[str] | None, typer.Argument(metavar="OPTION=VALUE", help="The start's options.")] = None,
+    options: Annotated[list[str] | None, argument("The start's options.", "OPTION=VALUE")] = None,
     output_file: Annotated[
-        Path | None,
-        typer.Option("-o", "--output-file", metavar="FILE.fis", help="By default START's name with .fis, here."),
+        Path | None, option("By default START's name with .fis, here.", "-o", "--output-file", "FILE.fis")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+    quiet: Annotated[bool, option("Show no progress.", "--quiet", "-q")] = False,
     json: Json = False,
 ) -> None:
     """Make a new rule base: an empty grid, clusters of a table, a control table, a shipped rule base, and others.
@@ -84,8 +80,8 @@ def _list(starts: Any, json: bool) -> None:
             print(f"{'' if group is None else chr(10)}{start.group}")
             group = start.group
         print(f"  {start.name:14} {start.sentence}")
-        for option in start.options:
-            print(f"    {option.name}={_accepted(option.described())}")
+        for each in start.options:
+            print(f"    {each.name}={_accepted(each.described())}")
 
 
 def _accepted(option: dict[str, Any]) -> str:

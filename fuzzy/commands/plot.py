@@ -4,10 +4,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
 from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, stem_of, usage, values_of
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
@@ -20,17 +18,15 @@ PlotKind = Literal["memberships", "rules", "structure"]  # the pictures that ``f
 def plot(
     file: FisFile,
     output_file: Picture = None,
-    kind: Annotated[PlotKind, typer.Option(help="What to draw.")] = "memberships",
-    variable: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Only this variable's terms (memberships).")
-    ] = None,
+    kind: Annotated[PlotKind, option("What to draw.")] = "memberships",
+    variable: Annotated[str | None, option("Only this variable's terms (memberships).", "NAME")] = None,
     at: At = None,
-    only_fired: Annotated[bool, typer.Option("--only-fired", help="Only rules that fire (rules).")] = False,
+    only_fired: Annotated[bool, option("Only rules that fire (rules).")] = False,
     everything: Annotated[
-        bool, typer.Option("--all", help="All pictures, every surface too, in a .zip or a folder (-o).")
+        bool, option("All pictures, every surface too, in a .zip or a folder (-o).", "--all")
     ] = False,
     picture_format: Annotated[
-        PictureFormat | None, typer.Option("--format", help="The format of --all. [default: pdf]", show_default=False)
+        PictureFormat | None, option("The format of --all. [default: pdf]", "--format", show_default=False)
     ] = None,
     json: Json = False,
 ) -> None:

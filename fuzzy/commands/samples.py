@@ -1,40 +1,31 @@
-"""What ``fuzzy identify`` and ``fuzzy search`` share: the table of samples, the search and its picture."""
+"""What commands that learn of samples share: the table of samples, the search for clusters and its picture."""
 
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-import typer
-
-from fuzzy.commands.datafile import numbers, opened
+from fuzzy.commands.datafile import columns_of, numbers, opened
 from fuzzy.commands.shared import usage
 from fuzzy.files.columnchoice import chosen_columns, names_of
+from fuzzy.shell.options import argument, option
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from fuzzy.files.table import TableText
     from fuzzy.fitting.search import SearchResult, Trial
+    from fuzzy.system import Sugeno
 
 Table = Annotated[
-    Path,
-    typer.Argument(
-        metavar="DATA.csv",
-        help='Samples, a row each, with or without a header of names "speed [m/s]" or "speed (m/s)".',
-        show_default=False,
-    ),
+    Path, argument('Samples, a row each, with or without a header of names "speed [m/s]" or "speed (m/s)".', "DATA.csv")
 ]
 Inputs = Annotated[
-    str | None,
-    typer.Option(metavar="A,B", help="Columns by name, title or number from 1. Default: all that are no outputs."),
+    str | None, option("Columns by name, title or number from 1. Default: all that are no outputs.", "A,B")
 ]
-Outputs = Annotated[
-    str | None, typer.Option(metavar="Y", help="Columns by name, title or number from 1. Default: the last.")
-]
-Plot = Annotated[
-    Path | None, typer.Option(metavar="PICTURE", help="Draw the search: error against rules, .png, .pdf or .svg.")
-]
-Order = Annotated[int, typer.Option(min=0, max=1, help="Consequents: 1 linear, 0 constant.")]
-Ridge = Annotated[float, typer.Option(min=0, help="Weight of the squared consequents beside the mean error.")]
+Outputs = Annotated[str | None, option("Columns by name, title or number from 1. Default: the last.", "Y")]
+Plot = Annotated[Path | None, option("Draw the search: error against rules, .png, .pdf or .svg.", "PICTURE")]
+Order = Annotated[int, option("Consequents: 1 linear, 0 constant.", min=0, max=1)]
+Ridge = Annotated[float, option("Weight of the squared consequents beside the mean error.", min=0)]
 
 
 class SampleTable(NamedTuple):
@@ -50,8 +41,17 @@ def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: 
     """The chosen columns of the table. Raises InputError."""
     text = opened(file)
     of, to = chosen_columns(text, inputs, outputs)
-    table = numbers(text, [*of, *to], skip_bad)
-    n = len(of)
+    return _sample_table(text, [*of, *to], len(of), skip_bad)
+
+
+def system_samples(fis: "Sugeno", file: Path, skip_bad: bool = False) -> SampleTable:
+    """The columns of the table for a system's inputs and outputs, found by their names. Raises InputError."""
+    text = opened(file)
+    return _sample_table(text, columns_of(text, [*fis.inputs, *fis.outputs]), len(fis.inputs), skip_bad)
+
+
+def _sample_table(text: "TableText", columns: list[int], n: int, skip_bad: bool) -> SampleTable:
+    table = numbers(text, columns, skip_bad)
     return SampleTable(table.values[:, :n], table.values[:, n:], names_of(table, n), len(table.skipped))
 
 
@@ -83,14 +83,6 @@ def setting_of(trial: "Trial") -> dict[str, float]:
         "accept": options.accept,
         "reject": options.reject,
     }
-
-
-def check_search_picture(plot: Path | None) -> None:
-    """Refuse a picture of an unknown kind before anything is computed."""
-    if plot is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(plot)
 
 
 def draw_search(result: "SearchResult", plot: Path | None) -> None:

@@ -13,13 +13,13 @@ from fuzzy.commands.samples import (
     Plot,
     Ridge,
     Table,
-    check_search_picture,
     draw_search,
     sample_table,
     searched,
     setting_of,
 )
-from fuzzy.shell.options import Json
+from fuzzy.commands.shared import check_plot
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import FAILED, print_json
 from fuzzy.shown import shown
 
@@ -31,8 +31,8 @@ def search(
     file: Table,
     inputs: Inputs = None,
     outputs: Outputs = None,
-    rules: Annotated[int, typer.Option(min=1, metavar="N", help="The number of rules that is wanted.")] = 8,
-    radii: Annotated[str | None, typer.Option(metavar="R,R", help="Radii to try. [default: 0.3,0.5,0.7,0.9]")] = None,
+    rules: Annotated[int, option("The number of rules that is wanted.", "N", min=1)] = 8,
+    radii: Annotated[str | None, option("Radii to try. [default: 0.3,0.5,0.7,0.9]", "R,R")] = None,
     order: Order = 1,
     ridge: Ridge = 0.0,
     plot: Plot = None,
@@ -48,7 +48,7 @@ def search(
       fuzzy example samples
       fuzzy search samples.csv --inputs x,y --outputs v --rules 8 --plot error.png
     """
-    check_search_picture(plot)
+    check_plot(plot)
     samples = sample_table(file, inputs, outputs, skip_bad)
     result = searched(samples, rules, order, ridge, radii)
     if result.by_rules:

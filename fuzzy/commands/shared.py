@@ -7,26 +7,17 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from fuzzy.commands.completion import rule_bases
+from fuzzy.shell.options import argument, option
 
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
 FisFile = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="A Sugeno system: a .fis file, or a packaged one's name.",
-        show_default=False,
-        autocompletion=rule_bases,
-    ),
+    Path, argument("A Sugeno system: a .fis file, or a packaged one's name.", "FILE", autocompletion=rule_bases)
 ]
-Picture = Annotated[
-    Path | None,
-    typer.Option("-o", "--output-file", metavar="PICTURE", help="The picture to write: .png, .pdf or .svg."),
-]
+Picture = Annotated[Path | None, option("The picture to write: .png, .pdf or .svg.", "-o", "--output-file", "PICTURE")]
 At = Annotated[
-    list[str] | None,
-    typer.Option("--at", metavar="INPUT=VALUE", help="An input's value; repeat it. The others are at midrange."),
+    list[str] | None, option("An input's value; repeat it. The others are at midrange.", "--at", "INPUT=VALUE")
 ]
 
 
@@ -66,16 +57,21 @@ def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
     return values
 
 
+def check_plot(path: Path | None) -> None:
+    """Refuse a picture of an unknown kind, if one is asked for, before anything is computed."""
+    if path is not None:
+        from fuzzy.figures.drawing import check_picture
+
+        check_picture(path)
+
+
 def picture_path(path: Path | None, file: Path, kind: str) -> Path:
     """The picture to write, refused before anything is drawn if its suffix is unknown.
 
     By default it is called by the system, a file or a packaged one's name, and stands in the present folder.
     """
-    from fuzzy.figures.drawing import check_picture
-
-    if path is None:
-        path = Path(f"{stem_of(file)}-{kind}.png")
-    check_picture(path)
+    path = path or Path(f"{stem_of(file)}-{kind}.png")
+    check_plot(path)
     return path
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.commands.shared import FisFile, read_system, usage
-from fuzzy.shell.options import FieldOptions, Json
+from fuzzy.commands.shared import FisFile, check_plot, read_system, usage
+from fuzzy.shell.options import FieldOptions, Json, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -24,10 +24,10 @@ def step(
     file: FisFile,
     plant: Annotated[
         str,
-        typer.Option(
-            metavar="PLANT",
-            help="'numerator; denominator; dead time' highest power first, a .toml or .py file, or an example: "
+        option(
+            "'numerator; denominator; dead time' highest power first, a .toml or .py file, or an example: "
             "lag, oscillating, integrating, unstable, motor.",
+            "PLANT",
             show_default=False,
         ),
     ],
@@ -39,29 +39,20 @@ def step(
             later=True,
         ),
     ],
-    disturbance: Annotated[
-        str | None, typer.Option(metavar="TIME,SIZE", help="A step at the plant's input, from a time in s on.")
-    ] = None,
-    limits: Annotated[
-        str | None, typer.Option(metavar="LOW,HIGH", help="The actuator's limits; LOW alone: no upper one.")
-    ] = None,
+    disturbance: Annotated[str | None, option("A step at the plant's input, from a time in s on.", "TIME,SIZE")] = None,
+    limits: Annotated[str | None, option("The actuator's limits; LOW alone: no upper one.", "LOW,HIGH")] = None,
     scale: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FACTOR=VALUE", help="A scale factor: Ke, Kde, Kie, Ku, Kdu; repeat it. 1 by default."),
+        list[str] | None, option("A scale factor: Ke, Kde, Kie, Ku, Kdu; repeat it. 1 by default.", "FACTOR=VALUE")
     ] = None,
     role: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="VARIABLE=ROLE",
-            help="What a variable is whose name does not say it: error, error_rate, error_sum, u, du; repeat it.",
+        option(
+            "What a variable is whose name does not say it: error, error_rate, error_sum, u, du; repeat it.",
+            "VARIABLE=ROLE",
         ),
     ] = None,
-    pid: Annotated[
-        str, typer.Option(metavar="KP,KI,KD", help="The gains of the PID beside it; rule: by SIMC or Ziegler; none.")
-    ] = "rule",
-    plot: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Draw output and control: .png, .pdf or .svg.")
-    ] = None,
+    pid: Annotated[str, option("The gains of the PID beside it; rule: by SIMC or Ziegler; none.", "KP,KI,KD")] = "rule",
+    plot: Annotated[Path | None, option("Draw output and control: .png, .pdf or .svg.", "PICTURE")] = None,
     json: Json = False,
 ) -> None:
     """Close the loop of a system with your own plant, and print the figures of its step response.
@@ -78,10 +69,7 @@ def step(
     from fuzzy.loop.controller import Scale
     from fuzzy.loop.response import step_response
 
-    if plot is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(plot)
+    check_plot(plot)
     fis, chosen = read_system(file), _plant(plant)
     period, settings = loop().period, dict[str, Any](loop.keywords)
     if disturbance is not None:

@@ -2,10 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
 from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, values_of
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
@@ -17,13 +15,11 @@ SurfaceKind = Literal["contour", "3d", "both"]  # the ways in which ``fuzzy surf
 def surface(
     file: FisFile,
     output_file: Picture = None,
-    inputs: Annotated[
-        str | None, typer.Option(metavar="A,B", help="One or two inputs for the axes; the first two by default.")
-    ] = None,
-    output: Annotated[str | None, typer.Option(metavar="NAME", help="The output; the first by default.")] = None,
+    inputs: Annotated[str | None, option("One or two inputs for the axes; the first two by default.", "A,B")] = None,
+    output: Annotated[str | None, option("The output; the first by default.", "NAME")] = None,
     at: At = None,
-    kind: Annotated[SurfaceKind, typer.Option(help="How to draw it.")] = "contour",
-    points: Annotated[int, typer.Option(min=2, max=2000, help="Grid points along each axis.")] = 61,
+    kind: Annotated[SurfaceKind, option("How to draw it.")] = "contour",
+    points: Annotated[int, option("Grid points along each axis.", min=2, max=2000)] = 61,
     json: Json = False,
 ) -> None:
     """Draw an output over one or two inputs; where no rule fires it is hatched.

@@ -3,77 +3,55 @@
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
-import typer
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.commands.completion import rule_bases
-from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
+from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad
+from fuzzy.commands.samples import system_samples
 from fuzzy.commands.shared import read_system
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import Advance, Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from fuzzy.system import Sugeno
     from fuzzy.tuning.data import TunedFold, TunedSystem
     from fuzzy.tuning.search import Evaluations
 
 
-class _Samples(NamedTuple):
-    x: "np.ndarray"  # (samples, inputs)
-    y: "np.ndarray"  # (samples, outputs)
-    skipped: int  # rows that were left out
-
-
 def tune(
-    data: Annotated[
-        Path,
-        typer.Argument(metavar="DATA.csv", help="Columns for the system's inputs and outputs.", show_default=False),
-    ],
+    data: Annotated[Path, argument("Columns for the system's inputs and outputs.", "DATA.csv")],
     file: Annotated[
         Path,
-        typer.Argument(
-            metavar="SYSTEM",
-            help="The Sugeno system to start from: a .fis file, or a packaged one's name.",
-            show_default=False,
+        argument(
+            "The Sugeno system to start from: a .fis file, or a packaged one's name.",
+            "SYSTEM",
             autocompletion=rule_bases,
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="TUNED.fis", help="Where the tuned system goes.")],
+    out: Annotated[Path, option("Where the tuned system goes.", "--out", "-o", "TUNED.fis")],
     move: Annotated[
-        str,
-        typer.Option(metavar="A,B", help="What may move: memberships, consequents, weights, choices, rules."),
+        str, option("What may move: memberships, consequents, weights, choices, rules.", "A,B")
     ] = "memberships,consequents",
-    solve: Annotated[
-        bool,
-        typer.Option("--solve", help="Solve each candidate's consequents by least squares: they need not move."),
-    ] = False,
-    symmetric: Annotated[
-        bool, typer.Option("--symmetric", help="Keep the symmetry of a system that answers to both sides alike.")
-    ] = False,
+    solve: Annotated[bool, option("Solve each candidate's consequents by least squares: they need not move.")] = False,
+    symmetric: Annotated[bool, option("Keep the symmetry of a system that answers to both sides alike.")] = False,
     check: Annotated[
-        Path | None,
-        typer.Option(metavar="CHECK.csv", help="Data not tuned on: of the best so far the one that errs least here."),
+        Path | None, option("Data not tuned on: of the best so far the one that errs least here.", "CHECK.csv")
     ] = None,
-    evaluations: Annotated[int, typer.Option(min=1, help="How many systems are tried.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="The seed of the search, and of shuffled folds.")] = 1,
-    engine: Annotated[str, typer.Option(help="cmaes, or random.")] = "cmaes",
+    evaluations: Annotated[int, option("How many systems are tried.", min=1)] = 1000,
+    seed: Annotated[int, option("The seed of the search, and of shuffled folds.", min=0)] = 1,
+    engine: Annotated[str, option("cmaes, or random.")] = "cmaes",
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
     folder: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Keep the search here: after a stop the same command goes on from there."),
+        Path | None, option("Keep the search here: after a stop the same command goes on from there.", "FOLDER")
     ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a search.")] = False,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of a search.")] = False,
     history: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write a row an evaluation here: its error, its numbers.")
+        Path | None, option("Write a row an evaluation here: its error, its numbers.", "FILE.csv")
     ] = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -97,13 +75,12 @@ def tune(
     from fuzzy.tuning.data import tune as tuned_on
 
     check_target(out, ".fis")
-    if history is not None:
-        check_target(history)
+    check_target(history)
     if folder is not None:
         check_folder(folder)
     fis = read_system(file)
-    samples = _samples(fis, data, skip_bad)
-    checking = _samples(fis, check, skip_bad) if check is not None else None
+    samples = system_samples(fis, data, skip_bad)
+    checking = system_samples(fis, check, skip_bad) if check is not None else None
     options: dict[str, Any] = {
         "move": _parts(move),
         "solve": solve,
@@ -173,13 +150,6 @@ def _parts(text: str) -> list[str]:
     if not parts:
         raise InputError("--move: at least one of memberships, consequents, weights, choices, rules is needed")
     return parts
-
-
-def _samples(fis: "Sugeno", path: Path, skip_bad: bool) -> _Samples:
-    """The columns of the system's inputs and outputs, found by name."""
-    text, n = opened(path), len(fis.inputs)
-    table = numbers(text, columns_of(text, [*fis.inputs, *fis.outputs]), skip_bad)
-    return _Samples(table.values[:, :n], table.values[:, n:], len(table.skipped))
 
 
 def _comment(found: "TunedSystem", data: Path, check: Path | None, options: dict[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 from fuzzy.designer.design import Design, RuleLine, read, sentence, with_lines
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.fisfile import format_fis, parse_fis
 
 FOLDER = ".fuzzy-design"
@@ -63,8 +63,7 @@ def write(file: Path, design: Design, base: str | None) -> Path:
         **design_content(design),
     }
     text = json.dumps(content, indent=1)
-    with replacing(target) as part:
-        part.write_text(text, encoding="utf-8", newline="\n")
+    write_whole(target, text)
     return target
 
 

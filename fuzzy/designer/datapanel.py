@@ -14,8 +14,8 @@ from fuzzy.designer.datapictures import Rows, data_pictures, histograms
 from fuzzy.designer.folder import LARGEST_FILE
 from fuzzy.designer.latest import Latest
 from fuzzy.designer.panel import SessionPanel
-from fuzzy.designer.session import PanelSession, refusal_of
-from fuzzy.designer.tablesource import TableSource
+from fuzzy.designer.session import refusal_of
+from fuzzy.designer.tablesource import TableSession, TableSource
 from fuzzy.designer.views import variable_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError, quoted
@@ -31,7 +31,7 @@ class DataPanelError(InputError):
     """A wish of the page that cannot be done. The message says what is accepted."""
 
 
-class DataSession(PanelSession):
+class DataSession(TableSession):
     """The table that one page looks at, and which of its columns is which variable of the design."""
 
     error = DataPanelError
@@ -48,18 +48,13 @@ class DataSession(PanelSession):
         self.spread = Latest(self._share)
         self.put(
             _MODULE,
-            self.source.acts(self._show) | {"column": self._column, "choose": self._choose, "look": self._look},
             sources=self.source.files(),
             largest=LARGEST_FILE,
-            table=None,
             columns={},
             choice=self.choice,
             variables=self._variables(),
             lack="",
-            pictures=None,
-            points=None,
-            residual=None,
-            terms=None,
+            **dict.fromkeys(("table", "pictures", "points", "residual", "terms")),
         )
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
@@ -67,7 +62,7 @@ class DataSession(PanelSession):
 
     # Messages
 
-    def _column(self, message: dict[str, Any]) -> None:
+    def _do_column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
         if not isinstance(name, str) or name not in self.keys:
             raise DataPanelError(expected(str(name), self.keys, "variable"))
@@ -77,7 +72,7 @@ class DataSession(PanelSession):
         self.columns = {**self.columns, name: value}
         self._choose_rows()
 
-    def _choose(self, message: dict[str, Any]) -> None:
+    def _do_choose(self, message: dict[str, Any]) -> None:
         name, value = self.setting(message)
         known: dict[str, Any] = {
             "output": range(len(self.present.outputs)),
@@ -90,7 +85,7 @@ class DataSession(PanelSession):
         self.choice = {**self.choice, name: value}
         self._choose_rows()
 
-    def _look(self, message: dict[str, Any]) -> None:
+    def _do_look(self, message: dict[str, Any]) -> None:
         """Lead to the viewer, at a row's inputs."""
         row = message.get("row")
         if self.rows is None or not isinstance(row, int) or not 0 <= row < len(self.rows.x):
@@ -102,7 +97,8 @@ class DataSession(PanelSession):
 
     # Rows
 
-    def _show(self, table: LoadedTable) -> None:
+    def show_table(self, table: LoadedTable) -> None:
+        """Take a table, and its columns by what they are called."""
         self.table = table
         along = next((name for name in table.usable if name.casefold() in _TIMES), "")
         self.choice = {**self.choice, "skip_bad": False, "along": along}

@@ -4,7 +4,7 @@ import hashlib
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, MutableSequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -263,13 +263,13 @@ class Document:
     def undo(self) -> None:
         """Take back the last edit, if there is one."""
         if self._undo:
-            self._back()
+            self._step(self._undo, self._redo)
             self._tell()
 
     def redo(self) -> None:
         """Make the edit again that was taken back last, if there is one."""
         if self._redo:
-            self._forth()
+            self._step(self._redo, self._undo)
             self._tell()
 
     def go(self, number: Any) -> None:
@@ -283,26 +283,19 @@ class Document:
             raise DocumentError("that edit is no longer in the history, because another one was made meanwhile")
         if number in undone:
             for _ in undone[undone.index(number) :]:
-                self._forth()
+                self._step(self._redo, self._undo)
         else:
             for _ in done[0 if number is None else done.index(number) + 1 :]:
-                self._back()
+                self._step(self._undo, self._redo)
         self._tell()
 
-    def _back(self) -> None:
-        entry = self._undo.pop()
-        self._redo.append(entry._replace(design=self.design))
-        self._go_to(entry.design)
-
-    def _forth(self) -> None:
-        entry = self._redo.pop()
-        self._undo.append(entry._replace(design=self.design))
-        self._go_to(entry.design)
-
-    def _go_to(self, design: Design) -> None:
+    def _step(self, entries: MutableSequence[_Entry], others: MutableSequence[_Entry]) -> None:
+        """Go to the design of the last of the ``entries``, which then leads back from among the ``others``."""
+        entry, before = entries.pop(), self.design
+        others.append(entry._replace(design=before))
         # One keeps looking at the same point, and a key that was given once is not given again.
-        point = point_in(design.system, self.design)
-        self.design = replace(design, point=point, next_key=max(design.next_key, self.design.next_key))
+        point = point_in(entry.design.system, before)
+        self.design = replace(entry.design, point=point, next_key=max(entry.design.next_key, before.next_key))
         self._gesture = None
 
     def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False, gesture: str | None = None) -> None:

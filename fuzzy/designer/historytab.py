@@ -13,6 +13,7 @@ from fuzzy.designer.bridge import Bridge
 from fuzzy.designer.design import Design, file_text
 from fuzzy.designer.document import Document
 from fuzzy.designer.panel import Workbench
+from fuzzy.designer.session import act_of
 from fuzzy.designer.snapshots import Listing
 from fuzzy.designer.views import surface_data
 from fuzzy.designer.workers import WorkError
@@ -117,26 +118,18 @@ class HistoryTab:
         if not isinstance(content, Mapping) or "snapshot" not in content:
             self._document.apply(content)
             return
-        tasks: dict[str, Callable[[Mapping[str, Any]], Any]] = {
-            "take": self._take,
-            "open": self._open,
-            "compare": self._compare_with,
-            "download": self._give,
-            "rename": self._rename,
-            "remove": self._remove,
-            "back": self._bring_back,
-        }
         what = content["snapshot"]
-        if not isinstance(what, str) or what not in tasks:
-            raise InputError(f"the page asked for {str(what)[:40]!r} of a snapshot; known: {', '.join(tasks)}")
+        act = act_of(self, what)
+        if act is None:
+            raise InputError(f"the page asked for {str(what)[:40]!r} of a snapshot")
         try:
-            result = tasks[what](content)
+            result = act(content)
             if result is not None:
                 await result
         except WorkError as error:
             raise InputError(f"snapshot: {error}") from None
 
-    def _take(self, content: Mapping[str, Any]) -> None:
+    def _do_take(self, content: Mapping[str, Any]) -> None:
         self._bench.notify(f"the snapshot “{self.take(content.get('name'))}” is kept")
 
     async def _read(self, content: Mapping[str, Any]) -> tuple[str, Design]:
@@ -145,7 +138,7 @@ class HistoryTab:
         )
         return found
 
-    async def _open(self, content: Mapping[str, Any]) -> None:
+    async def _do_open(self, content: Mapping[str, Any]) -> None:
         name, design = await self._read(content)
         if [line.text for line in design.lines] == [line.text for line in self._document.design.lines] and (
             file_text(design) == self._document.text()
@@ -154,7 +147,7 @@ class HistoryTab:
             return
         self._document.take(design, f"open the snapshot {name}")
 
-    async def _compare_with(self, content: Mapping[str, Any]) -> None:
+    async def _do_compare(self, content: Mapping[str, Any]) -> None:
         if content.get("key") is None:
             self._compare(None, None)
             return
@@ -163,24 +156,24 @@ class HistoryTab:
             self._compared = content["key"], design.in_force
             self._compare(name, design.in_force)
 
-    async def _give(self, content: Mapping[str, Any]) -> None:
+    async def _do_download(self, content: Mapping[str, Any]) -> None:
         name, design = await self._read(content)
         if not self._bench.closed:
             words = _UNSAFE.sub("-", name).strip("-.")
             self._download(file_text(design), f"{self._document.path.stem}-{words or 'snapshot'}.fis")
 
-    def _rename(self, content: Mapping[str, Any]) -> None:
+    def _do_rename(self, content: Mapping[str, Any]) -> None:
         snapshots.rename(self._document.path, content.get("key"), content.get("name"))
         self._document.announce()
 
-    def _remove(self, content: Mapping[str, Any]) -> None:
+    def _do_remove(self, content: Mapping[str, Any]) -> None:
         key = content.get("key")
         snapshots.remove(self._document.path, key)
         kept = [] if self._listing is None else self._listing["kept"]
         self._removed = {"key": key, "name": next((s["name"] for s in kept if s["key"] == key), "")}
         self._document.announce()
 
-    def _bring_back(self, content: Mapping[str, Any]) -> None:
+    def _do_back(self, content: Mapping[str, Any]) -> None:
         self._removed = None
         try:
             snapshots.bring_back(self._document.path, content.get("key"))

@@ -144,7 +144,7 @@ class TaskSession(PanelSession):
             process.stop()
         self.watching = asyncio.get_running_loop().create_task(self._watch(process))
 
-    def stop(self, _: dict[str, Any]) -> None:
+    def _do_stop(self, _: dict[str, Any]) -> None:
         """End the task after its present step."""
         if not self.runs:
             raise self.error(f"no {self.called} runs")

@@ -26,6 +26,7 @@ from fuzzy.designer.modules import Modules
 from fuzzy.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.designer.panel import PagePart, Workbench, find_panels
 from fuzzy.designer.saving import OverwriteError, digest_of
+from fuzzy.designer.session import act_of
 from fuzzy.designer.sideeffects import broken
 from fuzzy.designer.starting import Starting
 from fuzzy.designer.tabs import Tab, tab_group
@@ -418,15 +419,9 @@ class _Page:
     def _heard(self, bridge: Bridge, content: Any) -> None:
         """An edit or a look; what is wrong with it becomes a sentence beside the module that sent it."""
         try:
-            look = content.get("look") if isinstance(content, Mapping) else None
-            if look == "several":
-                self._look_at_several(content)
-            elif look == "surface":
-                self._look_at_surface(content)
-            elif look == "select":
-                self._select(content)
-            elif look == "rule":
-                self._open_rule(content.get("key"))
+            look = act_of(self, content.get("look") if isinstance(content, Mapping) else None, "_look_")
+            if look is not None:
+                look(content)
             else:
                 before = self.document.design
                 self.document.apply(content)
@@ -437,12 +432,15 @@ class _Page:
         else:
             bridge.update(problem=None)
 
+    def _look_rule(self, content: Mapping[str, Any]) -> None:
+        self._open_rule(content.get("key"))
+
     def _open_rule(self, key: Any) -> None:
         self.sought = {"key": key, "number": next(self._numbers)}
         self.editors.show("Rules")
         self._changed_soon()
 
-    def _look_at_surface(self, content: Mapping[str, Any]) -> None:
+    def _look_surface(self, content: Mapping[str, Any]) -> None:
         system = self.document.design.system
         inputs, output = content.get("inputs"), content.get("output")
         if not isinstance(inputs, list) or not isinstance(output, int) or any(type(i) is not int for i in inputs):
@@ -456,14 +454,14 @@ class _Page:
         if self.document.compared is not None:
             self._changed_soon()
 
-    def _look_at_several(self, content: Mapping[str, Any]) -> None:
+    def _look_several(self, content: Mapping[str, Any]) -> None:
         mode = content.get("mode")
         if mode not in ("one", "outputs", "pairs"):
             raise InputError("the surfaces shown are 'one', of all 'outputs', or of all 'pairs' of inputs")
         self.several = mode
         self._show_several()
 
-    def _select(self, content: Mapping[str, Any]) -> None:
+    def _look_select(self, content: Mapping[str, Any]) -> None:
         kind, variable, term = (content.get(name) for name in ("kind", "variable", "term"))
         if kind not in ("input", "output") or not isinstance(variable, str) or not isinstance(term, (str, type(None))):
             raise InputError("a selection names its kind, 'input' or 'output', and its variable")
@@ -478,28 +476,12 @@ class _Page:
     # What the header asks for ---------------------------------------------------------------------------------
 
     async def _asked(self, content: Any) -> None:
-        tasks: dict[str, Callable[[Mapping[str, Any]], Any]] = {
-            "undo": self._undo,
-            "redo": self._undo,
-            "save": self._save,
-            "save_as": self._save,
-            "download": self._download,
-            "snapshot": self._snapshot,
-            "export": self._export,
-            "c-code": self._export_c,
-            "stop": self._stop,
-            "compare": self._compare,
-            "discard": self._discard,
-            "starts": lambda content: self.starting.show(),
-            "start_columns": self.starting.columns,
-            "start_make": self.starting.make,
-            "start_stop": lambda content: self.starting.stop(),
-        }
         what = content.get("do") if isinstance(content, Mapping) else None
-        if not isinstance(what, str) or what not in tasks:
-            raise InputError(f"the page asked for {str(what)[:40]!r}; known: {', '.join(tasks)}")
+        act = act_of(self, what) or act_of(self.starting, what)
+        if act is None:
+            raise InputError(f"the page asked for {str(what)[:40]!r}")
         try:
-            result = tasks[what](content)
+            result = act(content)
             if result is not None:
                 await result
         except InputError as error:
@@ -514,10 +496,12 @@ class _Page:
         except WorkError as error:
             raise InputError(f"{what}: {error}") from None
 
-    def _undo(self, content: Mapping[str, Any]) -> None:
+    def _do_undo(self, content: Mapping[str, Any]) -> None:
         self.document.apply({"do": content["do"]})
 
-    def _save(self, content: Mapping[str, Any]) -> None:
+    _do_redo = _do_undo
+
+    def _do_save(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")
         if name is not None and not isinstance(name, str):
             raise InputError("save as: the name must be a text")
@@ -531,16 +515,18 @@ class _Page:
         self.header.send({"saved": True})
         self.bench.notify(f"the design is saved in {self.document.path.name}")
 
-    def _download(self, content: Mapping[str, Any]) -> None:
+    _do_save_as = _do_save
+
+    def _do_download(self, content: Mapping[str, Any]) -> None:
         self._give(self.document.text(), self.document.path.name)
 
     def _give(self, text: str, name: str) -> None:
         self.client.download(text.encode(), name, "text/plain")
 
-    def _snapshot(self, content: Mapping[str, Any]) -> None:
+    def _do_snapshot(self, content: Mapping[str, Any]) -> None:
         self.bench.notify(f"the snapshot “{self.history.take()}” is kept; the tab History lists all")
 
-    async def _export(self, content: Mapping[str, Any]) -> None:
+    async def _do_export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
         design = self.document.design
         if kind == ALL_FIGURES:
@@ -554,7 +540,7 @@ class _Page:
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn")
 
-    async def _export_c(self, content: Mapping[str, Any]) -> None:
+    async def _do_c_code(self, content: Mapping[str, Any]) -> None:
         """The design in force as a header and a source of C, in a zip."""
         number, table = content.get("number"), content.get("table")
         if not isinstance(number, str) or not (table is None or (isinstance(table, int) and 2 <= table <= 256)):
@@ -589,10 +575,10 @@ class _Page:
             self.client.download(data, name)
             self.bench.notify(f"{name} is drawn; README.txt in it says which picture shows what")
 
-    def _stop(self, content: Mapping[str, Any]) -> None:
+    def _do_stop(self, content: Mapping[str, Any]) -> None:
         self._exporting = False
 
-    async def _compare(self, content: Mapping[str, Any]) -> None:
+    async def _do_compare(self, content: Mapping[str, Any]) -> None:
         name = content.get("name")
         if name is None:
             self._compare_with(None, None)
@@ -609,7 +595,7 @@ class _Page:
         self.document.compare(system)
         self.header.update(shell=self._shell())
 
-    async def _discard(self, content: Mapping[str, Any]) -> None:
+    async def _do_discard(self, content: Mapping[str, Any]) -> None:
         document = self.document
         read = await self.opened.content(document.path, document.path.name)
         if read.digest != digest_of(document.path):  # it was saved meanwhile

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 
 
 class DocumentError(InputError):
@@ -86,8 +86,7 @@ def save_text(path: Path, text: str, known: str | None, own: bool, overwrite: bo
         if not overwrite:
             check_untouched(path, known, own)
         try:
-            with replacing(path) as part:
-                part.write_bytes(data)
+            write_whole(path, data)
         except OSError as error:
             raise DocumentError(f"{path.name} cannot be written: {error.strerror or error}") from None
     return hashlib.sha256(data).hexdigest()

@@ -1,6 +1,7 @@
 """What all panels share of their state for one page: form values, messages from the page, and what is refused."""
 
 import asyncio
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,11 +13,19 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 
-Act = Callable[[dict[str, Any]], Any]  # takes the message; may be a coroutine function
+
+def act_of(owner: object, wish: Any, doing: str = "_do_") -> Callable[[Any], Any] | None:
+    """The method that does a ``wish`` of the page, "go on" is done by ``_do_go_on``; None: there is none.
+
+    It takes the message, and may be a coroutine function. ``doing`` begins its name.
+    """
+    return getattr(owner, doing + re.sub(r"\W", "_", wish), None) if isinstance(wish, str) else None
 
 
 class PanelSession:
     """A panel on one page: what is chosen there, and what is done for its messages {"do": wish, ...}.
+
+    A wish is done by the method that :func:`act_of` finds.
 
     A subclass names the ``error`` of a wish that cannot be done, and further exceptions that are ``refusals``.
     """
@@ -28,12 +37,10 @@ class PanelSession:
         self.bench = bench
         self.folder = open_folder(bench.document.folder)
         self.choice = choice  # the values of the form, by name
-        self._acts: Mapping[str, Act] = {}
         self._doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
 
-    def put(self, module: Path, acts: Mapping[str, Act], **traits: Any) -> None:
-        """Put the ``module`` on the page with its first ``traits``; ``acts`` do its wishes, by their names."""
-        self._acts = acts
+    def put(self, module: Path, **traits: Any) -> None:
+        """Put the ``module`` on the page with its first ``traits``."""
         self.widget = self.bench.widget(module, problem=None, **traits)
         self.widget.on_message(self.heard)
 
@@ -51,10 +58,11 @@ class PanelSession:
     def act(self, message: dict[str, Any]) -> Any:
         """Begin what a message asks for; the coroutine that goes on with it, if there is one."""
         wish = message.get("do")
-        if not isinstance(wish, str) or wish not in self._acts:
-            raise self.error(expected(str(wish), self._acts, "wish"))
+        act = act_of(self, wish)
+        if act is None:
+            raise self.error(f"unknown wish {str(wish)[:40]!r}")
         self.begin()
-        return self._acts[wish](message)
+        return act(message)
 
     def begin(self) -> None:
         """Forget, before each act, what was refused."""

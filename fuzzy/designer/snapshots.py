@@ -17,7 +17,7 @@ from fuzzy.designer.autosave import DAMAGED, FOLDER, MOST_UNSAVED, design_conten
 from fuzzy.designer.design import Design
 from fuzzy.designer.folder import check_shown
 from fuzzy.designer.saving import DocumentError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 
 MOST_SNAPSHOTS = 100  # snapshots of a file
 LONGEST_NAME = 80  # characters of a name
@@ -227,8 +227,7 @@ def _picture(picture: Any) -> dict[str, Any] | None:
 
 def _write(path: Path, content: dict[str, Any]) -> None:
     try:
-        with replacing(path) as part:
-            part.write_text(json.dumps(content, indent=1), encoding="utf-8", newline="\n")
+        write_whole(path, json.dumps(content, indent=1))
     except OSError as error:
         raise DocumentError(f"the snapshot cannot be kept in {path.parent}: {error.strerror or error}") from None
 

@@ -1,6 +1,6 @@
 """New designs: what they can begin with, as the page's dialog "New from" shows and makes it.
 
-Files are read, and systems made, in other processes: see :meth:`Starting.make`.
+Files are read, and systems made, in other processes: see :class:`Starting`.
 """
 
 import asyncio
@@ -43,7 +43,7 @@ class Starting:
         self._found: Catalogue | None = None
         self._making: asyncio.Task[MadeSystem] | None = None
 
-    async def show(self) -> None:
+    async def _do_starts(self, _: Mapping[str, Any]) -> None:
         """Tell the starts and the folder's tables, and then their pictures."""
         found = self._catalogue()
         about = {
@@ -58,7 +58,7 @@ class Starting:
             with suppress(InputError, WorkError):
                 self._send({"start_pictures": await self._opened.workers.run(pictures, names[k : k + 6])})
 
-    async def columns(self, content: Mapping[str, Any]) -> None:
+    async def _do_start_columns(self, content: Mapping[str, Any]) -> None:
         """Tell the columns of a table of the folder: ``file``."""
         name = content.get("file")
         try:
@@ -69,7 +69,7 @@ class Starting:
         except (InputError, WorkError) as error:
             self._send({"start_columns": {"file": name, "columns": [], "problem": typeset(str(error))}})
 
-    async def make(self, content: Mapping[str, Any]) -> None:
+    async def _do_start_make(self, content: Mapping[str, Any]) -> None:
         """Make a new design: ``start``, ``options`` by name, ``name`` of the new file. It opens as unsaved work."""
         if self._making is not None:
             raise InputError("a new design is being made already")
@@ -88,6 +88,9 @@ class Starting:
             self._send({"start_refused": typeset(str(error))})
         finally:
             self._making = None
+
+    def _do_start_stop(self, _: Mapping[str, Any]) -> None:
+        self.stop()
 
     def stop(self) -> None:
         """End what is being made."""

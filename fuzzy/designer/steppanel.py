@@ -73,10 +73,8 @@ class StepSession(PanelSession):
         self.answer: dict[str, Any] | None = None
         self.loops = Latest(self._simulate)
         self.shown = self.present  # the system that is simulated
-        acts = {"choose": self._choose, "example": self._example, "role": self._role}
         self.put(
             _MODULE,
-            acts | {"template": self._template, "look": self._look},
             choice=self.choice,
             examples=[[name, example.title] for name, example in PLANT_EXAMPLES.items()],
             files=self._files(),
@@ -100,7 +98,7 @@ class StepSession(PanelSession):
         told = refusal_of(error, message)
         self.widget.update(problem=told | {"message": typeset(told["message"])})
 
-    def _choose(self, message: dict[str, Any]) -> None:
+    def _do_choose(self, message: dict[str, Any]) -> None:
         name, value = self.setting(message)
         if name == "source":
             files = self._files()
@@ -121,14 +119,14 @@ class StepSession(PanelSession):
         self.choice = {**self.choice, name: value}
         self.simulate()
 
-    def _example(self, message: dict[str, Any]) -> None:
+    def _do_example(self, message: dict[str, Any]) -> None:
         name = message.get("value")
         if not isinstance(name, str) or name not in PLANT_EXAMPLES:
             raise LoopError(expected(str(name), PLANT_EXAMPLES, "example"))
         self.choice = {**self.choice, **chosen_example(name)}
         self.simulate()
 
-    def _role(self, message: dict[str, Any]) -> None:
+    def _do_role(self, message: dict[str, Any]) -> None:
         name, role = message.get("variable"), message.get("value")
         variables = [v.name for v in (*self.present.inputs, *self.present.outputs)]
         if name not in variables or (role != "" and role not in (*INPUT_ROLES, *OUTPUT_ROLES)):
@@ -136,7 +134,7 @@ class StepSession(PanelSession):
         self.choice = {**self.choice, "roles": {**self.choice["roles"], name: role}}
         self.simulate()
 
-    def _template(self, _: dict[str, Any]) -> None:
+    def _do_template(self, _: dict[str, Any]) -> None:
         """Write the file of a plant to begin with into the folder, and choose it."""
         path = self.folder.inside(_TEMPLATE_FILE, ".py")
         save_text(path, TEMPLATE, None, own=False)
@@ -144,7 +142,7 @@ class StepSession(PanelSession):
         self.widget.update(files=self._files())
         self.simulate()
 
-    def _look(self, message: dict[str, Any]) -> None:
+    def _do_look(self, message: dict[str, Any]) -> None:
         """Look at what the controller knew in a sample."""
         known, k = (self.answer or {}).get("known") or [], message.get("sample")
         inputs = self.present.inputs

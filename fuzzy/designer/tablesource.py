@@ -1,11 +1,10 @@
 """Where a panel's table comes from: a CSV file of the opened folder, or an upload in pieces."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fuzzy.designer.columns import LoadedTable, read_columns, read_file
-from fuzzy.designer.session import Act
+from fuzzy.designer.session import PanelSession
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.naming import expected
@@ -27,19 +26,6 @@ class TableSource:
     def __init__(self, bench: Any, most: int, larger: str) -> None:
         self._bench, self._most, self._larger = bench, most, larger
         self._pieces: list[str] = []
-
-    def acts(self, show: Callable[[LoadedTable], None]) -> dict[str, Act]:
-        """The acts of a page that chooses a file, or sends one in pieces; ``show`` takes the table that came of it."""
-
-        async def file(message: dict[str, Any]) -> None:
-            show(await self.file(message.get("name")))
-
-        async def piece(message: dict[str, Any]) -> None:
-            table = await self.piece(message)
-            if table is not None:
-                show(table)
-
-        return {"file": file, "piece": piece}
 
     def files(self) -> list[str]:
         """The CSV files of the folder."""
@@ -78,3 +64,21 @@ class TableSource:
         name = Path(name).name[:200] or "upload"
         read: LoadedTable = await self._bench.read(name, read_columns, name, whole)
         return read
+
+
+class TableSession(PanelSession):
+    """A panel whose page chooses a file, or sends one in pieces; a subclass has a ``source``."""
+
+    source: TableSource
+
+    async def _do_file(self, message: dict[str, Any]) -> None:
+        self.show_table(await self.source.file(message.get("name")))
+
+    async def _do_piece(self, message: dict[str, Any]) -> None:
+        table = await self.source.piece(message)
+        if table is not None:
+            self.show_table(table)
+
+    def show_table(self, table: LoadedTable) -> None:
+        """Take the table that came of it."""
+        raise NotImplementedError

@@ -34,8 +34,7 @@ def plot_bode(systems: Mapping[str, Any], frequencies: Any = None) -> Figure:
             above.semilogx(w, 20 * np.log10(np.abs(response)), **about)
             below.semilogx(w, np.degrees(np.unwrap(np.angle(response))), **about)
         above.set_ylabel("magnitude [dB]")
-        below.set_ylabel("phase [°]")
-        below.set_xlabel("angular frequency [rad/s]")
+        below.set(ylabel="phase [°]", xlabel="angular frequency [rad/s]")
         if len(systems) > 1:
             above.legend()
         return figure

@@ -286,8 +286,7 @@ def _output_column(
     for r in range(len(fis.rules)):
         if takes_part[r] and shares[r] > 0:
             bottom.plot([proposed[r]] * 2, [0, shares[r]], color=COLORS[0], linestyle="-", linewidth=2.2)
-    bottom.set_xlim(low, high)
-    bottom.set_ylim(0, 2.0)
+    bottom.set(xlim=(low, high), ylim=(0, 2.0))
     bottom.set_yticks([])
     bottom.grid(False)
     bottom.spines["left"].set_visible(False)

@@ -37,7 +37,6 @@ def plot_step_response(responses: Mapping[str, StepResponse]) -> Figure:
                     first.loop.disturbed * first.loop.period, color=ROLES["quiet"].light, linestyle=":", linewidth=0.8
                 )
         above.set_ylabel("output y")
-        below.set_ylabel("control u")
-        below.set_xlabel("time [s]")
+        below.set(ylabel="control u", xlabel="time [s]")
         above.legend(loc="lower right")
     return figure

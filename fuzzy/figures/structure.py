@@ -79,8 +79,7 @@ def plot_structure(fis: Sugeno) -> Figure:
         figure = new_figure(width, head + height + foot, constrained=False)
         ax = figure.add_axes((0, 0, 1, 1))
         # One unit is one inch, with y downward from the first row.
-        ax.set_xlim(0, width)
-        ax.set_ylim(height + foot, -head)
+        ax.set(xlim=(0, width), ylim=(height + foot, -head))
         ax.axis("off")
         nodes = [
             _column(len(column), x, half, height) for column, x, half in zip(columns, centers, halves, strict=True)

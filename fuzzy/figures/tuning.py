@@ -82,8 +82,7 @@ def plot_front(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> F
             *start, "o", markersize=7, markerfacecolor="none", markeredgecolor=HIGHLIGHT, markeredgewidth=1.2,
             label="as it was",
         )  # fmt: skip
-        ax.set_xlim(0, ends[0])
-        ax.set_ylim(0, ends[1])
+        ax.set(xlim=(0, ends[0]), ylim=(0, ends[1]))
         ax.set_xlabel(f"{found.names[0]} [{unit}]: smaller is better", parse_math=False)
         ax.set_ylabel(f"{found.names[1]} [{unit}]", parse_math=False)
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), borderaxespad=0, ncols=3)

@@ -79,14 +79,16 @@ def write_json(path: str | Path, value: Any, default: Callable[[Any], Any] | Non
     write_whole(path, json.dumps(value, indent=2, ensure_ascii=False, default=default) + "\n")
 
 
-def check_target(path: str | Path, *suffixes: str, folder_is_made: bool = False) -> None:
+def check_target(path: str | Path | None, *suffixes: str, folder_is_made: bool = False) -> None:
     """See, before long work, that ``path`` can be written. Raises TargetError.
 
     Args:
-        path: The file.
+        path: The file; None: none is written.
         suffixes: The endings that its name may have, such as ".csv"; none: any.
         folder_is_made: Whether who writes it makes a folder that is missing.
     """
+    if path is None:
+        return
     target = Path(os.path.realpath(path))
     if suffixes and Path(path).suffix.lower() not in suffixes:
         raise TargetError(f"{path}: the file's name must end in {', '.join(suffixes)}")

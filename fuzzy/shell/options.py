@@ -1,4 +1,4 @@
-"""Options of commands that are the fields of a frozen dataclass: name, default, range, unit and sentence are told once.
+"""Options of commands, and those that are the fields of a frozen dataclass: what is known of them is told once.
 
 A parameter of a command,
 
@@ -12,6 +12,7 @@ for help or run, not with the command, so that other commands do not wait for it
 import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import cached_property, partial, wraps
 from importlib import import_module
@@ -24,8 +25,26 @@ from typer.models import OptionInfo
 
 from fuzzy.errors import InputError
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress bar.")]
+
+def option(sentence: str, *shown: str, **more: Any) -> Any:
+    """An option, from what its line in the help says: ``option("Where it goes.", "--out", "-o", "FILE")``.
+
+    Args:
+        sentence: What it is for.
+        shown: Its names, by default that of the parameter, and what stands for its value.
+        more: As of ``typer.Option``.
+    """
+    names = [word for word in shown if word.startswith("-")]
+    return typer.Option(*names, help=sentence, metavar=" ".join(shown[len(names) :]) or None, **more)
+
+
+def argument(sentence: str, metavar: str | None = None, *, show_default: bool = False, **more: Any) -> Any:
+    """An argument, likewise."""
+    return typer.Argument(help=sentence, metavar=metavar, show_default=show_default, **more)
+
+
+Json = Annotated[bool, option("Print one JSON object instead of text.", "--json")]
+Quiet = Annotated[bool, option("Show no progress bar.", "--quiet", "-q")]
 
 _FAR = 1e9  # the help does not show so large a bound
 
@@ -253,7 +272,8 @@ def _whole_command(function: Callable[..., Any]) -> Any:
                 parameters.setdefault(name, option.parameter())  # several groups may read one option
         else:
             own.append(parameter.name)
-            parameters[parameter.name] = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            hint = _as_flag(parameter.name, parameter.annotation)
+            parameters[parameter.name] = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hint)
 
     def run(**values: Any) -> Any:
         made = {name: group.made(values) for name, group in groups.items()}
@@ -263,3 +283,13 @@ def _whole_command(function: Callable[..., Any]) -> Any:
     app = typer.Typer(add_completion=False)
     app.command()(run)
     return typer.main.get_command(app)
+
+
+def _as_flag(name: str, hint: Any) -> Any:
+    """The annotation of a parameter: what is on or off has the parameter's name alone, and none with "no" before it."""
+    about = getattr(hint, "__metadata__", (None,))[0]
+    if not isinstance(about, OptionInfo) or hint.__origin__ is not bool or about.default is not ...:
+        return hint
+    named = copy(about)
+    named.default = f"--{name.replace('_', '-')}"  # where typer keeps the first name
+    return Annotated[bool, named]

@@ -8,8 +8,9 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
 
@@ -25,22 +26,62 @@ BROKEN_PIPE = 141  # nobody reads the output: 128 + SIGPIPE
 _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
 
 
-def application(purpose: str, *examples: str) -> Application:
-    """A command line without commands, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
+def application(
+    purpose: str, *examples: str, modules: str = "", commands: str = "", version: Callable[[], str] | None = None
+) -> Application:
+    """A command line, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
 
     It has the options --install-completion and --show-completion, if it is not a group of commands in another one.
 
     Args:
         purpose: What it is for, a sentence.
         examples: Commands with which its help ends, that run as they stand, one after the other.
+        modules: How the names of its commands' modules begin, such as "robotics.commands.".
+        commands: The commands in the order of the help, with blanks between. The module of each has a function of the
+            command's name, with an underscore behind it where Python has that name already, or a group of commands.
+        version: Gives what the option --version prints; without, there is no such option.
     """
-    return Application(
+    app = Application(
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
+    if commands:  # of a group of one command its name is asked for too
+        app.callback()(_version_option(version) if version is not None else lambda: None)
+    for name in commands.split():
+        found = vars(import_module(modules + name))
+        command = found.get(name) or found[f"{name}_"]
+        if isinstance(command, Application):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name.replace("_", "-"))(command)
+    return app
+
+
+def _version_option(version: Callable[[], str]) -> Callable[..., None]:
+    def say(wanted: bool) -> None:
+        if wanted:
+            print(version())
+            raise typer.Exit
+
+    def options(
+        version: Annotated[
+            bool, typer.Option("--version", callback=say, is_eager=True, help="Print the versions and stop.")
+        ] = False,
+    ) -> None:
+        pass
+
+    return options
+
+
+def versions_with(library: str) -> str:
+    """The versions of this package, of a library that it computes with, and of Python, in a line."""
+    from importlib.metadata import version
+
+    python = ".".join(map(str, sys.version_info[:3]))
+    return f"fuzzyfleet {version('fuzzyfleet')} ({library} {version(library)}, Python {python})"
 
 
 def run(

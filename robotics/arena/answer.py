@@ -175,11 +175,11 @@ class _Said:
         times = np.array([self.of.computing[law] for law in self.of.laws])
         first = self.finite[0]
         cheap = [k for k in self.finite if times[k] <= _CHEAP * times[first]]
-        text = f"{self.title(first)} computes for {_micro(times[first])} a period"
+        text = f"{self.title(first)} computes for {microseconds(times[first])} a period"
         if cheap:
             best = cheap[0]
             text += f"; {self.title(best)}, the best of the laws that take at most a tenth of it "
-            text += f"({_micro(times[best])}), {compared(self.of.pairs[best, first])}"
+            text += f"({microseconds(times[best])}), {compared(self.of.pairs[best, first])}"
         else:
             text += ", and no law that does not fail computes for less than a tenth of that"
         return [text + "."]
@@ -314,7 +314,8 @@ def _share(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.0995 else f"{100 * share:.0f} %"
 
 
-def _micro(value: float) -> str:
+def microseconds(value: float) -> str:
+    """A computing time [µs] in two digits, or whole."""
     return f"{value:.2g} µs" if value < 100 else f"{value:.0f} µs"
 
 

@@ -36,7 +36,6 @@ class ArenaEntry:
     by: str  # the search that found them, such as cmaes-2
     budgets: tuple[int, ...]  # evaluations at which its searches were looked at
     searches: tuple[Search, ...]
-    on_tuning: np.ndarray = field(repr=False)  # (searches, budgets): the least cost so far, on the runs of the search
     looked_at: np.ndarray = field(repr=False)  # (searches, budgets) int: the candidate that was best then
     choosing: np.ndarray = field(repr=False)  # (candidates, scenarios, seeds): costs, the law as published first
     runs: Mapping[str, pd.DataFrame] = field(repr=False)  # of the test: "published" and "tuned"

@@ -258,7 +258,6 @@ class _ArenaRun:
             by=min(ways) if ways else "",
             budgets=tuple(budgets),
             searches=tuple(order),
-            on_tuning=np.array([[float(np.min(mine[s].costs[:n])) for n in budgets] for s in order]),
             looked_at=np.array([[of(mine[s], n) for n in budgets] for s in order], dtype=int),
             choosing=self.choosing_costs(law, len(candidates), found),
             runs={PUBLISHED: tables[PUBLISHED], TUNED: tables.get(TUNED, tables[PUBLISHED])},

@@ -3,10 +3,8 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from fuzzy.errors import InputError
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import OneSeed, SavedRun
@@ -14,25 +12,17 @@ from robotics.commands.shared import OneSeed, SavedRun
 
 def animate(
     run: SavedRun,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The file to write: .mp4, .gif or .html (a player).")
-    ],
+    out: Annotated[Path, option("The file to write: .mp4, .gif or .html (a player).", "--out", "-o", "FILE")],
     seed: OneSeed = None,
-    start: Annotated[float | None, typer.Option("--from", metavar="S", help="Time at which to begin, s.")] = None,
-    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Time at which to end, s.")] = None,
+    start: Annotated[float | None, option("Time at which to begin, s.", "--from", "S")] = None,
+    end: Annotated[float | None, option("Time at which to end, s.", "--to", "S")] = None,
     speed: Annotated[
-        float | None,
-        typer.Option(help="Speed, times real time. Default: so that it lasts 25 s at most; .html: 1"),
+        float | None, option("Speed, times real time. Default: so that it lasts 25 s at most; .html: 1")
     ] = None,
-    fps: Annotated[float | None, typer.Option(help="Frames per second. Default: 20; .gif: 10")] = None,
-    dpi: Annotated[
-        float | None, typer.Option(help="Pixels per inch; the picture is 7.16 inches wide. Default: 120")
-    ] = None,
+    fps: Annotated[float | None, option("Frames per second. Default: 20; .gif: 10")] = None,
+    dpi: Annotated[float | None, option("Pixels per inch; the picture is 7.16 inches wide. Default: 120")] = None,
     stale: Annotated[
-        float | None,
-        typer.Option(
-            metavar="S", help="Age from which a message counts as stale, s. Default: from the run's usual ages"
-        ),
+        float | None, option("Age from which a message counts as stale, s. Default: from the run's usual ages", "S")
     ] = None,
     json: Json = False,
     quiet: Quiet = False,

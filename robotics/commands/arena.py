@@ -6,12 +6,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import Json, Quiet, renamed_options
+from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, controller_list
@@ -27,27 +25,19 @@ FULL = "full"
 @renamed_options(jobs="--workers")
 def arena(
     file: Annotated[
-        str, typer.Argument(metavar="[FILE.toml]", help="An arena's file; or a name.", autocompletion=arenas)
+        str, argument("An arena's file; or a name.", "[FILE.toml]", show_default=True, autocompletion=arenas)
     ] = "default",
-    full: Annotated[
-        bool, typer.Option("--full", help="The whole protocol: 1000 evaluations, 20 seeds, 5 repeats. Takes days.")
-    ] = False,
+    full: Annotated[bool, option("The whole protocol: 1000 evaluations, 20 seeds, 5 repeats. Takes days.")] = False,
     laws: Annotated[
         str | None,
-        typer.Option(
-            metavar="A,B",
-            help="Other laws: comma-separated names, mine.fis, mylaw.py:MyLaw:gain=2.",
-            autocompletion=controller_list,
+        option(
+            "Other laws: comma-separated names, mine.fis, mylaw.py:MyLaw:gain=2.", "A,B", autocompletion=controller_list
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/arena")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core.")
-    ] = None,
+    out: Annotated[Path | None, option("Folder of the results. Default: out/arena", "--out", "-o", "FOLDER")] = None,
+    workers: Annotated[int | None, option("Number of processes. Default: one for each core.", min=1, max=1000)] = None,
     dask: Dask = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of an arena.")] = False,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of an arena.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

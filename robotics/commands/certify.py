@@ -5,9 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from fuzzy.shell.options import FieldOptions, Json, Shown
+from fuzzy.commands.shared import check_plot
+from fuzzy.shell.options import FieldOptions, Json, Shown, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import robots
 
@@ -20,15 +19,14 @@ if TYPE_CHECKING:
 def certify(
     *,
     law: Annotated[
-        str, typer.Option(help="lyapunov, or pdc: parallel compensation, whose own options are the next three.")
+        str, option("lyapunov, or pdc: parallel compensation, whose own options are the next three.")
     ] = "lyapunov",
-    rule_base: Annotated[str, typer.Option(help="pdc: the rule base whose sets of distance and alpha it uses.")] = (
-        "tracking"
+    rule_base: Annotated[str, option("pdc: the rule base whose sets of distance and alpha it uses.")] = ("tracking"),
+    distance: Annotated[tuple[float, float], option("pdc: range of the rules' distances, m.", "LOW HIGH")] = (
+        0.0,
+        10.0,
     ),
-    distance: Annotated[
-        tuple[float, float], typer.Option(metavar="LOW HIGH", help="pdc: range of the rules' distances, m.")
-    ] = (0.0, 10.0),
-    alpha: Annotated[float, typer.Option(help="pdc: bound of the rules' |alpha|, rad.")] = 0.5,
+    alpha: Annotated[float, option("pdc: bound of the rules' |alpha|, rad.")] = 0.5,
     gains: Annotated[
         "Lyapunov",
         FieldOptions(
@@ -41,23 +39,19 @@ def certify(
             catch_up=Shown(doc="The law's catch_up, m/s; with 0 ω is exactly as printed."),
         ),
     ],
-    speed: Annotated[tuple[float, float], typer.Option(metavar="LOW HIGH", help="Range of v_r, m/s.")] = (0.2, 0.4),
+    speed: Annotated[tuple[float, float], option("Range of v_r, m/s.", "LOW HIGH")] = (0.2, 0.4),
     bounds: Annotated[
         "SectorModel",
         FieldOptions("robotics.experiments.certificate:SectorModel", "reference_turn", "turn", "heading"),
     ],
     decay: Annotated[
-        float | None,
-        typer.Option(help="Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest"),
+        float | None, option("Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest")
     ] = None,
     robot: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME|FILE", help="The robot whose limits count: a name, or a .toml file.", autocompletion=robots
-        ),
+        str, option("The robot whose limits count: a name, or a .toml file.", "NAME|FILE", autocompletion=robots)
     ] = "etsro",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated starts and references.")] = 0,
-    plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the region: .png, .pdf, .svg.")] = None,
+    seed: Annotated[int, option("Seed of the simulated starts and references.", min=0)] = 0,
+    plot: Annotated[Path | None, option("Draw the region: .png, .pdf, .svg.", "PICTURE")] = None,
     json: Json = False,
 ) -> None:
     """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
@@ -78,10 +72,7 @@ def certify(
             raise theory.CertificateError("--plot draws the region of --law lyapunov; of pdc no region is certified")
         _certify_compensation(rule_base, distance, alpha, json)
         return
-    if plot is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(plot)
+    check_plot(plot)
     if speed[0] > speed[1]:
         raise theory.CertificateError(f"--speed: LOW must be at most HIGH; got {speed[0]:g} and {speed[1]:g} m/s")
     machine = load_robot(robot)

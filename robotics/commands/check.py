@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fuzzy.shell.options import Json
+from fuzzy.commands.shared import check_plot
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import FAILED, print_json
 from robotics.commands.shared import ScenarioName, controller_option
 
@@ -19,9 +20,7 @@ def check(
     controller: Annotated[
         str | None, controller_option("Who is to drive. Default: the scenario's own, or fuzzy.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it to scale: .png, .pdf or .svg.")
-    ] = None,
+    out: Annotated[Path | None, option("Draw it to scale: .png, .pdf or .svg.", "--out", "-o", "PICTURE")] = None,
     json: Json = False,
 ) -> None:
     """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors.
@@ -34,12 +33,11 @@ def check(
       robotics new scenario -o mine.toml
       robotics check mine.toml -o mine.png
     """
-    from fuzzy.figures.drawing import check_picture, save_figure
+    from fuzzy.figures.drawing import save_figure
     from robotics.experiments.inspection import inspect_survey
     from robotics.scenario.survey import survey
 
-    if out is not None:
-        check_picture(out)
+    check_plot(out)
     read = survey(scenario)
     found = inspect_survey(read, controller or "")
     if out is not None and found.scenario is not None:

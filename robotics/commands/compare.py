@@ -5,11 +5,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios
@@ -27,46 +25,39 @@ Suite = Literal["thesis", "tracking", "formation", "team"]  # scenarios where no
 
 def compare(
     scenarios: Annotated[
-        list[str] | None,
-        typer.Argument(help="Names or .toml files, of one kind. Default: a suite.", autocompletion=scenarios),
+        list[str] | None, argument("Names or .toml files, of one kind. Default: a suite.", autocompletion=scenarios)
     ] = None,
     suite: Annotated[
         Suite,
-        typer.Option(
-            help="Without names. thesis: the tracking scenarios and all claims of the thesis; or those of one kind."
-        ),
+        option("Without names. thesis: the tracking scenarios and all claims of the thesis; or those of one kind."),
     ] = "thesis",
     controllers: Annotated[
         str | None,
-        typer.Option(
-            help="Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.",
+        option(
+            "Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.",
             autocompletion=controller_list,
         ),
     ] = None,
     law: Laws = None,
     metric: Metric = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where tables and report.html go.")] = Path("out"),
+    seeds: Annotated[int, option("Number of seeds, from --seed on.", min=1)] = 20,
+    seed: Annotated[int, option("The first seed.", min=0)] = 0,
+    out: Annotated[Path, option("Where tables and report.html go.", "FOLDER")] = Path("out"),
     claims: Annotated[
-        bool | None,
-        typer.Option("--claims/--no-claims", help="Judge the thesis's claims too. Default: in the suite thesis."),
+        bool | None, option("Judge the thesis's claims too. Default: in the suite thesis.", "--claims/--no-claims")
     ] = None,
     thorough: Annotated[
-        bool,
-        typer.Option("--thorough", help="Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200."),
+        bool, option("Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200.")
     ] = False,
-    save_runs: Annotated[
-        bool, typer.Option("--save-runs", help="Save the runs that claims are judged by, in FOLDER/runs.")
-    ] = False,
+    save_runs: Annotated[bool, option("Save the runs that claims are judged by, in FOLDER/runs.")] = False,
     arena: Annotated[
         bool | None,
-        typer.Option(
+        option(
+            "Open the report with laws tuned alike, as `robotics arena demo`. Default: in the suite thesis.",
             "--arena/--no-arena",
-            help="Open the report with laws tuned alike, as `robotics arena demo`. Default: in the suite thesis.",
         ),
     ] = None,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
+    report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

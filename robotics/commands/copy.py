@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import copies
 
@@ -13,15 +11,14 @@ from robotics.commands.completion import copies
 def copy(
     names: Annotated[
         list[str],
-        typer.Argument(
-            metavar="NAME",
-            help="Rule bases, folders of them, scenarios, robots; write tracking.fis or x.toml where a name is both.",
-            show_default=False,
+        argument(
+            "Rule bases, folders of them, scenarios, robots; write tracking.fis or x.toml where a name is both.",
+            "NAME",
             autocompletion=copies,
         ),
     ],
-    to: Annotated[Path, typer.Option("--to", metavar="FOLDER", help="Where the copies go; made if need be.")] = Path(),
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")] = False,
+    to: Annotated[Path, option("Where the copies go; made if need be.", "FOLDER")] = Path(),
+    force: Annotated[bool, option("Overwrite files that are there already.")] = False,
     json: Json = False,
 ) -> None:
     """Copy packaged rule bases, scenarios and robots, to change them; `robotics list` says which there are.

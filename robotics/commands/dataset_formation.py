@@ -6,11 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import check_target, replacing
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
+from fuzzy.files.atomic import check_target, write_whole
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
@@ -34,12 +32,9 @@ _ORDER = (
 
 def formation(
     *,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.csv", help="File into which the table goes.")],
+    out: Annotated[Path, option("File into which the table goes.", "--out", "-o", "FILE.csv")],
     scenario: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SCENARIO", help="Scenario to make data of: a name, or a .toml file.", autocompletion=scenarios
-        ),
+        str | None, option("Scenario to make data of: a name, or a .toml file.", "SCENARIO", autocompletion=scenarios)
     ] = None,
     recipe: Annotated[
         "partial[ScenarioRecipe]",
@@ -69,7 +64,7 @@ def formation(
         ),
     ],
     save_scenario: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Write the scenario of these options, to be run.")
+        Path | None, option("Write the scenario of these options, to be run.", "FILE.toml")
     ] = None,
     thesis: Annotated[
         "partial[FormationRecipe]",
@@ -81,11 +76,9 @@ def formation(
         ),
     ],
     formations: Annotated[
-        str | None, typer.Option(metavar="X,X,...", help="thesis: the leader's x at the start, m. Default: -4,-2,0,2,4")
+        str | None, option("thesis: the leader's x at the start, m. Default: -4,-2,0,2,4", "X,X,...")
     ] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Make the checking set: other seeds; thesis: the leader starts at -1.")
-    ] = False,
+    check: Annotated[bool, option("Make the checking set: other seeds; thesis: the leader starts at -1.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -204,8 +197,7 @@ def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
     text = formation_text(plan)
     if file is not None:
         check_target(file, ".toml")
-        with replacing(file) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(file, text)
     return parse_scenario(text, file.stem if file is not None else "formation")
 
 

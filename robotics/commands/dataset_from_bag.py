@@ -4,10 +4,8 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.run_files import Distribution
@@ -18,18 +16,12 @@ if TYPE_CHECKING:
 
 def from_bag(
     *,
-    logs: Annotated[
-        list[Path],
-        typer.Argument(metavar="LOG...", help="Logs: rosbag2 folders, .mcap, .db3 or .bag files.", show_default=False),
-    ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.csv", help="File into which the table goes.")],
+    logs: Annotated[list[Path], argument("Logs: rosbag2 folders, .mcap, .db3 or .bag files.", "LOG...")],
+    out: Annotated[Path, option("File into which the table goes.", "--out", "-o", "FILE.csv")],
     robot: Annotated[
-        list[str] | None,
-        typer.Option("--robot", metavar="NAMESPACE", help="Whose drive: robot2; may be given again. Default: the one."),
+        list[str] | None, option("Whose drive: robot2; may be given again. Default: the one.", "NAMESPACE")
     ] = None,
-    check: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Keep every fourth stretch of 5 s for checking, here.")
-    ] = None,
+    check: Annotated[Path | None, option("Keep every fourth stretch of 5 s for checking, here.", "FILE.csv")] = None,
     recipe: Annotated[
         "DriveRecipe",
         FieldOptions(
@@ -38,14 +30,12 @@ def from_bag(
             inputs=Shown(metavar="A,B,..."),
         ),
     ],
-    odom: Annotated[str, typer.Option(metavar="TOPIC", help="Odometry. Default: odom, or the only one.")] = "",
-    cmd_vel: Annotated[str, typer.Option(metavar="TOPIC", help="Commands. Default: cmd_vel, or the only one.")] = "",
+    odom: Annotated[str, option("Odometry. Default: odom, or the only one.", "TOPIC")] = "",
+    cmd_vel: Annotated[str, option("Commands. Default: cmd_vel, or the only one.", "TOPIC")] = "",
     reference: Annotated[
-        str, typer.Option(metavar="TOPIC", help="The moving target, as odometry. Default: reference, if it is there.")
+        str, option("The moving target, as odometry. Default: reference, if it is there.", "TOPIC")
     ] = "",
-    path: Annotated[
-        str, typer.Option(metavar="TOPIC", help="The path. Default: path, plan, or the only one, if there is one.")
-    ] = "",
+    path: Annotated[str, option("The path. Default: path, plan, or the only one, if there is one.", "TOPIC")] = "",
     ros: Distribution = "jazzy",
     json: Json = False,
     quiet: Quiet = False,
@@ -70,8 +60,7 @@ def from_bag(
     from robotics.logs.drive import read_drive
 
     check_target(out, ".csv")
-    if check is not None:
-        check_target(check, ".csv")
+    check_target(check, ".csv")
     topics = {"odometry": odom, "commands": cmd_vel, "reference": reference, "path": path, "distribution": ros}
     with progress_bar(quiet) as begin:
         jobs = [(log, name) for log in logs for name in robot or [""]]

@@ -3,14 +3,12 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 
 
 def regenerate(
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="The folder datasets to fill.")] = Path("datasets"),
+    out: Annotated[Path, option("The folder datasets to fill.", "FOLDER")] = Path("datasets"),
     json: Json = False,
 ) -> None:
     """Make all computed files of datasets/ again, byte for byte: formation data with cards, the thesis's systems.

@@ -2,22 +2,18 @@
 
 from typing import Annotated
 
-import typer
-
 from fuzzy.errors import InputError
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import OneSeed, SavedRun
 
 
 def explain(
     run: SavedRun,
-    robot: Annotated[int, typer.Option(help="The robot, from 1.")] = 1,
-    time: Annotated[float | None, typer.Option(metavar="S", help="The time to explain, s.")] = None,
-    start: Annotated[
-        float | None, typer.Option("--from", metavar="S", help="In place of --time: list the rules from here on, s.")
-    ] = None,
-    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Up to this time, s.")] = None,
+    robot: Annotated[int, option("The robot, from 1.")] = 1,
+    time: Annotated[float | None, option("The time to explain, s.", "S")] = None,
+    start: Annotated[float | None, option("In place of --time: list the rules from here on, s.", "--from", "S")] = None,
+    end: Annotated[float | None, option("Up to this time, s.", "--to", "S")] = None,
     seed: OneSeed = None,
     json: Json = False,
 ) -> None:

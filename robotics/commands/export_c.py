@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 
@@ -18,28 +18,21 @@ Number = Literal["double", "float"]  # the types of numbers
 
 def c(
     controller: Annotated[
-        str,
-        typer.Argument(
-            help="A law, such as fuzzy:rule_base=mine.fis or lyapunov:ky=8.",
-            show_default=False,
-            autocompletion=controllers,
-        ),
+        str, argument("A law, such as fuzzy:rule_base=mine.fis or lyapunov:ky=8.", autocompletion=controllers)
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where NAME.h and NAME.c are written.")],
-    number: Annotated[Number, typer.Option(help="Numbers of the C: double or float.")] = "double",
-    name: Annotated[str, typer.Option(help="The files' name and the functions' prefix; the law's by default.")] = "",
+    out: Annotated[Path, option("Where NAME.h and NAME.c are written.", "--out", "-o", "FOLDER")],
+    number: Annotated[Number, option("Numbers of the C: double or float.")] = "double",
+    name: Annotated[str, option("The files' name and the functions' prefix; the law's by default.")] = "",
     scenario: Annotated[
         str,
-        typer.Option(
+        option(
+            "Its first robot and its control period count; --verify drives it.",
             "--scenario",
             "-s",
-            help="Its first robot and its control period count; --verify drives it.",
             autocompletion=scenarios,
         ),
     ] = "table-2-1",
-    verify: Annotated[
-        bool, typer.Option("--verify", help="Compile it, drive the scenario with it, compare, and watch for errors.")
-    ] = False,
+    verify: Annotated[bool, option("Compile it, drive the scenario with it, compare, and watch for errors.")] = False,
     json: Json = False,
 ) -> None:
     """Write a law's control step as C99: no malloc, no library but math.h, its state in a struct.

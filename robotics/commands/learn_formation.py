@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fuzzy.commands.datafile import SkipBad
 from fuzzy.files.atomic import check_folder, check_target
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, renamed_options
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -29,38 +27,29 @@ DRIVES = ("formation-behind", "formation-ahead")  # of a leader and its follower
 @renamed_options(jobs="--workers")
 def formation(
     *,
-    data: Annotated[
-        Path, typer.Argument(metavar="DATA.csv", help='Formation data below a header of names, "v_l" or "v_l [m/s]".')
-    ],
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder into which v_l.fis ... or v_1.fis ... go.")
-    ],
-    check: Annotated[
-        Path | None, typer.Option(metavar="CHECK.csv", help="Checking data with the same columns.")
-    ] = None,
-    rules: Annotated[
-        int, typer.Option(min=1, help="Wanted number of rules; the nearest that a setting gives is taken.")
-    ] = 8,
+    data: Annotated[Path, argument('Formation data below a header of names, "v_l" or "v_l [m/s]".', "DATA.csv")],
+    out: Annotated[Path, option("Folder into which v_l.fis ... or v_1.fis ... go.", "--out", "-o", "FOLDER")],
+    check: Annotated[Path | None, option("Checking data with the same columns.", "CHECK.csv")] = None,
+    rules: Annotated[int, option("Wanted number of rules; the nearest that a setting gives is taken.", min=1)] = 8,
     options: Annotated[
         "Options",
         FieldOptions("anfis.methods.options:Options", "method", "epochs", epochs=Shown(default=60)),
     ],
     report: Annotated[
-        Path | None,
-        typer.Option(metavar="PAGE.html", help="Write a page about data, networks and how they drive: one file."),
+        Path | None, option("Write a page about data, networks and how they drive: one file.", "PAGE.html")
     ] = None,
-    title: Annotated[str | None, typer.Option(help="Title of the page.", show_default=False)] = None,
+    title: Annotated[str | None, option("Title of the page.", show_default=False)] = None,
     drive: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="SCENARIO",
-            help="Scenario, or .toml file, that the networks drive for the page; can be given several times. Default: "
+        option(
+            "Scenario, or .toml file, that the networks drive for the page; can be given several times. Default: "
             f"{', '.join(DRIVES)}.",
+            "SCENARIO",
             autocompletion=scenarios,
             show_default=False,
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds of each drive, from 0 on.")] = 1,
+    seeds: Annotated[int, option("Number of seeds of each drive, from 0 on.", min=1)] = 1,
     workers: Workers = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -91,8 +80,7 @@ def formation(
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
     check_folder(out)
-    if report is not None:
-        check_target(report, ".html", folder_is_made=True)
+    check_target(report, ".html", folder_is_made=True)
     scenarios = [load_scenario(name) for name in drive or []]
     try:
         table = formation_table(data, skip_bad=skip_bad)

@@ -4,10 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
@@ -22,26 +20,18 @@ if TYPE_CHECKING:
 def rules_(
     *,
     teacher: Annotated[
-        str,
-        typer.Option(
-            "--from",
-            metavar="LAW",
-            help="The law to learn from: name or name:gain=value,...",
-            autocompletion=controllers,
-        ),
+        str, option("The law to learn from: name or name:gain=value,...", "--from", "LAW", autocompletion=controllers)
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.fis", help="File into which the rule base goes.")],
+    out: Annotated[Path, option("File into which the rule base goes.", "--out", "-o", "FILE.fis")],
     scenario: Annotated[
         list[str] | None,
-        typer.Option(
-            help="A scenario's name, or a .toml file, to drive; may be given again.", autocompletion=scenarios
-        ),
+        option("A scenario's name, or a .toml file, to drive; may be given again.", autocompletion=scenarios),
     ] = None,
     stress: Annotated[
-        list[Stress] | None, typer.Option(help="Random scenarios to drive, one for each seed; may be given again.")
+        list[Stress] | None, option("Random scenarios to drive, one for each seed; may be given again.")
     ] = None,
     robots: Annotated[
-        int | None, typer.Option(min=1, max=200, help="Robots of random scenarios. Default: crossing: 3, obstacles: 1.")
+        int | None, option("Robots of random scenarios. Default: crossing: 3, obstacles: 1.", min=1, max=200)
     ] = None,
     lesson: Annotated[
         "Callable[..., ImitationPlan]",
@@ -54,13 +44,11 @@ def rules_(
             into=Shown(metavar="LAW:GAIN"),
         ),
     ],
-    epochs: Annotated[int, typer.Option(min=0, help="Epochs of hybrid learning in each round.")] = 30,
-    seeds: Annotated[int, typer.Option(min=2, help="Runs of each scenario; every fourth is kept for checking.")] = 12,
-    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
-    unseen: Annotated[int, typer.Option(min=1, help="Seeds after these, on which both laws drive at the end.")] = 10,
-    data: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Save the samples, with names and units in the header.")
-    ] = None,
+    epochs: Annotated[int, option("Epochs of hybrid learning in each round.", min=0)] = 30,
+    seeds: Annotated[int, option("Runs of each scenario; every fourth is kept for checking.", min=2)] = 12,
+    seed: Annotated[int, option("The first seed.", min=0)] = 0,
+    unseen: Annotated[int, option("Seeds after these, on which both laws drive at the end.", min=1)] = 10,
+    data: Annotated[Path | None, option("Save the samples, with names and units in the header.", "FILE.csv")] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -80,8 +68,7 @@ def rules_(
     from robotics.experiments.learning.lesson import RIDGE
 
     check_target(out)
-    if data is not None:
-        check_target(data)
+    check_target(data)
     plan = lesson(
         teacher=teacher,
         courses=_courses(scenario or [], stress or [], robots),

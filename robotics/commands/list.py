@@ -5,9 +5,7 @@ import textwrap
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
@@ -30,9 +28,7 @@ class Section(StrEnum):
 def list_(
     section: Annotated[
         Section | None,
-        typer.Argument(
-            metavar="SECTION", help="What to list: scenarios, robots, controllers, rule-bases, studies or metrics."
-        ),
+        argument("What to list: scenarios, robots, controllers, rule-bases, studies or metrics.", "SECTION"),
     ] = None,
     json: Json = False,
 ) -> None:

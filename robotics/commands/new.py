@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.naming import expected
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.filekinds import FILE_KINDS
 from robotics.commands.scenario import file_kind
@@ -22,23 +20,16 @@ def _kinds(incomplete: str) -> list[str]:
 
 def new(
     kind: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILEKIND",
-            help=f"One of {', '.join((*FILE_KINDS, *TEMPLATES))}.",
-            show_default=False,
-            autocompletion=_kinds,
-        ),
+        str, argument(f"One of {', '.join((*FILE_KINDS, *TEMPLATES))}.", "FILEKIND", autocompletion=_kinds)
     ],
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="The file. Default: my-KIND.toml, mylaw.py ...; - is stdout."),
+        Path | None, option("The file. Default: my-KIND.toml, mylaw.py ...; - is stdout.", "--out", "-o", "FILE")
     ] = None,
     variant: Annotated[
-        str | None, typer.Option("--kind", help="Kind of a scenario: tracking, team or formation.", show_default=False)
+        str | None, option("Kind of a scenario: tracking, team or formation.", "--kind", show_default=False)
     ] = None,
-    minimal: Annotated[bool, typer.Option("--minimal", help="Write only what is set, without comments.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that is there already.")] = False,
+    minimal: Annotated[bool, option("Write only what is set, without comments.")] = False,
+    force: Annotated[bool, option("Overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
     """Write a file that runs: what is needed is set, all that is optional stands there as a comment that explains it.
@@ -73,8 +64,7 @@ def new(
     if str(file) == "-":
         print(text, end="")
         return
-    with replacing(file) as path:
-        path.write_text(text, encoding="utf-8")
+    write_whole(file, text)
     _say(file, use, json)
 
 

@@ -3,12 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import typer
-
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.shared import OneSeed
 
@@ -48,31 +46,28 @@ def _kinds(incomplete: str) -> list[str]:
 def plot(
     runs: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="RUN.npz",
-            help="Files that `robotics run ... --save` wrote; several, of one scenario, for "
+        argument(
+            "Files that `robotics run ... --save` wrote; several, of one scenario, for "
             f"{', '.join(name for name, kind in PLOT_KINDS.items() if kind.several)}.",
-            show_default=False,
+            "RUN.npz",
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="PICTURE", help="The file to write: .png, .pdf or .svg.")],
+    out: Annotated[Path, option("The file to write: .png, .pdf or .svg.", "--out", "-o", "PICTURE")],
     kind: Annotated[
         str,
-        typer.Option(
+        option(
+            "; ".join(f"{name}: {about.shows}" for name, about in PLOT_KINDS.items()) + ".",
             "--kind",
             "-k",
-            help="; ".join(f"{name}: {about.shows}" for name, about in PLOT_KINDS.items()) + ".",
             autocompletion=_kinds,
         ),
     ] = "run",
     seed: OneSeed = None,
     robot: Annotated[
-        int | None, typer.Option(help="The robot, from 1; for errors, velocities, rules (default: 1) and sonar (all).")
+        int | None, option("The robot, from 1; for errors, velocities, rules (default: 1) and sonar (all).")
     ] = None,
-    time: Annotated[float | None, typer.Option(metavar="S", help="The time, s; for rules.")] = None,
-    task: Annotated[
-        str | None, typer.Option(help="The rule base, by its task in the law; for rules. Default: the first.")
-    ] = None,
+    time: Annotated[float | None, option("The time, s; for rules.", "S")] = None,
+    task: Annotated[str | None, option("The rule base, by its task in the law; for rules. Default: the first.")] = None,
     json: Json = False,
 ) -> None:
     """Draw one kind of picture of a saved run, or of several on one scenario beside each other.

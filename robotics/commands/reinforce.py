@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, scenarios
@@ -23,28 +21,22 @@ _RUNS = 20  # unseen seeds of each scenario by which policies are told and chose
 def reinforce(
     on: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[SCENARIO]...",
-            help="Scenarios of one robot to learn on, names or .toml files. Default: random ones.",
+        argument(
+            "Scenarios of one robot to learn on, names or .toml files. Default: random ones.",
+            "[SCENARIO]...",
             autocompletion=scenarios,
         ),
     ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE.json", help="File into which the policy goes.")
-    ] = Path("policy.json"),
+    out: Annotated[Path, option("File into which the policy goes.", "--out", "-o", "FILE.json")] = Path("policy.json"),
     arena: Annotated[
         str | None,
-        typer.Option(
-            metavar="ARENA",
-            help="An arena, on whose sorts of random scenarios for tuning is learnt.",
-            autocompletion=arenas,
-        ),
+        option("An arena, on whose sorts of random scenarios for tuning is learnt.", "ARENA", autocompletion=arenas),
     ] = None,
-    draws: Annotated[int, typer.Option(min=1, help="Number of random scenarios.")] = 96,
-    steps: Annotated[int, typer.Option(min=1, help="Control periods of all robots together.")] = 3_000_000,
-    lanes: Annotated[int, typer.Option(min=1, help="Robots that drive at a time.")] = 512,
-    seed: Annotated[int, typer.Option(min=0, help="The seed of the learner.")] = 1,
-    repeats: Annotated[int, typer.Option(min=1, help="Learners with seeds from there on; the best is kept.")] = 1,
+    draws: Annotated[int, option("Number of random scenarios.", min=1)] = 96,
+    steps: Annotated[int, option("Control periods of all robots together.", min=1)] = 3_000_000,
+    lanes: Annotated[int, option("Robots that drive at a time.", min=1)] = 512,
+    seed: Annotated[int, option("The seed of the learner.", min=0)] = 1,
+    repeats: Annotated[int, option("Learners with seeds from there on; the best is kept.", min=1)] = 1,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

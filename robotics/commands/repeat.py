@@ -3,9 +3,7 @@
 from enum import StrEnum
 from typing import Annotated
 
-import typer
-
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import Files, Law, Metric, Wrong, chosen_controller, controller_option, print_run
 from robotics.commands.stress_obstacles import Side
@@ -20,14 +18,13 @@ class Stress(StrEnum):
 
 def repeat(
     *,
-    stress: Annotated[Stress, typer.Argument(help="The stress test of which a run is repeated.", show_default=False)],
-    seed: Annotated[int, typer.Option(min=0, help="The run's seed.")] = 0,
+    stress: Annotated[Stress, argument("The stress test of which a run is repeated.")],
+    seed: Annotated[int, option("The run's seed.", min=0)] = 0,
     robots: Annotated[
-        int | None, typer.Option(min=1, max=200, help="Number of robots. Default: crossing: 3, obstacles: 1.")
+        int | None, option("Number of robots. Default: crossing: 3, obstacles: 1.", min=1, max=200)
     ] = None,
     kind: Annotated[
-        str | None,
-        typer.Option("--class", help="Class of the run. crossing: A or B, obstacles: A, B or U. Default: A"),
+        str | None, option("Class of the run. crossing: A or B, obstacles: A, B or U. Default: A", "--class")
     ] = None,
     controller: Annotated[
         str | None, controller_option("Controller, as for the stress test. Default: right-of-way, or obstacles.")
@@ -35,11 +32,9 @@ def repeat(
     law: Law = None,
     metric: Metric = None,
     disturbance: Wrong,
-    moving: Annotated[
-        int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes (obstacles only).")
-    ] = 0,
+    moving: Annotated[int, option("Number of discs that cross the lanes (obstacles only).", min=0, max=10)] = 0,
     lanes: Annotated[
-        Side, typer.Option(help="Lanes side by side, or crossing each other (obstacles with 3 robots only).")
+        Side, option("Lanes side by side, or crossing each other (obstacles with 3 robots only).")
     ] = "beside",
     files: Files,
     json: Json = False,

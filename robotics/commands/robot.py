@@ -4,10 +4,9 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from fuzzy.commands.shared import check_plot
 from fuzzy.files.atomic import check_target
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import robots
@@ -20,22 +19,11 @@ if TYPE_CHECKING:
 
 
 def robot(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME|FILE.toml", help="A robot's name, or its file.", autocompletion=robots)
-    ],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="PICTURE", help="Draw it: .png, .pdf, .svg.")
-    ] = None,
-    tune: Annotated[
-        bool, typer.Option("--tune", help="Find gains of the wheel loop: shortest settling, overshoot up to 5 %.")
-    ] = False,
-    write: Annotated[
-        Path | None,
-        typer.Option("--write", metavar="FILE.toml", help="With --tune: write the robot's file with these gains."),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="With --write: overwrite a file that is there already.")
-    ] = False,
+    name: Annotated[str, argument("A robot's name, or its file.", "NAME|FILE.toml", autocompletion=robots)],
+    out: Annotated[Path | None, option("Draw it: .png, .pdf, .svg.", "--out", "-o", "PICTURE")] = None,
+    tune: Annotated[bool, option("Find gains of the wheel loop: shortest settling, overshoot up to 5 %.")] = False,
+    write: Annotated[Path | None, option("With --tune: write the robot's file with these gains.", "FILE.toml")] = None,
+    force: Annotated[bool, option("With --write: overwrite a file that is there already.")] = False,
     json: Json = False,
 ) -> None:
     """Show a robot: size, mass, limits, every number with its rule where it was derived, and its wheel loop.
@@ -49,14 +37,10 @@ def robot(
     from robotics.vehicle.robot import RobotError
     from robotics.vehicle.wheel_loop import tuned
 
-    if out is not None:
-        from fuzzy.figures.drawing import check_picture
-
-        check_picture(out)
+    check_plot(out)
     if write is not None and not tune:
         raise RobotError("--write writes what --tune finds: give both")
-    if write is not None:
-        check_target(write, ".toml")
+    check_target(write, ".toml")
     model = load_robot(name)
     gains = tuned(model.robot) if tune else None
     if write is not None and gains is not None:

@@ -2,10 +2,8 @@
 
 from typing import Annotated, Any
 
-import typer
-
 from fuzzy.errors import InputError
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import (
     Files,
@@ -27,8 +25,8 @@ def run_(
     ] = None,
     law: Law = None,
     metric: Metric = None,
-    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, from --seed on.")] = 1,
+    seed: Annotated[int, option("The first seed.", min=0)] = 0,
+    seeds: Annotated[int, option("Number of seeds, from --seed on.", min=1)] = 1,
     files: Files,
     json: Json = False,
     quiet: Quiet = False,

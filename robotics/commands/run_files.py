@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from fuzzy.commands.shared import check_plot
 from fuzzy.files.atomic import check_folder, check_target
+from fuzzy.shell.options import option
 from robotics.commands.completion import distributions, storages
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
 
 Distribution = Annotated[
     str,
-    typer.Option(
+    option(
+        "ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
         "--ros",
-        help="ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
         autocompletion=distributions,
     ),
 ]
@@ -31,46 +31,33 @@ class RunFiles:
     """The files into which a run goes; None: not written. Raises an InputError for a name with a wrong
     ending and a place where no file can be written."""
 
-    plot: Annotated[Path | None, typer.Option(metavar="PICTURE", help="Draw the first seed: .png, .pdf, .svg.")] = None
-    save: Annotated[Path | None, typer.Option(metavar="FILE.npz", help="Save the run without loss.")] = None
-    table: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Save every sample as CSV.")] = None
-    events: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Save who avoided, yielded or timed out, and when.")
-    ] = None
-    player: Annotated[
-        bool, typer.Option("--animate", help="Write a page that plays the first seed: SCENARIO-seed-N.html.")
-    ] = False
+    plot: Annotated[Path | None, option("Draw the first seed: .png, .pdf, .svg.", "PICTURE")] = None
+    save: Annotated[Path | None, option("Save the run without loss.", "FILE.npz")] = None
+    table: Annotated[Path | None, option("Save every sample as CSV.", "FILE.csv")] = None
+    events: Annotated[Path | None, option("Save who avoided, yielded or timed out, and when.", "FILE.csv")] = None
+    player: Annotated[bool, option("Write a page that plays the first seed: SCENARIO-seed-N.html.", "--animate")] = (
+        False
+    )
     mcap: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE.mcap",
-            help="Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.",
-        ),
+        option("Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.", "FILE.mcap"),
     ] = None
-    rosbag: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Log the run as a rosbag2 folder; of several seeds one each."),
-    ] = None
-    layout: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write a Foxglove layout for the log.")] = (
+    rosbag: Annotated[Path | None, option("Log the run as a rosbag2 folder; of several seeds one each.", "FOLDER")] = (
         None
     )
+    layout: Annotated[Path | None, option("Write a Foxglove layout for the log.", "FILE.json")] = None
     storage: Annotated[
-        str, typer.Option(help="Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages)
+        str, option("Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages)
     ] = "mcap"
     distribution: Distribution = "jazzy"
 
     def __post_init__(self) -> None:
-        if self.plot is not None:
-            from fuzzy.figures.drawing import check_picture
-
-            check_picture(self.plot)
+        check_plot(self.plot)
         for path, suffix in ((self.save, ".npz"), (self.table, ".csv"), (self.events, ".csv")):
-            if path is not None:
-                check_target(path, suffix)
+            check_target(path, suffix)
         if self.player:
             check_folder(Path())
-        if self.layout is not None:
-            check_target(self.layout, ".json")
+        check_target(self.layout, ".json")
         if self.logged:
             from robotics.logs.typestore import check_distribution
             from robotics.logs.writing import check_storage

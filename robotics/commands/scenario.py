@@ -3,12 +3,10 @@
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from fuzzy.shell.options import Json
+from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.filekinds import FILE_KINDS, FileKind
 
@@ -21,14 +19,10 @@ def _kinds(incomplete: str) -> list[str]:
 
 
 def scenario(
-    key: Annotated[
-        str | None, typer.Argument(metavar="KEY", help="A key or a table, such as robots.timing.speed or timing.")
-    ] = None,
-    explain: Annotated[bool, typer.Option("--explain", help="Say what the keys mean; this is the default.")] = False,
-    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, for editors.")] = False,
-    of: Annotated[
-        str, typer.Option("--of", metavar="KIND", help=f"Kind of file: {', '.join(FILE_KINDS)}.", autocompletion=_kinds)
-    ] = "scenario",
+    key: Annotated[str | None, argument("A key or a table, such as robots.timing.speed or timing.", "KEY")] = None,
+    explain: Annotated[bool, option("Say what the keys mean; this is the default.")] = False,
+    schema: Annotated[bool, option("Print the JSON schema, for editors.")] = False,
+    of: Annotated[str, option(f"Kind of file: {', '.join(FILE_KINDS)}.", "KIND", autocompletion=_kinds)] = "scenario",
     json: Json = False,
 ) -> None:
     """Explain the keys of a scenario's file, or of another kind of file: unit, range, default and meaning.

@@ -10,7 +10,7 @@ import typer
 
 from fuzzy.errors import InputError
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import FieldOptions, Shown
+from fuzzy.shell.options import FieldOptions, Shown, argument, option
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import controllers, metrics, scenarios
@@ -27,37 +27,19 @@ UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for con
 _COLUMNS = 6  # robots that get a column each
 _SHOWN = 5  # runs whose first contact is named
 
-Workers = Annotated[
-    int | None, typer.Option(min=1, max=1000, help="Number of processes. Default: one for each core, if it pays.")
-]
-ScenarioName = Annotated[
-    str, typer.Argument(help="A scenario's name, or a .toml file.", show_default=False, autocompletion=scenarios)
-]
-SavedRun = Annotated[
-    Path, typer.Argument(metavar="RUN.npz", help="A file that `robotics run ... --save` wrote.", show_default=False)
-]
-OneSeed = Annotated[int | None, typer.Option(help="One of the run's seeds. Default: the first.")]
-Laws = Annotated[
-    list[str] | None,
-    typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own besides: mylaw.py:MyLaw:gain=2."),
-]
+Workers = Annotated[int | None, option("Number of processes. Default: one for each core, if it pays.", min=1, max=1000)]
+ScenarioName = Annotated[str, argument("A scenario's name, or a .toml file.", autocompletion=scenarios)]
+SavedRun = Annotated[Path, argument("A file that `robotics run ... --save` wrote.", "RUN.npz")]
+OneSeed = Annotated[int | None, option("One of the run's seeds. Default: the first.")]
+Laws = Annotated[list[str] | None, option("A law of your own besides: mylaw.py:MyLaw:gain=2.", "--law", "FILE.py:NAME")]
 Law = Annotated[
-    str | None,
-    typer.Option("--law", metavar="FILE.py:NAME", help="A law of your own as the controller: mylaw.py:MyLaw:gain=2."),
+    str | None, option("A law of your own as the controller: mylaw.py:MyLaw:gain=2.", "--law", "FILE.py:NAME")
 ]
 Metric = Annotated[
     list[str] | None,
-    typer.Option(
-        "--metric",
-        metavar="FILE.py:NAME",
-        help="Also measure your own metric, mymetric.py:comfort.",
-        autocompletion=metrics,
-    ),
+    option("Also measure your own metric, mymetric.py:comfort.", "--metric", "FILE.py:NAME", autocompletion=metrics),
 ]
-Dask = Annotated[
-    str | None,
-    typer.Option("--dask", metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://127.0.0.1:8786."),
-]
+Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
 Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles")]
 Wrong = Annotated[
     "Disturbance",
@@ -70,7 +52,7 @@ Wrong = Annotated[
 
 def controller_option(sentence: str) -> Any:
     """The option that names the controller."""
-    return typer.Option("--controller", "-c", help=sentence, autocompletion=controllers)
+    return option(sentence, "--controller", "-c", autocompletion=controllers)
 
 
 def chosen_controller(controller: str | None, law: str | None) -> str | None:

@@ -3,9 +3,7 @@
 from functools import partial
 from typing import Annotated, Literal
 
-import typer
-
-from fuzzy.shell.options import Json, Quiet, renamed_options
+from fuzzy.shell.options import Json, Quiet, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import (
     Law,
@@ -23,10 +21,10 @@ Ends = Literal["A", "B"]  # the class of a crossing: where its paths may end
 @renamed_options(jobs="--workers")
 def crossing(
     *,
-    runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random crossings.")] = 1000,
-    robots: Annotated[int, typer.Option(min=2, max=200, help="Number of robots in each.")] = 3,
+    runs: Annotated[int, option("Number of random crossings.", min=1, max=1_000_000)] = 1000,
+    robots: Annotated[int, option("Number of robots in each.", min=2, max=200)] = 3,
     ends: Annotated[
-        Ends, typer.Option("--class", help="A: ends clear of the other paths; B: ends only apart from each other.")
+        Ends, option("A: ends clear of the other paths; B: ends only apart from each other.", "--class")
     ] = "A",
     controller: Annotated[
         str | None,
@@ -36,7 +34,7 @@ def crossing(
     ] = None,
     law: Law = None,
     disturbance: Wrong,
-    seed: Annotated[int, typer.Option(min=0, help="The first crossing's seed.")] = 0,
+    seed: Annotated[int, option("The first crossing's seed.", min=0)] = 0,
     workers: Workers = None,
     json: Json = False,
     quiet: Quiet = False,

@@ -3,9 +3,7 @@
 from functools import partial
 from typing import Annotated, Any, Literal
 
-import typer
-
-from fuzzy.shell.options import Json, Quiet, renamed_options
+from fuzzy.shell.options import Json, Quiet, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import (
     Law,
@@ -25,23 +23,19 @@ Side = Literal["beside", "crossing"]  # how the lanes of several robots lie to e
 @renamed_options(jobs="--workers")
 def obstacles(
     *,
-    runs: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of random courses.")] = 1000,
-    field: Annotated[
-        Field, typer.Option("--class", help="A: gaps of 0.7 m; B: obstacles may overlap; U: a trap.")
-    ] = "A",
-    robots: Annotated[Team, typer.Option(help="Number of robots, each on a lane.")] = "1",
+    runs: Annotated[int, option("Number of random courses.", min=1, max=1_000_000)] = 1000,
+    field: Annotated[Field, option("A: gaps of 0.7 m; B: obstacles may overlap; U: a trap.", "--class")] = "A",
+    robots: Annotated[Team, option("Number of robots, each on a lane.")] = "1",
     lanes: Annotated[
-        Side, typer.Option(help="beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
+        Side, option("beside: lanes side by side; crossing: robots on time would meet, for 3 robots.")
     ] = "beside",
     controller: Annotated[
         str | None, controller_option("Controller: committed (default), literal, or one that `robotics list` names.")
     ] = None,
     law: Law = None,
-    seed: Annotated[int, typer.Option(min=0, help="The first course's seed.")] = 0,
+    seed: Annotated[int, option("The first course's seed.", min=0)] = 0,
     disturbance: Wrong,
-    moving: Annotated[
-        int, typer.Option(min=0, max=10, help="Number of discs that cross the lanes, at 0.2 m/s at most.")
-    ] = 0,
+    moving: Annotated[int, option("Number of discs that cross the lanes, at 0.2 m/s at most.", min=0, max=10)] = 0,
     workers: Workers = None,
     json: Json = False,
     quiet: Quiet = False,

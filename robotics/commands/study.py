@@ -4,10 +4,8 @@ import shlex
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.files.atomic import check_folder
-from fuzzy.shell.options import Json, Quiet, renamed_options
+from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
@@ -18,20 +16,15 @@ from robotics.experiments.versions import versions
 
 @renamed_options(jobs="--workers")
 def study(
-    name: Annotated[
-        str, typer.Argument(metavar="STUDY.toml", help="A study's file; or a name: thesis.", autocompletion=studies)
-    ],
+    name: Annotated[str, argument("A study's file; or a name: thesis.", "STUDY.toml", autocompletion=studies)],
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Folder of the results. Default: the file's key out, or out/NAME"),
+        Path | None, option("Folder of the results. Default: the file's key out, or out/NAME", "FOLDER")
     ] = None,
-    seeds: Annotated[
-        int | None, typer.Option(min=1, help="Number of seeds. Default: the file's; a verdict needs 20.")
-    ] = None,
+    seeds: Annotated[int | None, option("Number of seeds. Default: the file's; a verdict needs 20.", min=1)] = None,
     workers: Annotated[
-        int, typer.Option(min=1, max=1000, help="Number of processes that simulate; the numbers do not depend on it.")
+        int, option("Number of processes that simulate; the numbers do not depend on it.", min=1, max=1000)
     ] = 1,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures and write report.html.")] = True,
+    report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

@@ -5,12 +5,10 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import Json, Quiet
+from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import sweeps
@@ -18,18 +16,15 @@ from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
 
 
 def sweep(
-    spec: Annotated[
-        str,
-        typer.Argument(metavar="SPEC.toml", help="A sweep's file; or a name: lyapunov-gains.", autocompletion=sweeps),
-    ],
+    spec: Annotated[str, argument("A sweep's file; or a name: lyapunov-gains.", "SPEC.toml", autocompletion=sweeps)],
     law: Laws = None,
     metric: Metric = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes of this machine. Default: only this one.")
+        int | None, option("Number of processes of this machine. Default: only this one.", min=1)
     ] = None,
     dask: Dask = None,
-    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder of the results. Default: out/NAME")] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a sweep.")] = False,
+    out: Annotated[Path | None, option("Folder of the results. Default: out/NAME", "FOLDER")] = None,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of a sweep.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

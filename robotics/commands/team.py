@@ -3,21 +3,20 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from fuzzy.errors import InputError
+from fuzzy.shell.options import option
 from robotics.commands.completion import controllers
 
 
 def team(
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.toml", help="File into which the scenario goes.")],
-    robots: Annotated[int, typer.Option(help="Number of robots, 2 to 2000.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the paths.")] = 0,
-    speed: Annotated[float, typer.Option(help="Mean speed on the longest path, m/s.")] = 0.25,
+    out: Annotated[Path, option("File into which the scenario goes.", "--out", "-o", "FILE.toml")],
+    robots: Annotated[int, option("Number of robots, 2 to 2000.")] = 20,
+    seed: Annotated[int, option("Seed of the paths.", min=0)] = 0,
+    speed: Annotated[float, option("Mean speed on the longest path, m/s.")] = 0.25,
     controller: Annotated[
-        str, typer.Option(help="Controller that the scenario names.", autocompletion=controllers)
+        str, option("Controller that the scenario names.", autocompletion=controllers)
     ] = "virtual-structure",
-    graph: Annotated[str, typer.Option(help="Graph of who hears whom: complete, ring, line or star.")] = "complete",
+    graph: Annotated[str, option("Graph of who hears whom: complete, ring, line or star.")] = "complete",
 ) -> None:
     """Write a random team as a scenario: paths that every robot can drive, all due at the same time.
 
@@ -26,7 +25,7 @@ def team(
       robotics team --robots 20 --seed 3 -o team.toml
       robotics run team.toml --plot team.png
     """
-    from fuzzy.files.atomic import check_target, replacing
+    from fuzzy.files.atomic import check_target, write_whole
     from robotics.scenario.random_team import team_toml
     from robotics.scenario.reading import parse_scenario
 
@@ -34,8 +33,7 @@ def team(
     text = team_toml(robots, seed, speed=speed, controller=controller, radio=graph)
     scenario = parse_scenario(text, out.stem, str(out))
     try:
-        with replacing(out) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(out, text)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror}") from None
     longest = max(path.length for path in scenario.trajectory.paths)

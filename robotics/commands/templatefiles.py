@@ -4,7 +4,7 @@ from importlib import resources
 from pathlib import Path
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.naming import expected
 
 # By kind: the packaged file, the name by which its own comments call it, and the command that uses it
@@ -32,6 +32,5 @@ def write_template(kind: str, path: Path) -> str:
     text, suffix = template_text(kind, str(path)), Path(TEMPLATES[kind][0]).suffix
     if path.suffix != suffix:
         raise InputError(f"{path}: the name of a {kind} file must end in {suffix}")
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_whole(path, text)
     return TEMPLATES[kind][2].replace("FILE", str(path))

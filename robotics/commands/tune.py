@@ -6,11 +6,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import Json, Quiet, renamed_options
+from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -28,53 +26,28 @@ if TYPE_CHECKING:
 @renamed_options(jobs="--workers", runs="--seeds", check_runs="--check-seeds", scenarios="")
 def tune(
     law: Annotated[
-        str,
-        typer.Argument(
-            metavar="LAW",
-            help="The law: a name, name:gain=value, mine.fis, mylaw.py:MyLaw.",
-            autocompletion=controllers,
-        ),
+        str, argument("The law: a name, name:gain=value, mine.fis, mylaw.py:MyLaw.", "LAW", autocompletion=controllers)
     ],
-    on: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SCENARIO", help="Names or .toml files to tune on.", show_default=False, autocompletion=scenarios
-        ),
-    ],
+    on: Annotated[list[str], argument("Names or .toml files to tune on.", "SCENARIO", autocompletion=scenarios)],
     unseen: Annotated[
         str | None,
-        typer.Option(
-            "--unseen",
-            metavar="C,D",
-            help="Scenarios not tuned on, where before and after are compared. Default: other packaged tracking ones.",
+        option(
+            "Scenarios not tuned on, where before and after are compared. Default: other packaged tracking ones.", "C,D"
         ),
     ] = None,
-    noise: Annotated[
-        bool, typer.Option("--noise", help="Measure postures with 3 mm and 3 mrad of noise where nothing is random.")
-    ] = False,
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each candidate on each scenario.")] = 20,
+    noise: Annotated[bool, option("Measure postures with 3 mm and 3 mrad of noise where nothing is random.")] = False,
+    seeds: Annotated[int, option("Seeds of each candidate on each scenario.", min=1)] = 20,
     evaluations: Annotated[
-        int, typer.Option(min=1, help="Number of candidates that are tried, the law as it is included.")
+        int, option("Number of candidates that are tried, the law as it is included.", min=1)
     ] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="The seed of the search.")] = 1,
-    engine: Annotated[str, typer.Option(help="What searches: cmaes, or random.")] = "cmaes",
-    space: Annotated[
-        str | None,
-        typer.Option(metavar="FILE.toml", help="What may move, and the cost: see `robotics new tuning`."),
-    ] = None,
-    pareto: Annotated[
-        bool, typer.Option("--pareto", help="Look for the front between the cost's two objectives.")
-    ] = False,
-    check_seeds: Annotated[
-        int, typer.Option(min=0, help="Unseen seeds by which before and after are compared; 0: none.")
-    ] = 200,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Folder of the results. Default: out/tune-LAW")
-    ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Discard what FOLDER holds of a search.")] = False,
-    workers: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="Number of threads. Default: one for each core.")
-    ] = None,
+    seed: Annotated[int, option("The seed of the search.", min=0)] = 1,
+    engine: Annotated[str, option("What searches: cmaes, or random.")] = "cmaes",
+    space: Annotated[str | None, option("What may move, and the cost: see `robotics new tuning`.", "FILE.toml")] = None,
+    pareto: Annotated[bool, option("Look for the front between the cost's two objectives.")] = False,
+    check_seeds: Annotated[int, option("Unseen seeds by which before and after are compared; 0: none.", min=0)] = 200,
+    out: Annotated[Path | None, option("Folder of the results. Default: out/tune-LAW", "--out", "-o", "FOLDER")] = None,
+    fresh: Annotated[bool, option("Discard what FOLDER holds of a search.")] = False,
+    workers: Annotated[int | None, option("Number of threads. Default: one for each core.", min=1, max=1000)] = None,
     dask: Dask = None,
     json: Json = False,
     quiet: Quiet = False,

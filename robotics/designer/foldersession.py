@@ -58,6 +58,8 @@ class FolderSession(PanelSession):
         if "list" not in self.reads:
             self.begin_reading("list", self._offer)
 
+    _do_list = list_files
+
     async def _offer(self, _: object) -> None:
         # A file that takes too long is said and left out.
         try:

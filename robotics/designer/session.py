@@ -100,28 +100,12 @@ class TryoutSession(FolderSession):
         self.moments = RunMoments(bench)
         self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
         self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
-        nothing = [
-            "choices",
-            "course",
-            "tried",
-            "before",
-            "rival",
-            "busy",
-            "editor",
-            "seeds",
-            "round",
-            "rules",
-            "moment",
-        ]
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
-        acts = {"see": self._see, "list": self.list_files, "choose": self._choose, "file": self._take, "pin": self._pin}
-        texts = {"edit": self._edit, "text": self._write, "save": self._save, "revert": self._revert}
         self.put(
             _MODULE,
-            acts | {"time": self._look_at_time} | texts,
             files=files,
             trial=self._trial(),
-            **dict.fromkeys([*nothing, "moment"]),
+            **dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment")),
         )
         bench.on_change(self._changed)
         bench.on_close(self.close)
@@ -142,7 +126,7 @@ class TryoutSession(FolderSession):
         """Say on the page why nothing came of a message, and what is still chosen."""
         self.widget.update(problem=refusal_of(error, message), trial=self._trial())
 
-    def _see(self, content: dict[str, Any]) -> None:
+    def _do_see(self, content: dict[str, Any]) -> None:
         self.seen = bool(content.get("on"))
         if self.seen:
             if self.opening is None:
@@ -150,7 +134,7 @@ class TryoutSession(FolderSession):
             self.list_files(content)
             self._look()
 
-    def _look_at_time(self, content: dict[str, Any]) -> None:
+    def _do_time(self, content: dict[str, Any]) -> None:
         self.widget.update(moment={"count": content.get("count")})  # whatever becomes of it, the page asks again
         self.widget.update(moment=self.moments.look(content))
 
@@ -161,7 +145,7 @@ class TryoutSession(FolderSession):
             if self.reads["before"] is mine:
                 self.before, self.label = system, "in the file"
 
-    def _pin(self, _: dict[str, Any]) -> None:
+    def _do_pin(self, _: dict[str, Any]) -> None:
         self.reads["before"] = object()
         self.before, self.label = self.present, "pinned"
         self.wanted |= {"before"}
@@ -171,7 +155,7 @@ class TryoutSession(FolderSession):
         if self.task is None or self.task.done():
             self.widget.update(busy=what and {"what": what, "took": None})
 
-    def _choose(self, content: dict[str, Any]) -> None:
+    def _do_choose(self, content: dict[str, Any]) -> None:
         name, value = content.get("name"), content.get("value")
         if name not in _CHOICES:
             raise TryoutError(expected(str(name), _CHOICES, "choice"))
@@ -294,7 +278,7 @@ class TryoutSession(FolderSession):
             self.needs = None
         self._want(wish)
 
-    def _take(self, content: dict[str, Any]) -> None:
+    def _do_file(self, content: dict[str, Any]) -> None:
         """Take the scenario file that was chosen on the page, from anywhere."""
         name, text = content.get("name"), content.get("text")
         if not isinstance(name, str) or not name.lower().endswith(".toml") or not isinstance(text, str):
@@ -306,7 +290,7 @@ class TryoutSession(FolderSession):
 
     # Texts that are edited
 
-    def _edit(self, content: dict[str, Any]) -> None:
+    def _do_edit(self, content: dict[str, Any]) -> None:
         """Lay the chosen scenario or robot on the desk."""
 
         what = self._what(content)
@@ -356,17 +340,17 @@ class TryoutSession(FolderSession):
             raise TryoutError(f"no {what} is being edited")
         return self.desks[what]
 
-    def _write(self, content: dict[str, Any]) -> None:
+    def _do_text(self, content: dict[str, Any]) -> None:
         desk = self._desk(content).written(content.get("text"))
         self._lay(desk)
         self.open = desk.what
         self.wanted |= {"check"}
 
-    def _revert(self, content: dict[str, Any]) -> None:
+    def _do_revert(self, content: dict[str, Any]) -> None:
         self._lay(self._desk(content).reverted())
         self.wanted |= {"check"}
 
-    def _save(self, content: dict[str, Any]) -> None:
+    def _do_save(self, content: dict[str, Any]) -> None:
         desk, name = self._desk(content), content.get("name")
         desk = desk.saved_as(self.folder, desk.file.name if name is None else str(name), bool(content.get("overwrite")))
         self._lay(desk)

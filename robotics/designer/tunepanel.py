@@ -73,17 +73,6 @@ class TuneSession(TaskSession):
         self.words = ""
         self.put(
             _MODULE,
-            {
-                "choose": self._choose,
-                "start": self._start,
-                "go on": self._go_on,
-                "stop": self.stop,
-                "keep": self._keep,
-                "discard": self._discard,
-                "compare": self._compare,
-                "take": self._take,
-                "forget": self._forget,
-            },
             accepted={
                 "engine": list(OFFERED_ENGINES),
                 "runs": MOST_RUNS,
@@ -147,7 +136,7 @@ class TuneSession(TaskSession):
 
     # Messages
 
-    def _choose(self, message: dict[str, Any]) -> None:
+    def _do_choose(self, message: dict[str, Any]) -> None:
         name, value = self.setting(message)
         self.choice = {**self.choice, name: value}
         if name == "law":
@@ -155,7 +144,7 @@ class TuneSession(TaskSession):
         self._show_form()
         checked(self.choice)
 
-    async def _start(self, _: dict[str, Any]) -> None:
+    async def _do_start(self, _: dict[str, Any]) -> None:
         self._idle()
         checked(self.choice)
         present = self.present
@@ -187,7 +176,7 @@ class TuneSession(TaskSession):
         write_task(task)
         await self._run(task)
 
-    async def _go_on(self, _: dict[str, Any]) -> None:
+    async def _do_go_on(self, _: dict[str, Any]) -> None:
         self._idle()
         left = found_at(self._place(), self.folder.path)
         if left is None:
@@ -210,7 +199,7 @@ class TuneSession(TaskSession):
         if before == "testing":
             self.state = before
 
-    def _keep(self, _: dict[str, Any]) -> None:
+    def _do_keep(self, _: dict[str, Any]) -> None:
         """The best is in the design already: no longer is it on trial."""
         self._idle()
         if self.preview is None:
@@ -221,7 +210,7 @@ class TuneSession(TaskSession):
         self.words = "The best is kept in the design: Undo takes it out again, and saving writes it to the file."
         self.tell()
 
-    def _discard(self, _: dict[str, Any]) -> None:
+    def _do_discard(self, _: dict[str, Any]) -> None:
         """Back to what it began with: by undoing the one edit, where that is the last one."""
         self._idle()
         if self.preview is None or self.task is None:
@@ -243,7 +232,7 @@ class TuneSession(TaskSession):
         self.widget.update(after=[])
         self.tell()
 
-    def _compare(self, message: dict[str, Any]) -> None:
+    def _do_compare(self, message: dict[str, Any]) -> None:
         """Show what it began with beside the best in the editors, or no longer."""
         if self.task is None:
             raise TuningError("there is nothing yet to compare with")
@@ -259,7 +248,7 @@ class TuneSession(TaskSession):
         compared = self.bench.document.compared
         return compared is not None and compared.name == _BEFORE
 
-    def _take(self, _: dict[str, Any]) -> None:
+    def _do_take(self, _: dict[str, Any]) -> None:
         """The best of a search that was stopped, as one edit."""
         self._idle()
         left = found_at(self._place(), self.folder.path)
@@ -270,7 +259,7 @@ class TuneSession(TaskSession):
         self.words = f"The best of {left['best']['evaluations']} evaluations is in the design."
         self.tell()
 
-    def _forget(self, _: dict[str, Any]) -> None:
+    def _do_forget(self, _: dict[str, Any]) -> None:
         self._idle()
         forget(self._place())
         self.tell()

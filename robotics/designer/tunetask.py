@@ -20,7 +20,7 @@ import numpy as np
 from fuzzy.designer import autosave
 from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
@@ -213,8 +213,7 @@ def _costs(best: dict[str, Any]) -> tuple[float, float]:
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8", newline="\n")
+    write_whole(path, json.dumps(content, indent=1))
 
 
 # The search, in a process of its own ----------------------------------------------------------------------------

@@ -213,8 +213,7 @@ def plot_budget(
                 budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
             )
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
-        ax.set_xscale("log")
-        ax.set_yscale("log")
+        ax.set(xscale="log", yscale="log")
         _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         ax.set_xlim(budgets[0], budgets[-1])
         low, high = _room(curves)
@@ -323,8 +322,7 @@ def plot_profiles(
             _draw_profiles(ax, laws, family, limits, profiles)
             ax.set_xscale("log")
             _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
-            ax.set_xlim(limits[0], limits[-1])
-            ax.set_ylim(0, 103)
+            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
         for ax in axes[::columns]:
             ax.set_ylabel("runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
@@ -453,8 +451,7 @@ def plot_pareto(
     with style():
         figure = new_figure(width, 3.7)
         ax = figure.subplots()
-        ax.set_xscale("log")
-        ax.set_yscale("log")
+        ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]
         front = front[np.argsort(front[:, 0])]
         ax.plot(*front.T, color="0.6", drawstyle="steps-post", linewidth=1.0, linestyle="-", zorder=1)
@@ -475,8 +472,7 @@ def plot_pareto(
         points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
         _round_axes(ax, points)
-        ax.set_xlabel(f"{titles[0]}, logarithmic\n← better")
-        ax.set_ylabel(f"{titles[1]}, logarithmic\n← better")
+        ax.set(xlabel=f"{titles[0]}, logarithmic\n← better", ylabel=f"{titles[1]}, logarithmic\n← better")
         marks = () if published is None else (("as published", "white"), ("tuned", "0.35"))
         _legend(figure, laws, marks)
         figure.draw_without_rendering()  # the layout is known now, and names find room

@@ -69,8 +69,7 @@ def _draw_region(
     ax.plot(*outline, **_REGION)
     if share > 0:
         ax.plot(*(share * outline), **_UNSATURATED)
-    ax.set_xlabel(_NAMES[i])
-    ax.set_ylabel(_NAMES[j])
+    ax.set(xlabel=_NAMES[i], ylabel=_NAMES[j])
 
 
 def _draw_decay(ax: Axes, certificate: Certificate, trial: CertificateTrial) -> None:
@@ -81,5 +80,4 @@ def _draw_decay(ax: Axes, certificate: Certificate, trial: CertificateTrial) -> 
     ax.legend(loc="lower left")  # what falls leaves this corner free
     ax.set_xlim(0, trial.time[-1])
     ax.set_ylim(top=2.0)
-    ax.set_xlabel("time [s]")
-    ax.set_ylabel("√(e'Pe)")
+    ax.set(xlabel="time [s]", ylabel="√(e'Pe)")

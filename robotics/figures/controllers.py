@@ -76,8 +76,7 @@ def plot_paths(
             _draw_paths(overview, run, chosen[run.controller], len(drawn) - depth)
         _draw_references(overview, drawn[0])
         _mark_starts(overview, drawn[0])
-        overview.set_xlabel("x [m]")
-        overview.set_ylabel("y [m]")
+        overview.set(xlabel="x [m]", ylabel="y [m]")
         _draw_cross_tracks([figure.add_subplot(grid[1 + k // columns, k % columns]) for k in range(len(runs))],
                            runs, chosen, columns)  # fmt: skip
         unique = legend_entries(overview)

@@ -245,11 +245,11 @@ def few_ticks(low: float, high: float) -> list[float]:
     return ticks[:: -(-len(ticks) // 5)]
 
 
-def room_for(rows: np.ndarray, around: float = 0.0, margin: float = 0.08) -> tuple[float, float]:
-    """The least and greatest known value of the rows and of ``around``, with a margin as a share of their distance."""
+def room_for(rows: np.ndarray) -> tuple[float, float]:
+    """The least and greatest known value of the rows and of 0, with a margin."""
     known = rows[np.isfinite(rows)]
-    low, high = min(around, known.min(initial=np.inf)), max(around, known.max(initial=-np.inf))
-    room = margin * (high - low) or 1e-6
+    low, high = known.min(initial=0.0), known.max(initial=0.0)
+    room = 0.08 * (high - low) or 1e-6
     return float(low - room), float(high + room)
 
 
@@ -308,15 +308,7 @@ def cut_to_what_robots_can(ax: Axes, run: Run, place: int, channel: str) -> None
         cut_axis(ax, run.time, rows, *room_for(np.clip(rows, -most, most)))
 
 
-def mark_contacts(
-    ax: Axes,
-    run: Run,
-    place: int,
-    *,
-    until: float = np.inf,
-    scale: float = 1.0,
-    center: tuple[float, float] = (0.0, 0.0),
-) -> None:
+def mark_contacts(ax: Axes, run: Run, place: int, *, until: float = np.inf) -> None:
     """Draw a cross in a ring where each contact began, in a top view, with an entry for the legend.
 
     Args:
@@ -324,13 +316,10 @@ def mark_contacts(
         run: The run.
         place: The place of the seed in the run.
         until: The time [s] after which contacts are not drawn.
-        scale: The axes' units in a metre.
-        center: The place [m] that is the origin of the axes.
     """
     shown = [contact for contact in contacts(run, place, MOST_DRAWN) if contact.start <= until]
     if shown:
-        x, y = np.array([(contact.x, contact.y) for contact in shown]).T
-        ax.plot(scale * (x - center[0]), scale * (y - center[1]), **CONTACT, label="contact")
+        ax.plot([contact.x for contact in shown], [contact.y for contact in shown], **CONTACT, label="contact")
 
 
 def last_known(values: np.ndarray) -> int:

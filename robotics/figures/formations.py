@@ -125,7 +125,7 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
                 for k, (stage, found) in enumerate(fit.found.items()):
                     look = {"color": COLORS[k], "linestyle": LINES[1 - k % 2], "linewidth": 0.9}
                     ax.plot(*thinned(time, found), **look, label=stage)
-                    errors.append(f"{np.sqrt(np.mean((found - fit.target) ** 2)):.1e}")
+                    errors.append(f"{rms(found - fit.target):.1e}")
                 ax.set_ylabel(fit.label, parse_math=False)
                 _widen(ax)
                 ax.locator_params(nbins=4)
@@ -172,7 +172,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
             below = figure.add_subplot(grid[2 * row + 1, 0], sharex=over)
             against = figure.add_subplot(grid[2 * row : 2 * row + 2, 1])
             _draw_stages(over, below, against, fit)
-            errors = ", then ".join(f"{_rms(found - fit.target):.2e}" for found in fit.found.values())
+            errors = ", then ".join(f"{rms(found - fit.target):.2e}" for found in fit.found.values())
             over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
         figure.align_ylabels()
         handles, labels = figure.axes[0].get_legend_handles_labels()
@@ -200,13 +200,13 @@ def _draw_stages(over: Axes, below: Axes, against: Axes, fit: Fit) -> None:
     over.set_ylabel(fit.label, parse_math=False)
     over.margins(x=0)
     over.tick_params(labelbottom=False)
-    below.set_ylabel("difference")
-    below.set_xlabel("sample" if run else "sample, in the order of the data's output")
+    below.set(ylabel="difference", xlabel="sample" if run else "sample, in the order of the data's output")
     against.set_xlabel(f"data: {fit.label}", parse_math=False)
     against.set_ylabel("network")
 
 
-def _rms(values: np.ndarray) -> float:
+def rms(values: np.ndarray) -> float:
+    """The root mean square of all values."""
     return float(np.sqrt(np.mean(values**2)))
 
 

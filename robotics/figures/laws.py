@@ -46,9 +46,7 @@ def plot_switching(
                 color, line = (COLORS[i % 6], LINES[1 + i % 6]) if mu0 < 1 else ("black", "-")
                 name = f"K = {number(k)}, μ₀ = {number(mu0)}" + ("" if mu0 < 1 else ": conventional")
                 ax.plot(s, push, color=color, linestyle=line, label=name)
-            ax.set_xlabel("S [m/s]")
-            ax.set_ylabel("push K/Q(S) sign S [m/s²]")
-            ax.set_xlim(-reach, reach)
+            ax.set(xlabel="S [m/s]", ylabel="push K/Q(S) sign S [m/s²]", xlim=(-reach, reach))
             ax.legend(loc="upper left", handlelength=2.8, borderaxespad=0.2)  # a push never opposes S: nothing is there
         return figure
 

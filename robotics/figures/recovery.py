@@ -43,8 +43,7 @@ def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figu
             right.plot(at, [float(r.deviation.mean()) for r in mine], **look)
         left.axvline(15.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)))
         left.text(14.7, 3, "limit in\nthe thesis", fontsize=7, color="0.3", ha="right")
-        left.set_ylim(-3, 103)
-        left.set_ylabel("teams that recover [%]")
+        left.set(ylim=(-3, 103), ylabel="teams that recover [%]")
         right.set_ylim(bottom=0)
         right.set_ylabel("largest distance from\nthe path, mean [m]")
         for ax in (left, right):
@@ -131,8 +130,7 @@ def plot_scaling(scaling: Sequence[Scaling], width: float = DOUBLE) -> Figure:
             ax.set_xticks(sizes, [str(n) for n in sizes])
             ax.minorticks_off()
             ax.set_xlabel("robots, logarithmic")
-        left.set_ylim(0.0, 1.15 * max(2 * step, *(s.spread for s in scaling)))
-        left.set_ylabel("spread of the arrivals [s]")
+        left.set(ylim=(0.0, 1.15 * max(2 * step, *(s.spread for s in scaling))), ylabel="spread of the arrivals [s]")
         right.set_ylabel("arrival of the last\nafter the reference's end [s]")
         figure.legend(loc="outside upper center", ncol=len(losses), title="one team a point", title_fontsize=7)
         return figure

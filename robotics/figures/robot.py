@@ -91,9 +91,7 @@ def _draw_steps(speed: Axes, voltage: Axes, robot: Robot) -> None:
     legend.get_title().set_fontsize(6)
     speed.set_title("Wheel loop: step to half of the top speed", fontsize=7)
     speed.set_ylabel("wheel speed / step")
-    voltage.set_ylim(0.0, 1.08 * robot.supply_voltage)
-    voltage.set_ylabel("voltage [V]")
-    voltage.set_xlabel("time [s]")
+    voltage.set(ylim=(0.0, 1.08 * robot.supply_voltage), ylabel="voltage [V]", xlabel="time [s]")
     speed.tick_params(labelbottom=False)
     speed.margins(x=0)
 

@@ -13,7 +13,7 @@ from fuzzy.figures.drawing import save_figure
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
-from robotics.arena.answer import answer
+from robotics.arena.answer import answer, microseconds
 from robotics.arena.changes import CHANGES
 from robotics.arena.description import BLOCKS, Arena, load_arena
 from robotics.arena.entrants import sort_of, terms_of
@@ -284,10 +284,8 @@ def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list
                 "fifth, its commands later or its sensors noisier by a factor of two, and nobody is told: neither the "
                 "laws, nor the wheel loops, nor odometry.",
             ),
-            (),
-            [_robust_failures(outcome)],
-            [pictures["robustness"]],
-            (),
+            details=[_robust_failures(outcome)],
+            pictures=[pictures["robustness"]],
             folded="Failed runs under each change",
         ),
         _laws(outcome, specifications),
@@ -307,7 +305,7 @@ def _terms(outcome: Outcome) -> Chapter:
                 terms.knows,
                 str(len(entry.parameters)),
                 f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published",
-                _micro(outcome.computing[entry.law]),
+                microseconds(outcome.computing[entry.law]),
             )
         )
     unseen = ", ".join(arena.unseen_sorts) or "none"
@@ -335,7 +333,7 @@ def _terms(outcome: Outcome) -> Chapter:
         ),
         rows,
     )
-    return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], (), (), folded="The scenarios")
+    return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], folded="The scenarios")
 
 
 def _scale(term: Term) -> str:
@@ -403,9 +401,7 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
         "the same runs for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
     )
     shown = [pictures[name] for name in ("improvement", "profiles", "front") if name in pictures]
-    return Chapter(
-        "costs", "The costs, and how sure they are", text, [grid, parts], [per], shown, (), folded="By scenario"
-    )
+    return Chapter("costs", "The costs, and how sure they are", text, [grid, parts], [per], shown, folded="By scenario")
 
 
 def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
@@ -419,7 +415,7 @@ def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
         ("Law", *engines, "Chosen"),
         rows,
     )
-    return Chapter("budgets", "Budgets and engines", (), [grid], (), [pictures["budget"]], ())
+    return Chapter("budgets", "Budgets and engines", tables=[grid], pictures=[pictures["budget"]])
 
 
 def _weights(outcome: Outcome) -> Chapter:
@@ -439,7 +435,7 @@ def _weights(outcome: Outcome) -> Chapter:
         if not weights.changed.any()
         else "The order changes with the weights: who weighs precision and effort otherwise may choose another law.",
     )
-    return Chapter("weights", "Other weights", text, [grid], (), (), ())
+    return Chapter("weights", "Other weights", text, [grid])
 
 
 def _robust_failures(outcome: Outcome) -> Grid:
@@ -453,7 +449,7 @@ def _laws(outcome: Outcome, specifications: Sequence[str]) -> Chapter:
         entry = outcome.entries[k]
         rows.append((outcome.titles[k], entry.by or "as published", specifications[k] if specifications else ""))
     grid = Grid("The chosen laws, usable with --controller.", ("Law", "By", "Specification"), rows)
-    return Chapter("laws", "The tuned laws", (), (), [grid], (), (), folded="Specifications")
+    return Chapter("laws", "The tuned laws", details=[grid], folded="Specifications")
 
 
 # Words --------------------------------------------------------------------------------------------------------------
@@ -471,10 +467,6 @@ def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
         return _number(value)
     ends = " to ".join("∞" if v == np.inf else "-∞" if v == -np.inf else f"{v:.3g}" for v in (low, high))
     return f"{value:.3g}{unit} ({ends})"
-
-
-def _micro(value: float) -> str:
-    return f"{value:.2g} µs" if value < 100 else f"{value:.0f} µs"
 
 
 # Tables -------------------------------------------------------------------------------------------------------------

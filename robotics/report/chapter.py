@@ -130,11 +130,11 @@ class Chapter:
 
     name: str  # of its anchor
     title: str
-    text: tuple[str, ...]  # paragraphs
-    tables: Sequence[Grid]
-    details: Sequence[Grid]  # tables that are folded away
-    pictures: Sequence[Picture | Plate]
-    claims: Sequence[Claim]
+    text: tuple[str, ...] = ()  # paragraphs
+    tables: Sequence[Grid] = ()
+    details: Sequence[Grid] = ()  # tables that are folded away
+    pictures: Sequence[Picture | Plate] = ()
+    claims: Sequence[Claim] = ()
     films: Sequence[Film] = ()
     leads: Sequence[Lead] = ()  # who leads where, for the picture at the head of the report
     folded: str = "More tables"  # what the folded-away tables are called

@@ -25,7 +25,7 @@ from robotics.experiments.learning.fresh import NamedColumns, columns_of
 from robotics.experiments.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.figures.drawing import seeds_as_text
 from robotics.figures.formation_run import is_formation, plot_formation
-from robotics.figures.formations import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
+from robotics.figures.formations import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages, rms
 from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import can_touch, contact_sentences
@@ -173,7 +173,7 @@ def _demand_columns(networks: Sequence[Learnt], table: Samples) -> None:
 def errors_of(network: Learnt, samples: Samples, check: Samples | None = None) -> Errors:
     """Measure a network on the samples that it was learnt from and on the checking samples, if there are any."""
     x, y = columns_of(network.after, samples)
-    first, last = (_rmse(found - y) for found in stages(network, x).values())
+    first, last = (rms(found - y) for found in stages(network, x).values())
     try:
         found = scatter(x, y)
         spread = float(found.rms[0]), float(found.least[0]), float(found.most[0])
@@ -182,7 +182,7 @@ def errors_of(network: Learnt, samples: Samples, check: Samples | None = None) -
     checking = outside = np.nan
     if check is not None:
         x_check, y_check = columns_of(network.after, check)
-        checking = _rmse(stages(network, x_check)[STAGES[1]] - y_check)
+        checking = rms(stages(network, x_check)[STAGES[1]] - y_check)
         outside = float(((x_check < x.min(axis=0)) | (x_check > x.max(axis=0))).any(axis=1).mean())
     return Errors(network, first, last, checking, float(np.ptp(y)), spread, outside)
 
@@ -217,10 +217,6 @@ def setting_of(network: Learnt) -> str:
     """Radius, squash, accept and reject of the setting that was taken, as a table shows them."""
     trial = network.trial
     return f"{trial.radius:g}, {trial.options.squash:g}, {trial.options.accept:g}, {trial.options.reject:g}"
-
-
-def _rmse(difference: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(difference**2)))
 
 
 # The chapters -----------------------------------------------------------------------------------------------------
@@ -262,8 +258,7 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
     return Chapter(
         "summary",
         "Rules and errors",
-        (),
-        [
+        tables=[
             Grid(
                 "RMSE of each network in its output's unit. “Of its range”: the checking error, or without checking "
                 "data the training error, as a share of the range of the output in the training data. “Scatter”: how "
@@ -280,8 +275,7 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
                 [(each.network.output, remark) for each in errors for remark in remarks(each) or ["nothing"]],
             ),
         ],
-        (),
-        [
+        pictures=[
             Picture(
                 "errors",
                 "Errors of all networks in per cent of their outputs' ranges. A grey bar runs from the least to the "
@@ -290,7 +284,6 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
                 partial(plot_shares, [_share(each) for each in errors]),
             )
         ],
-        (),
     )
 
 
@@ -391,8 +384,8 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
     made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
     shown = [made] if card.facts else []
     if len(rows) > _MOST_COLUMNS:
-        return Chapter("data", "The data", (), shown, [columns], (), (), folded=f"Its {len(rows)} columns")
-    return Chapter("data", "The data", (), [columns, *shown], (), (), ())
+        return Chapter("data", "The data", tables=shown, details=[columns], folded=f"Its {len(rows)} columns")
+    return Chapter("data", "The data", tables=[columns, *shown])
 
 
 def _card(samples: Samples) -> Card:
@@ -424,12 +417,11 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
             + ("." if check is None else f", and by {_plain(errors.checking)} {output.unit} on the checking samples.")
             + stopped,
         ),
-        (),
-        [
+        details=[
             parameter_grid(network.before, "After clustering: antecedents as σ, c; then the consequents."),
             parameter_grid(network.after, "After learning: antecedents as σ, c; then the consequents."),
         ],
-        [
+        pictures=[
             Picture(
                 f"{name}-learning",
                 "Left: training error over the number of rules, a dot for every setting; the ring is the one taken. "
@@ -451,7 +443,6 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
                 partial(plot_premises, network.before, network.after),
             ),
         ],
-        (),
         folded="Parameters",
         closed=closed,
     )
@@ -486,8 +477,7 @@ def _drive(k: int, run: Run) -> Chapter:
         if lines
         else ("No robot touched another or an obstacle, and none was stopped.",),
         [Grid(f"{run.scenario}, {about}{many}.", ("quantity", *head), rows)],
-        (),
-        [
+        pictures=[
             Picture(
                 name,
                 f"{run.scenario}, seed {run.seeds[0]}: where the robots went, errors, speeds and what was commanded.",
@@ -495,7 +485,6 @@ def _drive(k: int, run: Run) -> Chapter:
                 page,
             )
         ],
-        (),
         films=[Film(f"{run.scenario}, seed {run.seeds[0]}, in motion.", partial(player_fragment, run))],
     )
 

@@ -96,11 +96,10 @@ def chapter_of(results: Results) -> Chapter:
             "sample. What a run does after a contact is not compared.",
         ),
         [_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
-        [],
-        _pictures(runs),
-        judged("avoidance", partial(values, results)),
-        [film_of(runs[key], *key) for key in _played(runs)],
-        [
+        pictures=_pictures(runs),
+        claims=judged("avoidance", partial(values, results)),
+        films=[film_of(runs[key], *key) for key in _played(runs)],
+        leads=[
             *(_lead(runs, test, CRASH_LAWS) for test in AVOIDANCE_TESTS),
             *(_lead(runs, c, OBSTACLE_LAWS) for c in COURSES),
         ],

@@ -95,9 +95,8 @@ def chapter_of(results: Results) -> Chapter:
             "The gains are the thesis's or follow from one design rule. None were searched for on these scenarios.",
         ),
         [_table_2_1(results), _origins()],
-        [],
-        _pictures(),
-        claims_of(results),
+        pictures=_pictures(),
+        claims=claims_of(results),
     )
 
 

@@ -90,7 +90,6 @@ def outcome(
                 by=searches[0].name,
                 budgets=(50, 100),
                 searches=tuple(replace(s, law=law) for s in searches),
-                on_tuning=np.ones((len(searches), 2)),
                 looked_at=np.array([[0, 1], [0, 2]])[: len(searches)],
                 choosing=np.ones((3, 1, made.choosing_runs)) * levels[:, None, None],
                 runs={"published": table(before), "tuned": table(costs)},

@@ -69,10 +69,3 @@ def test_what_cannot_be_learnt_is_told_in_a_sentence(command, arguments, said, c
     assert said in err
     assert "Traceback" not in err
     assert out == ""
-
-
-def test_the_name_of_version_0_1_still_learns_formations(capsys):
-    assert main(["learn", "missing.csv", "-o", "networks", "-q"]) == 2
-    err = capsys.readouterr().err
-    assert "`learn DATA.csv` is now called `learn formation`" in err
-    assert "missing.csv" in err.splitlines()[-1]

@@ -108,15 +108,3 @@ def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     shared = set(stress) & set(run["outcome"])
     assert shared >= {"min_clearance_m", "min_distance_m", "contacts", "followed_wall"}
     assert {name: run["outcome"][name] for name in shared} == {name: stress[name] for name in shared}
-
-
-def test_run_crossing_still_repeats_and_says_its_new_name(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.experiments.stress.obstaclecourse.ObstacleOutcome.limit", 0.1)
-    assert main(["repeat", "obstacles", "--seed", "3", "-q"]) == 0
-    now = capsys.readouterr()
-    assert main(["run", "obstacles", "--seed", "3", "-q"]) == 0
-    then = capsys.readouterr()
-    assert then.out == now.out
-    assert now.err == ""
-    assert then.err.count("\n") == 1
-    assert "is now called `repeat obstacles`" in then.err
