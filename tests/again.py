@@ -39,7 +39,8 @@ def pytest_sessionfinish(session: pytest.Session) -> Any:
         return
     stats = reporter.stats
     failed = [*stats.get("failed", ()), *stats.get("error", ())]
-    browsers = {report.nodeid: "browser" in report.keywords for report in failed}
+    # A file that cannot be imported has no keywords.
+    browsers = {report.nodeid: "browser" in getattr(report, "keywords", ()) for report in failed}
     flaky = {test for test, drives in browsers.items() if drives and _run_alone(session.config, test)}
     if session.exitstatus == pytest.ExitCode.TESTS_FAILED and flaky == set(browsers):
         session.exitstatus = pytest.ExitCode.OK

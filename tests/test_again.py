@@ -27,6 +27,7 @@ def test_at_the_second_time(browser):
 """
 BROKEN = "def test_never(browser):\n    assert False\n"
 PLAIN = "def test_without_a_browser():\n    assert False\n"
+ASTRAY = "import nowhere\n"
 SKIPPED = "import pytest\ndef test_left_out():\n    pytest.importorskip('nowhere', reason='needs nowhere')\n"
 
 
@@ -37,8 +38,9 @@ SKIPPED = "import pytest\ndef test_left_out():\n    pytest.importorskip('nowhere
         ((SKIPPED,), True, "none"),
         ((FLAKY, BROKEN), False, "test_it_0.py::test_at_the_second_time"),
         ((PLAIN,), False, "none"),
+        ((ASTRAY,), False, "none"),
     ],
-    ids=["flaky", "nothing", "broken", "no browser"],
+    ids=["flaky", "nothing", "broken", "no browser", "no file"],
 )
 def test_a_browser_test_that_passes_by_itself_is_named(tmp_path, texts, passes, flaky):
     (tmp_path / "conftest.py").write_text(CONFTEST, encoding="utf-8")
@@ -53,6 +55,7 @@ def test_a_browser_test_that_passes_by_itself_is_named(tmp_path, texts, passes, 
     ]
     done = subprocess.run([*run, *options], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode == 0) == passes, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
     *skipped, last = told((tmp_path / "notes").read_text(encoding="utf-8").splitlines()).splitlines()
     assert last == f"flaky tests: {flaky}"
     assert skipped == (["skipped: 1 × needs nowhere"] if SKIPPED in texts else ["skipped tests: none"])

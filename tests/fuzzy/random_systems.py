@@ -1,9 +1,11 @@
 """Random Sugeno systems and points for Hypothesis: every function, method, hedge and kind of rule.
 
-Numbers are sixteenths, so that points fall on feet, centers and edges often.
+Numbers are sixteenths, so that points fall on feet, centers and edges often. A strategy is made once: Hypothesis looks
+through each new one, which takes longer than to draw from it.
 """
 
-from typing import Literal
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
 from hypothesis import strategies as st
@@ -47,8 +49,40 @@ POSITIVE = tuple(f for f in mf.FUNCTIONS if f.log_formula is not None)
 
 @st.composite
 def functions(draw: st.DrawFn, kinds: tuple[type[mf.MembershipFunction], ...] = mf.FUNCTIONS) -> mf.MembershipFunction:
-    kind = draw(st.sampled_from(kinds))
+    kind = draw(one_of(kinds))
     return kind(*draw(PARAMETERS[kind]))
+
+
+@cache
+def one_of(choices: tuple[Any, ...]) -> st.SearchStrategy[Any]:
+    return st.sampled_from(choices)
+
+
+@cache
+def some_of(count: int) -> st.SearchStrategy[list[int]]:
+    """Some of 0, 1, ..., in any order."""
+    return st.lists(st.sampled_from(range(count)), min_size=1, unique=True)
+
+
+@cache
+def up_to(most: int) -> st.SearchStrategy[int]:
+    return st.integers(1, most)
+
+
+@cache
+def terms(kinds: tuple[type[mf.MembershipFunction], ...]) -> st.SearchStrategy[list[mf.MembershipFunction]]:
+    return st.lists(functions(kinds), min_size=1, max_size=3)
+
+
+@cache
+def proposals(count: int, order: int) -> st.SearchStrategy[list[Constant | Linear]]:
+    """The terms of an output where there are ``count`` inputs."""
+    value = sixteenths(-5, 5)
+    linear = st.builds(Linear, st.lists(value, min_size=count, max_size=count), value)
+    return st.lists(st.builds(Constant, value) | (linear if order else st.nothing()), min_size=1, max_size=3)
+
+
+YES_OR_NO = st.booleans()
 
 
 @st.composite
@@ -61,47 +95,43 @@ def systems(
     defuzzification: Literal["wtaver", "wtsum"] | None = None,
 ) -> Sugeno:
     """A system of 1 to 3 inputs. ``plain``: only "and" of terms, multiplied; ``order`` 0: only constants."""
-    count = draw(st.integers(1, 3))
-    terms = st.lists(functions(kinds), min_size=1, max_size=3)
-    inputs = [Variable(f"x{i}", UNIVERSE, {f"t{k}": f for k, f in enumerate(draw(terms))}) for i in range(count)]
-    value = sixteenths(-5, 5)
-    linear = st.builds(Linear, st.lists(value, min_size=count, max_size=count), value)
-    consequent = st.builds(Constant, value) | (linear if order else st.nothing())
-    proposals = st.lists(consequent, min_size=1, max_size=3)
+    count = draw(up_to(3))
+    inputs = [Variable(f"x{i}", UNIVERSE, {f"t{k}": f for k, f in enumerate(draw(terms(kinds)))}) for i in range(count)]
     outputs = [
-        Variable(f"y{o}", (-5.0, 6.0), {f"c{k}": c for k, c in enumerate(draw(proposals))})
-        for o in range(draw(st.integers(1, 2)))
+        Variable(f"y{o}", (-5.0, 6.0), {f"c{k}": c for k, c in enumerate(draw(proposals(count, order)))})
+        for o in range(draw(up_to(2)))
     ]
 
     def part(variables: list[Variable]) -> list[Variable]:
-        return draw(st.lists(st.sampled_from(variables), min_size=1, unique_by=lambda v: v.name))
+        return [variables[k] for k in draw(some_of(len(variables)))]
 
     def clause(variable: Variable) -> Clause:
-        negated = not plain and draw(st.booleans())
-        power = draw(st.sampled_from([1.0, 1.0, 0.5, 2.0, 3.0, 1.3]))
-        return Clause(variable.name, draw(st.sampled_from(list(variable.terms))), negated, power)
+        negated = not plain and draw(YES_OR_NO)
+        power = draw(one_of((1.0, 1.0, 0.5, 2.0, 3.0, 1.3)))
+        return Clause(variable.name, draw(one_of(tuple(variable.terms))), negated, power)
 
     rules = [
         Rule(
             tuple(clause(v) for v in part(inputs)),
-            tuple((v.name, draw(st.sampled_from(list(v.terms)))) for v in part(outputs)),
-            "and" if plain else draw(st.sampled_from(["and", "or"])),
-            draw(st.sampled_from([1.0, 1.0, 0.5, 0.125, 0.0])),
+            tuple((v.name, draw(one_of(tuple(v.terms)))) for v in part(outputs)),
+            "and" if plain else draw(one_of(("and", "or"))),
+            draw(one_of((1.0, 1.0, 0.5, 0.125, 0.0))),
         )
-        for _ in range(draw(st.integers(1, 5)))
+        for _ in range(draw(up_to(5)))
     ]
     return Sugeno(
         inputs,
         outputs,
         rules,
-        and_method="prod" if plain else draw(st.sampled_from(["prod", "min"])),
-        or_method=draw(st.sampled_from(["probor", "max"])),
-        defuzzification=defuzzification or draw(st.sampled_from(["wtaver", "wtsum"])),
-        no_rule_fires=draw(st.sampled_from(["midrange", "nan"])),
-        out_of_range=draw(st.sampled_from(["ignore", "clip"])),
+        and_method="prod" if plain else draw(one_of(("prod", "min"))),
+        or_method=draw(one_of(("probor", "max"))),
+        defuzzification=defuzzification or draw(one_of(("wtaver", "wtsum"))),
+        no_rule_fires=draw(one_of(("midrange", "nan"))),
+        out_of_range=draw(one_of(("ignore", "clip"))),
     )
 
 
+@cache
 def points(inputs: int, shape: tuple[int, ...] | None = None) -> st.SearchStrategy[np.ndarray]:
     """Points (..., inputs), some of them outside the universe of discourse."""
     shapes = array_shapes(max_dims=3, max_side=4) if shape is None else st.just(shape)
@@ -110,8 +140,13 @@ def points(inputs: int, shape: tuple[int, ...] | None = None) -> st.SearchStrate
 
 @st.composite
 def systems_with_points(draw: st.DrawFn, shape: tuple[int, ...] | None = None, **choices) -> tuple[Sugeno, np.ndarray]:
-    fis = draw(systems(**choices))
+    fis = draw(one_kind(**choices))
     return fis, draw(points(len(fis.inputs), shape))
+
+
+@cache
+def one_kind(**choices: Any) -> st.SearchStrategy[Sugeno]:
+    return systems(**choices)
 
 
 def conditioning(fis: Sugeno, firing: np.ndarray) -> np.ndarray:
