@@ -16,11 +16,11 @@ within TOLERANCE. Contacts begin and end where a grid of at most GRID seconds, a
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from fuzzy.compiled.columns import Columns, codes, column
+from fuzzy.compiled.columns import Columns, Floats2, Floats3, Ints2, Ints3, codes, column
 from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import corner_gap, footprints, segment_gap, segment_meets
 from robotics.environment.world import BodyColumns, Geometry
@@ -46,28 +46,48 @@ class ContactColumns(Columns):
     depth = column("m", "of the deepest overlap")
 
 
-@dataclass(frozen=True, eq=False)
-class Watch:
-    """What is known of all contacts up to a time; :meth:`to` carries it on from sample to sample.
+class ContactNotes(NamedTuple):
+    """What is known of all contacts up to a time, which :func:`sweep` carries on in place.
 
     A pair is two robots, or a robot and an obstacle: first the robots' (0, 1), (0, 2), ..., then each robot with each
-    obstacle. Arrays of the whole time so far:
+    obstacle.
     """
+
+    spans: Ints3  # (runs or 1, obstacles, 2): first body of each obstacle, and the first that is not its
+    least: Floats3  # (2, runs, robots) m: the least signed clearance to a robot, and to an obstacle; inf: there is none
+    first: Floats3  # (2, runs, robots) s: begin of the first contact with a robot, and with an obstacle; inf: none
+    counts: Ints2  # (runs, robots): the number of contacts that have begun
+    ends: Floats2  # (runs, pairs) m: signed clearances at the last sample; not-a-number where nobody asked
+    floor: Floats2  # (runs, pairs) m: what they are at least
+    since: Floats2  # (runs, pairs) s: the begin of a contact that goes on; not-a-number: none does
+    depth: Floats2  # (runs, pairs) m: how deep it has been
+
+    @classmethod
+    def nothing(cls, runs: int, robots: int, geometry: Geometry | None) -> Self:
+        """Before the first sample of ``runs`` runs among the obstacles of ``geometry``."""
+        spans = body_spans(geometry)
+        each, pairs = (runs, robots), (runs, robots * (robots - 1) // 2 + robots * spans.shape[1])
+        return cls(
+            spans,
+            np.full((2, *each), np.inf),
+            np.full((2, *each), np.inf),
+            np.zeros(each, dtype=np.int64),
+            np.full(pairs, np.nan),
+            np.full(pairs, -np.inf),
+            np.full(pairs, np.nan),
+            np.zeros(pairs),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Watch:
+    """What is known of all contacts up to a time; :meth:`to` carries it on from sample to sample."""
 
     robots: tuple[Robot, ...]
     time: float  # s: of the last sample
     poses: np.ndarray  # (5, runs, robots): x [m], y [m], heading [rad], v [m/s], ω [rad/s] at the last sample
     geometry: Geometry | None  # the obstacles at the last sample; the first axis is the runs, or 1 for all
-    spans: np.ndarray  # (runs or 1, obstacles, 2) int: first body of each obstacle, and the first that is not its
-    least: (
-        np.ndarray
-    )  # (2, runs, robots) m: the least signed clearance to a robot, and to an obstacle; inf: there is none
-    first: np.ndarray  # (2, runs, robots) s: begin of the first contact with a robot, and with an obstacle; inf: none
-    counts: np.ndarray  # (runs, robots) int: the number of contacts that have begun
-    ends: np.ndarray  # (runs, pairs) m: signed clearances at the last sample; not-a-number where nobody asked
-    floor: np.ndarray  # (runs, pairs) m: what they are at least
-    since: np.ndarray  # (runs, pairs) s: the begin of a contact that goes on; not-a-number: none does
-    depth: np.ndarray  # (runs, pairs) m: how deep it has been
+    known: ContactNotes
 
     @classmethod
     def opened(cls, robots: Sequence[Robot], time: float, poses: np.ndarray, geometry: Geometry | None = None) -> Self:
@@ -79,23 +99,8 @@ class Watch:
             poses: x [m], y [m], heading [rad], v [m/s], ω [rad/s] (5, runs, robots); not-a-number: nowhere.
             geometry: The obstacles; the first axis is the runs, or 1 for a world that all runs share.
         """
-        runs, number = poses.shape[1:]
-        spans = body_spans(geometry)
-        pairs = number * (number - 1) // 2 + number * spans.shape[1]
-        watch = cls(
-            tuple(robots),
-            time,
-            np.full((5, runs, number), np.nan),
-            geometry,
-            spans,
-            np.full((2, runs, number), np.inf),
-            np.full((2, runs, number), np.inf),
-            np.zeros((runs, number), dtype=np.int64),
-            np.full((runs, pairs), np.nan),
-            np.full((runs, pairs), -np.inf),
-            np.full((runs, pairs), np.nan),
-            np.zeros((runs, pairs)),
-        )
+        nowhere, known = np.full(poses.shape, np.nan), ContactNotes.nothing(poses.shape[1], poses.shape[2], geometry)
+        watch = cls(tuple(robots), time, nowhere, geometry, known)
         # A robot that was nowhere has nothing to come from: the sample alone is looked at.
         return watch.to(time, poses, geometry)[0]
 
@@ -134,33 +139,23 @@ class Watch:
     def _carried(
         self, times: np.ndarray, poses: np.ndarray, world: Geometry, going: np.ndarray | None, last: Geometry | None
     ) -> tuple[Self, np.ndarray]:
-        runs = poses.shape[1]
-        names = ("least", "first", "counts", "ends", "floor", "since", "depth")
-        changed: dict[str, Any] = {name: getattr(self, name).copy() for name in names}
-        ended = sweep(
-            times,
-            np.ascontiguousarray(poses, dtype=float),
-            *world,
-            self.spans,
-            footprints(self.robots),
-            np.ones(runs, dtype=np.bool_) if going is None else going,
-            True,
-            *changed.values(),
-        )
-        return replace(self, time=float(times[-1]), poses=poses[..., -1], geometry=last, **changed), ended
+        known = ContactNotes(self.known.spans, *(part.copy() for part in self.known[1:]))
+        going = np.ones(poses.shape[1], dtype=np.bool_) if going is None else going
+        poses, sizes = np.ascontiguousarray(poses, dtype=float), footprints(self.robots)
+        ended = sweep(times, poses, *world, sizes, going, True, known)
+        return replace(self, time=float(times[-1]), poses=poses[..., -1], geometry=last, known=known), ended
 
     def open_contacts(self) -> np.ndarray:
         """The contacts that still go on, as of :meth:`to`; their end is the last sample."""
-        rows = []
-        robots = self.poses.shape[2]
-        firsts, seconds = np.triu_indices(robots, 1)
-        for run, pair in np.argwhere(np.isfinite(self.since)):
+        known, rows = self.known, []
+        firsts, seconds = np.triu_indices(self.poses.shape[2], 1)
+        for run, pair in np.argwhere(np.isfinite(known.since)):
             if pair < len(firsts):
                 who = (firsts[pair], seconds[pair], -1)
             else:
-                robot, obstacle = divmod(pair - len(firsts), self.spans.shape[1])
+                robot, obstacle = divmod(pair - len(firsts), known.spans.shape[1])
                 who = (robot, -1, obstacle)
-            rows.append((run, *who, self.since[run, pair], self.time, self.depth[run, pair]))
+            rows.append((run, *who, known.since[run, pair], self.time, known.depth[run, pair]))
         return np.array(rows, dtype=float).reshape(-1, ContactColumns.size)
 
 
@@ -472,28 +467,24 @@ def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped
 
 @kernel(nogil=True)
 def sweep(  # type: ignore[no-untyped-def]
-    times, poses, circles, bodies, segments, counts, spans, sizes, going, each_robot,
-    least, first, begun, ends, floor, since, depth,
-):  # fmt: skip
-    """Carry the last seven arrays, those of :class:`Watch`, through all samples; return the contacts that ended.
+    times, poses, circles, bodies, segments, counts, sizes, going, each_robot, known
+):
+    """Carry what is ``known`` through all samples, as of :class:`ContactNotes`; return the contacts that ended.
 
     Poses, obstacles and ``going`` are as of :meth:`Watch.along` and :meth:`Watch.to`, ``sizes`` those of
     :func:`robotics.environment.collision.footprints`. Without ``each_robot`` clearances are those of whole runs: the
     least of all robots is as with it, and those of single robots are no less than they should be.
     """
     runs, robots, samples = poses.shape[1:]
-    obstacles = spans.shape[1]
+    spans, least, ends, floor = known.spans, known.least, known.ends, known.floor
     moves, each = circles.shape[0] > 1, circles.shape[1] > 1
     log, length = np.empty((16, 7)), 0
     motion = np.empty((robots, 3, 4))
     way, arc, turn, bend = np.empty(robots), np.empty(robots), np.empty(robots), np.empty(robots)
     stack, corners = np.empty((200, 4)), np.empty((segments.shape[2], 4))
     relative = np.empty((2, 4))
-    here, known, ready = (
-        np.empty(robots, dtype=np.bool_),
-        np.empty(robots, dtype=np.bool_),
-        np.empty(robots, dtype=np.bool_),
-    )
+    placed = np.empty((3, robots), dtype=np.bool_)
+    here, there, ready = placed[0], placed[1], placed[2]
     for r in range(runs):
         if not going[r]:
             continue
@@ -502,7 +493,7 @@ def sweep(  # type: ignore[no-untyped-def]
             period = times[k + 1] - times[k]
             for i in range(robots):
                 ready[i] = False
-                known[i] = np.isfinite(poses[0, r, i, k] + poses[1, r, i, k] + poses[2, r, i, k])
+                there[i] = np.isfinite(poses[0, r, i, k] + poses[1, r, i, k] + poses[2, r, i, k])
                 dx, dy = poses[0, r, i, k + 1] - poses[0, r, i, k], poses[1, r, i, k + 1] - poses[1, r, i, k]
                 here[i] = np.isfinite(poses[0, r, i, k + 1] + poses[1, r, i, k + 1] + poses[2, r, i, k + 1])
                 # The way of a cubic is no longer than its control polygon; of a robot that appears there is none.
@@ -517,18 +508,18 @@ def sweep(  # type: ignore[no-untyped-def]
             a = k if moves else 0
             b = k + 1 if moves else 0
             world = (circles[a, g], circles[b, g], bodies[g], segments[a, g], segments[b, g], spans[g], corners)
+            after = (circles[b, g], circles[b, g], bodies[g], segments[b, g], segments[b, g], spans[g], corners)
             run_least = min(least[TO.robot, r].min(), least[TO.obstacle, r].min())
             pair = -1
             for i in range(robots):
                 for j in range(i + 1, robots):
                     pair += 1
+                    who = i, j, -1
                     if not (here[i] and here[j]):
-                        ends[r, pair], floor[r, pair] = np.nan, -np.inf
-                        if not np.isnan(since[r, pair]):
-                            log, length = _ended(log, length, r, i, j, -1, since, depth, pair, times[k])
+                        log, length = _gone(log, length, r, who, known, pair, times[k])
                         continue
                     level = max(least[TO.robot, r, i], least[TO.robot, r, j]) if each_robot else run_least
-                    level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
+                    level = _level(level, r, pair, known)
                     floor[r, pair] -= arc[i] + arc[j]
                     if floor[r, pair] > max(level, 0.0) or _circles_apart(
                         poses[:, r, i, k : k + 2], poses[:, r, j, k : k + 2], way[i] + way[j]
@@ -536,38 +527,26 @@ def sweep(  # type: ignore[no-untyped-def]
                         ends[r, pair] = np.nan
                         continue
                     # Of a robot that appears with this sample, the sample alone is looked at.
-                    start, lasts = times[k], period
-                    if not (known[i] and known[j]):
-                        start, lasts = times[k + 1], 0.0
+                    appears = not (there[i] and there[j])
                     for m in (i, j):
-                        if lasts == 0.0:
-                            turn[m], bend[m] = _stands(poses[:, r, m, k + 1], motion[m])
-                            ready[m] = False
-                        elif not ready[m]:
-                            turn[m], bend[m] = _moved(
-                                poses[:, r, m, k], poses[:, r, m, k + 1], period, sizes[2, m], motion[m]
-                            )
-                            ready[m] = True
+                        _make_ready(m, poses[:, r, m, k : k + 2], appears, period, sizes, motion, turn, bend, ready)
                     relative[0], relative[1] = motion[j, 0] - motion[i, 0], motion[j, 1] - motion[i, 1]
                     fast = _fastest(relative[0], relative[1]) + sizes[2, i] * turn[i] + sizes[2, j] * turn[j]
-                    sharp = _sharpest(relative[0], relative[1]) + bend[i] + bend[j]
-                    who, bounds = (i, j, -1), (fast, sharp)
+                    bounds = fast, _sharpest(relative[0], relative[1]) + bend[i] + bend[j]
+                    start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, stack,
-                        least, first, begun, ends, floor, since, depth, log, length,
-                    )  # fmt: skip
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, stack, known, log, length
+                    )
             for i in range(robots):
-                for o in range(obstacles):
+                for o in range(spans.shape[1]):
                     pair += 1
+                    who = i, -1, o
                     if spans[g, o, 0] == spans[g, o, 1]:
                         continue
                     if not here[i]:
-                        ends[r, pair], floor[r, pair] = np.nan, -np.inf
-                        if not np.isnan(since[r, pair]):
-                            log, length = _ended(log, length, r, i, -1, o, since, depth, pair, times[k])
+                        log, length = _gone(log, length, r, who, known, pair, times[k])
                         continue
-                    level = least[TO.obstacle, r, i] if each_robot else run_least
-                    level = max(level, 0.0) if np.isnan(since[r, pair]) else -depth[r, pair]
+                    level = _level(least[TO.obstacle, r, i] if each_robot else run_least, r, pair, known)
                     shift = _displacement(o, world) if moves else 0.0
                     floor[r, pair] -= arc[i] + shift
                     if floor[r, pair] > max(level, 0.0):
@@ -576,43 +555,39 @@ def sweep(  # type: ignore[no-untyped-def]
                     near = False
                     for c in range(spans[g, o, 0], spans[g, o, 1]):
                         dx, dy = circles[a, g, c, 0] - poses[0, r, i, k], circles[a, g, c, 1] - poses[1, r, i, k]
-                        ex, ey = (
-                            circles[b, g, c, 0] - poses[0, r, i, k + 1],
-                            circles[b, g, c, 1] - poses[1, r, i, k + 1],
-                        )
+                        ex = circles[b, g, c, 0] - poses[0, r, i, k + 1]
+                        ey = circles[b, g, c, 1] - poses[1, r, i, k + 1]
                         start, end = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
                         reach = (start + end - way[i] - shift) / 2 if np.isfinite(start) else end - shift
                         near |= reach <= sizes[2, i] + circles[a, g, c, 2] + max(level, 0.0)
                     if not near:
                         ends[r, pair] = np.nan
                         continue
-                    start, lasts, around = times[k], period, world
-                    if not known[i]:
-                        start, lasts = times[k + 1], 0.0
-                        around = (
-                            circles[b, g],
-                            circles[b, g],
-                            bodies[g],
-                            segments[b, g],
-                            segments[b, g],
-                            spans[g],
-                            corners,
-                        )
-                        turn[i], bend[i] = _stands(poses[:, r, i, k + 1], motion[i])
-                        ready[i] = False
-                    elif not ready[i]:
-                        turn[i], bend[i] = _moved(
-                            poses[:, r, i, k], poses[:, r, i, k + 1], period, sizes[2, i], motion[i]
-                        )
-                        ready[i] = True
+                    appears = not there[i]
+                    _make_ready(i, poses[:, r, i, k : k + 2], appears, period, sizes, motion, turn, bend, ready)
                     fast = _fastest(motion[i, 0], motion[i, 1]) + shift
-                    sharp = _sharpest(motion[i, 0], motion[i, 1]) + bend[i]
-                    who, bounds = (i, -1, o), (fast + sizes[2, i] * turn[i], sharp)
+                    bounds = fast + sizes[2, i] * turn[i], _sharpest(motion[i, 0], motion[i, 1]) + bend[i]
+                    start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
+                    around = after if appears else world
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack,
-                        least, first, begun, ends, floor, since, depth, log, length,
-                    )  # fmt: skip
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack, known, log, length
+                    )
     return log[:length].copy()
+
+
+@kernel
+def _gone(log, length, r, who, known, pair, time):  # type: ignore[no-untyped-def]
+    """Note that one of a pair is nowhere, which ends a contact."""
+    known.ends[r, pair], known.floor[r, pair] = np.nan, -np.inf
+    if not np.isnan(known.since[r, pair]):
+        return _ended(log, length, r, who, known, pair, time)
+    return log, length
+
+
+@kernel
+def _level(least, r, pair, known):  # type: ignore[no-untyped-def]
+    """The clearance [m] below which a pair is looked at: where it touches, what is deeper than before."""
+    return max(least, 0.0) if np.isnan(known.since[r, pair]) else -known.depth[r, pair]
 
 
 @kernel
@@ -625,19 +600,23 @@ def _circles_apart(one, other, way):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _moved(before, after, period, radius, motion):  # type: ignore[no-untyped-def]
-    """Fill in a robot's ``motion``; return its fastest turn, and the sharpest bend of its corners' ways by turning."""
-    _motion(before, after, period, motion)
-    turn = _fastest(motion[2], motion[2]) / np.sqrt(2.0)
-    return turn, radius * (_sharpest(motion[2], motion[2]) / np.sqrt(2.0) + turn * turn)
+def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  # type: ignore[no-untyped-def]
+    """Fill in how robot ``i`` moves between two ``poses`` (5, 2), or that it stays where it ``appears``.
 
-
-@kernel
-def _stands(pose, motion):  # type: ignore[no-untyped-def]
-    """As :func:`_moved`, of a robot that stays at a pose."""
-    motion[:] = 0.0
-    motion[0, 0], motion[1, 0], motion[2, 0] = pose[0], pose[1], pose[2]
-    return 0.0, 0.0
+    ``motion`` has its coefficients, ``turn`` its fastest turn, ``bend`` the sharpest bend of its corners' ways by
+    turning.
+    """
+    if appears:
+        motion[i] = 0.0
+        motion[i, 0, 0], motion[i, 1, 0], motion[i, 2, 0] = poses[0, 1], poses[1, 1], poses[2, 1]
+        turn[i], bend[i] = 0.0, 0.0
+        ready[i] = False
+    elif not ready[i]:
+        own = motion[i]
+        _motion(poses[:, 0], poses[:, 1], period, own)
+        turn[i] = _fastest(own[2], own[2]) / np.sqrt(2.0)
+        bend[i] = sizes[2, i] * (_sharpest(own[2], own[2]) / np.sqrt(2.0) + turn[i] * turn[i])
+        ready[i] = True
 
 
 @kernel
@@ -659,16 +638,18 @@ def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
 
 @kernel
 def _interval(  # type: ignore[no-untyped-def]
-    r, pair, who, bounds, level, time, period, motion, sizes, world, stack,
-    least, first, begun, ends, floor, since, depth, log, length,
-):  # fmt: skip
+    r, pair, who, bounds, level, time, period, motion, sizes, world, stack, known, log, length
+):
     """Look at one pair of run ``r`` between two samples."""
     i, j, obstacle = who
+    least, first, begun, ends, since, depth = (
+        known.least, known.first, known.counts, known.ends, known.since, known.depth,
+    )  # fmt: skip
     fa = ends[r, pair]
     if np.isnan(fa):
         fa = _clearance_at(0.0, i, j, obstacle, motion, sizes, world)
     fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world)
-    ends[r, pair], floor[r, pair] = fb, fb
+    ends[r, pair], known.floor[r, pair] = fb, fb
     best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, stack)
     side = TO.robot if obstacle < 0 else TO.obstacle
     least[side, r, i] = min(least[side, r, i], best)
@@ -710,20 +691,20 @@ def _interval(  # type: ignore[no-untyped-def]
             depth[r, pair] = max(depth[r, pair], -f)
         elif not np.isnan(since[r, pair]):
             at = _crossing(share, before, who, motion, sizes, world)
-            log, length = _ended(log, length, r, i, j, obstacle, since, depth, pair, time + at * period)
+            log, length = _ended(log, length, r, who, known, pair, time + at * period)
         before = share
     return log, length
 
 
 @kernel
-def _ended(log, length, r, i, j, obstacle, since, depth, pair, time):  # type: ignore[no-untyped-def]
+def _ended(log, length, r, who, known, pair, time):  # type: ignore[no-untyped-def]
     """Note the end of a contact in ``log``, which grows where need be."""
     if length == len(log):
         longer = np.empty((2 * len(log), 7))
         longer[:length] = log
         log = longer
     row = log[length]
-    row[0], row[1], row[2], row[3] = r, i, j, obstacle
-    row[4], row[5], row[6] = since[r, pair], time, depth[r, pair]
-    since[r, pair] = np.nan
+    row[0], row[1], row[2], row[3] = r, who[0], who[1], who[2]
+    row[4], row[5], row[6] = known.since[r, pair], time, known.depth[r, pair]
+    known.since[r, pair] = np.nan
     return log, length + 1

@@ -24,8 +24,8 @@ def at_fault(before: Watch, after: Watch, ended: np.ndarray) -> np.ndarray:
         after: What :meth:`robotics.environment.swept.Watch.to` made of it at the next one.
         ended: The contacts that ended meanwhile, likewise.
     """
-    blamed = np.zeros(after.counts.shape, dtype=bool)
-    if not (after.counts > before.counts).any():
+    blamed = np.zeros(after.known.counts.shape, dtype=bool)
+    if not (after.known.counts > before.known.counts).any():
         return blamed
     for run, i, j, obstacle in _begun(before, after, ended):
         if obstacle >= 0:
@@ -54,17 +54,17 @@ def _drove_at_robot(before: Watch, after: Watch, run: int, i: int, j: int) -> bo
     poses = [pose[:, None] for pose in (first, last)]  # of one run
     alone, _ = Watch.opened(robots, before.time, poses[0]).to(after.time, poses[1])
     gaps = [robot_clearance(x, y, psi, footprints(robots))[0, 0] for x, y, psi, *_ in poses]
-    return bool(np.isfinite(alone.first[0, 0, 0]) or gaps[0] - gaps[1] > APPROACH * (after.time - before.time))
+    return bool(np.isfinite(alone.known.first[0, 0, 0]) or gaps[0] - gaps[1] > APPROACH * (after.time - before.time))
 
 
 def _drove_at_obstacle(before: Watch, after: Watch, run: int, i: int, obstacle: int) -> bool:
     """Whether robot ``i`` drove into an obstacle, had that one stayed."""
     assert before.geometry is not None
-    robots, world = (before.robots[i],), _alone(before.geometry, before.spans, run, obstacle)
+    robots, world = (before.robots[i],), _alone(before.geometry, before.known.spans, run, obstacle)
     poses = [watch.poses[:, run : run + 1, i : i + 1] for watch in (before, after)]
     alone, _ = Watch.opened(robots, before.time, poses[0], world).to(after.time, poses[1], world)
     gaps = [obstacle_clearance(x, y, psi, footprints(robots), world)[0, 0] for x, y, psi, *_ in poses]
-    return bool(np.isfinite(alone.first[1, 0, 0]) or gaps[0] - gaps[1] > APPROACH * (after.time - before.time))
+    return bool(np.isfinite(alone.known.first[1, 0, 0]) or gaps[0] - gaps[1] > APPROACH * (after.time - before.time))
 
 
 def _alone(geometry: Geometry, spans: np.ndarray, run: int, obstacle: int) -> Geometry:

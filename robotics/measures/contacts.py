@@ -56,7 +56,7 @@ def can_touch(run: Run) -> bool:
 def judge(run: Run) -> Judgement:
     """Find all contacts and clearances of a run's seeds, in one compiled pass."""
     *_, (watch, episodes) = _watched(run, len(run.time))
-    return Judgement(watch.first.min(axis=(0, 2)), watch.counts, watch.least.min(axis=0), episodes)
+    return Judgement(watch.known.first.min(axis=(0, 2)), watch.known.counts, watch.known.least.min(axis=0), episodes)
 
 
 def _watched(run: Run, stretch: int = 64) -> Iterator[tuple[Watch, np.ndarray]]:
@@ -135,7 +135,7 @@ def first_contact(run: Run) -> np.ndarray:
     """The time [s] (runs,) at which the first contact of any robot begins; infinite: there is none."""
     first = np.full(len(run.seeds), np.inf)
     for watch, _ in _watched(run) if can_touch(run) else ():
-        first = watch.first.min(axis=(0, 2))
+        first = watch.known.first.min(axis=(0, 2))
         if np.isfinite(first).all():
             break
     return first

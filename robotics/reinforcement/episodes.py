@@ -134,19 +134,18 @@ class Episodes:
         if self.watch is None:
             self.watch = Watch.opened(robot, time, poses, self.looks.here)
         fresh = Watch.opened(robot, time, poses, self.looks.here)
-        for name in ("least", "first"):
-            getattr(self.watch, name)[:, chosen] = getattr(fresh, name)[:, chosen]
-        for name in ("counts", "ends", "floor", "since", "depth", "spans"):
-            getattr(self.watch, name)[chosen] = getattr(fresh, name)[chosen]
+        for name, new in fresh.known._asdict().items():
+            here: Any = (slice(None), chosen) if name in ("least", "first") else chosen
+            getattr(self.watch.known, name)[here] = new[here]
         self.watch.poses[:, chosen] = poses[:, chosen]
-        self.lanes.touched[chosen] = self.watch.counts[chosen, 0] > 0
+        self.lanes.touched[chosen] = self.watch.known.counts[chosen, 0] > 0
 
     def _touch(self) -> None:
         """End the episodes whose robots have touched an obstacle on the way to this sample."""
         assert self.watch is not None
         assert self.looks is not None
         self.watch, _ = self.watch.to(self.turn * self.lanes.period, self._poses(), self.looks.here)
-        self.lanes.touched[:] = self.watch.counts[:, 0] > 0
+        self.lanes.touched[:] = self.watch.known.counts[:, 0] > 0
         collide(self.lanes, 0, self.count)
 
     def _look(self, chosen: np.ndarray | None) -> None:

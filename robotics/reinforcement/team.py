@@ -150,7 +150,7 @@ class TeamEnv(ParallelEnv):
         truth = self.simulation.lanes.body.truth
         world = None if setting.world is None else setting.world.at(0.0)
         self.watch = Watch.opened(setting.robots, 0.0, truth[:5, None].copy(), world)
-        self.columns.touched[:] = self.watch.counts[0] > 0
+        self.columns.touched[:] = self.watch.known.counts[0] > 0
         self._perceive()
         return self._observed(self.agents), {agent: {"seed": self.seed} for agent in self.agents}
 
@@ -243,7 +243,7 @@ class TeamEnv(ParallelEnv):
         time = self.k * setting.period
         world = None if setting.world is None else setting.world.at(time)
         self.watch, _ = self.watch.to(time, one.lanes.body.truth[:5, None].copy(), world)
-        self.columns.touched[:] = self.watch.counts[0] > 0
+        self.columns.touched[:] = self.watch.known.counts[0] > 0
         collide(self.columns, 0, len(self.possible_agents))
 
     def _observed(self, agents: list[str]) -> dict[str, np.ndarray]:

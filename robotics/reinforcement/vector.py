@@ -30,17 +30,6 @@ def spaces(task: Task) -> tuple[Any, Any]:
     return gymnasium.spaces.Box(low, high, dtype=np.float64), gymnasium.spaces.Box(-limits, limits, dtype=np.float64)
 
 
-def made_task(
-    scenario: Scenarios | None,
-    arena: str | Path | None,
-    draws: int,
-    first: int,
-    **options: Any,
-) -> Task:
-    """The task of an environment's arguments."""
-    return Task(chosen_scenarios(scenario, arena, draws, first), **options)
-
-
 class TrackingVectorEnv(gymnasium.vector.VectorEnv):
     """Robots that track their references, each in a lane of its own with its own clock, scenario and seed; a vector
     environment of Gymnasium.
@@ -107,7 +96,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         if autoreset not in _MODES:
             raise TaskError(f"autoreset must be one of {', '.join(_MODES)}; got {autoreset!r}")
         options = {"level": level, "units": units, "most": most, "reward": reward, "approach": approach}
-        self.task = made_task(scenario, arena, draws, first, divergence=divergence, **options)
+        self.task = Task(chosen_scenarios(scenario, arena, draws, first), divergence=divergence, **options)
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
         self.metadata = {"render_modes": [], "autoreset_mode": _MODES[autoreset]}
         self.episodes = Episodes(self.task, num_envs, threads)

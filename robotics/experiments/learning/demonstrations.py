@@ -162,13 +162,13 @@ class _Taken:
     def _going(self) -> np.ndarray:
         going = (self._time <= self._arrivals + _AFTER) & ~self._stopped & ~self._refused[:, None]
         # A run goes on after a contact as if robots could overlap: nothing can be learnt from that
-        return going if self._watch is None else going & np.isinf(self._watch.first).all(axis=(0, 2))[:, None]
+        return going if self._watch is None else going & np.isinf(self._watch.known.first).all(axis=(0, 2))[:, None]
 
     @property
     def outcome(self) -> RunOutcome:
         """What became of the runs."""
         assert self._watch is not None
-        touched = np.isfinite(self._watch.first).any(axis=(0, 2))
+        touched = np.isfinite(self._watch.known.first).any(axis=(0, 2))
         # Of a scenario that is over before its reference has arrived nobody arrives
         due = self.setting.references.ends <= self.setting.ticks * self.setting.period
         missing = (~np.isfinite(self._arrivals) & due) | self._stopped

@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats3, Floats4, Ints1, Ints2, Ints3
 from fuzzy.compiled.jit import kernel
-from robotics.environment.swept import sweep
+from robotics.environment.swept import ContactNotes, sweep
 from robotics.environment.world import Geometry, Moving, place
 from robotics.laws.equation import CommandColumns
 from robotics.laws.modes import FOLLOW
@@ -28,10 +28,7 @@ class WorldInTime(NamedTuple):
 
 
 class JudgeNotes(NamedTuple):
-    """What is known of all runs up to a period.
-
-    Those from ``spans`` to ``depth`` are as of :class:`robotics.environment.swept.Watch`.
-    """
+    """What is known of all runs up to a period."""
 
     sizes: Floats2  # (3, robots) m: as of robotics.environment.collision.footprints
     goals: Floats3  # (2, runs, robots) m: x and y of the paths' ends
@@ -47,14 +44,7 @@ class JudgeNotes(NamedTuple):
     poses: Floats4  # (5, runs, robots, 2): x [m], y [m], heading [rad], v [m/s], ω [rad/s] one period ago, and now
     counts_before: Ints2  # (runs, robots): counts one period ago
     since_before: Floats2  # (runs, pairs) s: since one period ago
-    spans: Ints3
-    least: Floats3
-    first: Floats3
-    counts: Ints2
-    ends: Floats2
-    floor: Floats2
-    since: Floats2
-    depth: Floats2
+    contacts: ContactNotes
     world: WorldInTime
     here: Geometry  # where obstacles that move are placed
     moving: Moving
@@ -73,25 +63,24 @@ def judge(moment, notes):  # type: ignore[no-untyped-def]
         for r in range(runs):
             for i in range(robots):
                 poses[c, r, i, 0], poses[c, r, i, 1] = poses[c, r, i, 1], moment.truth[c, r * robots + i]
-    known.counts_before[:] = known.counts
-    known.since_before[:] = known.since
+    known.counts_before[:] = known.contacts.counts
+    known.since_before[:] = known.contacts.since
     world = known.world
     if k > 0 and len(world.circles) > 1:
         world.circles[0], world.segments[0] = world.circles[1], world.segments[1]
         place(known.here, known.moving, k)
         world.circles[1], world.segments[1] = known.here.circles, known.here.segments
+    times = np.array([max(k - 1, 0) * period, time])
     ended = sweep(
-        np.array([max(k - 1, 0) * period, time]), poses, world.circles, world.bodies, world.segments,
-        world.counts, known.spans, known.sizes, known.goes_on, False,
-        known.least, known.first, known.counts, known.ends,
-        known.floor, known.since, known.depth,
+        times, poses, world.circles, world.bodies, world.segments, world.counts, known.sizes, known.goes_on, False,
+        known.contacts,
     )  # fmt: skip
     known.many[0] = len(ended)
     known.ended[: len(ended)] = ended
     begun, goes_on = False, False
     for r in range(runs):
         for i in range(robots):
-            begun |= k > 0 and known.counts[r, i] > known.counts_before[r, i]
+            begun |= k > 0 and known.contacts.counts[r, i] > known.counts_before[r, i]
         if known.goes_on[r]:
             if k == 0:
                 known.refused[r] = CommandColumns(moment.command, r * robots).refused > 0

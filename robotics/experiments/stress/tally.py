@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from robotics.environment.collision import footprints
-from robotics.environment.swept import GRID, TO, Watch, body_spans, stacked
+from robotics.environment.swept import GRID, TO, ContactNotes, Watch, stacked
 from robotics.environment.world import Geometry, Moving, place
 from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
 from robotics.experiments.stress.outcome import Outcome, StressOutcome, joined
@@ -43,10 +43,9 @@ class Tally:
         paths = ensemble.references.joined
         goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
         world, placed, moving = self._world(here)
-        spans = body_spans(placed)
-        pairs = shape[0], shape[1] * (shape[1] - 1) // 2 + shape[1] * spans.shape[1]
+        contacts = ContactNotes.nothing(*shape, placed)
         # Contacts, and the gaps between two, are longer than GRID: of a pair no more than these end in a period
-        most = pairs[0] * pairs[1] * (math.ceil(ensemble.period / (2 * GRID)) + 1)
+        most = contacts.since.size * (math.ceil(ensemble.period / (2 * GRID)) + 1)
         self.caused = np.zeros(shape, dtype=bool)  # the robot drove into something
         self.guards = False  # whether there is an emergency rule
         self.runs = here
@@ -64,15 +63,8 @@ class Tally:
             np.zeros(shape[0], dtype=np.int64),
             np.full((5, *shape, 2), np.nan),
             np.zeros(shape, dtype=np.int64),
-            np.full(pairs, np.nan),
-            spans,
-            np.full((2, *shape), np.inf),
-            np.full((2, *shape), np.inf),
-            np.zeros(shape, dtype=np.int64),
-            np.full(pairs, np.nan),
-            np.full(pairs, -np.inf),
-            np.full(pairs, np.nan),
-            np.zeros(pairs),
+            np.full_like(contacts.since, np.nan),
+            contacts,
             world,
             placed,
             moving,
@@ -104,15 +96,9 @@ class Tally:
     def asked(self, k: int) -> int | None:
         """Find out whose fault the contacts are that began since the last period; end where no run goes on."""
         known, robots, period = self.known, self.robots, self.ensemble.period
-        rest = known.ends, known.floor
-        before = Watch(
-            robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry(now=False), known.spans, known.least,
-            known.first, known.counts_before, *rest, known.since_before, known.depth,
-        )  # fmt: skip
-        after = Watch(
-            robots, k * period, known.poses[..., 1], self.geometry(now=True), known.spans, known.least,
-            known.first, known.counts, *rest, known.since, known.depth,
-        )  # fmt: skip
+        past = known.contacts._replace(counts=known.counts_before, since=known.since_before)
+        before = Watch(robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry(now=False), past)
+        after = Watch(robots, k * period, known.poses[..., 1], self.geometry(now=True), known.contacts)
         self.caused |= at_fault(before, after, known.ended[: known.many[0]])
         if known.goes_on.any():
             return None
@@ -128,7 +114,7 @@ class Tally:
         :class:`robotics.experiments.stress.obstaclecourse.ObstacleOutcome`.
         """
         known, period = self.known, self.ensemble.period
-        touched = np.isfinite(known.first).any(axis=2)
+        touched = np.isfinite(known.contacts.first).any(axis=2)
         all_of_them = {
             "seeds": tuple(seeds[self.runs]),
             "nominal": self.ensemble.references.ends[self.runs, 0],
@@ -136,7 +122,7 @@ class Tally:
             "collided": touched[TO.robot],
             "refused": known.refused,
             "min_distance": known.nearest,
-            "clearance": known.least.min(axis=(0, 2)),
+            "clearance": known.contacts.least.min(axis=(0, 2)),
             "caused": self.caused,
             "driven": known.driven * period,
             "overridden": known.guarded * period if self.guards else None,

@@ -37,7 +37,7 @@ def blamed(*motions, discs=(), run=0):
     at = [None if world is None else world.at(time) for time in (0.0, PERIOD)]
     before = Watch.opened((ETSRO,) * len(motions), 0.0, poses[0], at[0])
     after, ended = before.to(PERIOD, poses[1], at[1])
-    assert (after.counts[run] > before.counts[run]).any()
+    assert (after.known.counts[run] > before.known.counts[run]).any()
     found = at_fault(before, after, ended)
     assert not found[1 - run].any()
     return found[run].tolist()
@@ -109,5 +109,5 @@ def test_a_contact_that_goes_on_is_judged_when_it_begins_only():
     for k in (1, 2):
         before = watch
         watch, ended = before.to(k * PERIOD, steps[k].reshape(5, 1, 1), world.at(k * PERIOD))
-        assert watch.counts.item() == 1
+        assert watch.known.counts.item() == 1
         assert not at_fault(before, watch, ended).any()

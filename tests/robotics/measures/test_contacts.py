@@ -73,7 +73,7 @@ def gaps(robots, poses, world=None):
     """The signed clearances of all pairs at one time."""
     samples = np.zeros((5, 1, len(robots)))
     samples[:3, 0] = np.transpose(poses)
-    return Watch.opened(robots, 0.0, samples, None if world is None else compile_world(world).at(0.0)).ends[0]
+    return Watch.opened(robots, 0.0, samples, None if world is None else compile_world(world).at(0.0)).known.ends[0]
 
 
 # Signed clearance --------------------------------------------------------------------------------------------------
@@ -323,11 +323,11 @@ def test_the_watch_of_a_simulation_as_it_goes_on_says_what_its_run_says(blind):
             watch, rows = watch.to(state.time, poses, here)
             ended.extend(rows)
     assert begin.time == 0.0
-    assert np.isinf(begin.first).all()  # a state that stays as it was
+    assert np.isinf(begin.known.first).all()  # a state that stays as it was
     judged = judge(blind)
-    np.testing.assert_array_equal(watch.first.min(axis=(0, 2)), judged.first)
-    np.testing.assert_array_equal(watch.counts, judged.counts)
-    np.testing.assert_array_equal(watch.least.min(axis=0), judged.least)
+    np.testing.assert_array_equal(watch.known.first.min(axis=(0, 2)), judged.first)
+    np.testing.assert_array_equal(watch.known.counts, judged.counts)
+    np.testing.assert_array_equal(watch.known.least.min(axis=0), judged.least)
     assert sorted(map(tuple, [*ended, *watch.open_contacts()])) == sorted(map(tuple, judged.episodes))
 
 
