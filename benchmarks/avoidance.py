@@ -232,7 +232,7 @@ def entered(entrant: Entrant, case: str, robots: int, seeds: Sequence[int]) -> d
     starts, goals = CASES[case](robots, seeds)
     clocked: Any = Clocked(entrant.law)
     course = ensemble(starts, goals, entrant.roundabout)
-    outcome = run_ensemble(course, clocked, seeds)
+    outcome = run_ensemble(StressOutcome, course, clocked, seeds)
     straight = np.hypot(*np.moveaxis(goals - starts, -1, 0)).max(axis=1) / SPEED
     return figures(outcome, straight) | {
         "case": case,

@@ -51,6 +51,7 @@ from robotics.paths.road import Road
 from robotics.paths.trajectory import Reference
 from robotics.radio.channel import AirColumns
 from robotics.radio.channel import HeardColumns as HeardColumns
+from robotics.vehicle.plant import MotionColumns
 
 
 class RobotColumns(Columns):
@@ -63,14 +64,9 @@ class RobotColumns(Columns):
     w = column("rad/s", "by the encoders over the last period")
 
 
-class AimColumns(Columns):
-    """Where a robot shall be."""
+class AimColumns(MotionColumns):
+    """Where a robot shall be now, and how fast."""
 
-    x = column("m", "where the robot shall be now")
-    y = column("m")
-    heading = column("rad")
-    v = column("m/s", "how fast it shall be now")
-    w = column("rad/s")
     s = column("m", "how far along its path")
 
 

@@ -95,8 +95,10 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         """
         if autoreset not in _MODES:
             raise TaskError(f"autoreset must be one of {', '.join(_MODES)}; got {autoreset!r}")
-        options = {"level": level, "units": units, "most": most, "reward": reward, "approach": approach}
-        self.task = Task(chosen_scenarios(scenario, arena, draws, first), divergence=divergence, **options)
+        self.task = Task(
+            chosen_scenarios(scenario, arena, draws, first), level=level, units=units, most=most, reward=reward,
+            approach=approach, divergence=divergence,
+        )  # fmt: skip
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
         self.metadata = {"render_modes": [], "autoreset_mode": _MODES[autoreset]}
         self.episodes = Episodes(self.task, num_envs, threads)

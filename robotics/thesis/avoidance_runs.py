@@ -103,4 +103,4 @@ def _cases(law: str, seeds: Sequence[int]) -> list[Run]:
 
 
 def _crossings(law: str, seeds: Sequence[int]) -> StressOutcome:
-    return run_ensemble(crossing_ensemble(3, seeds, "A", factor=FACTOR), make_controller(law), seeds)
+    return run_ensemble(StressOutcome, crossing_ensemble(3, seeds, "A", factor=FACTOR), make_controller(law), seeds)

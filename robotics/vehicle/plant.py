@@ -41,14 +41,19 @@ class WheelColumns(Columns):
     torque = column("N m", "of the motor at the start of the last step")
 
 
-class TruthColumns(Columns):
-    """The plant's state."""
+class MotionColumns(Columns):
+    """Where a robot's axle midpoint is, and how it moves."""
 
-    x = column("m", "the true pose of the axle midpoint")
+    x = column("m")
     y = column("m")
     heading = column("rad")
-    v = column("m/s", "the true velocity")
+    v = column("m/s")
     w = column("rad/s")
+
+
+class TruthColumns(MotionColumns):
+    """The plant's state; the motion is the true one."""
+
     right = rows_of(WheelColumns)
     left = rows_of(WheelColumns)
     odo_x = column("m", "the pose by odometry")

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -49,7 +50,7 @@ def crossing_course(robots: int = 3) -> ImitationTask:
     """Random crossings of class A, one for each seed, judged as by ``robotics stress crossing``."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
-        return _told(run_ensemble(crossing_ensemble(robots, seeds), law, seeds).summary())
+        return _told(run_ensemble(StressOutcome, crossing_ensemble(robots, seeds), law, seeds).summary())
 
     return ImitationTask(f"{robots} robots on random crossings", lambda seeds: crossing_ensemble(robots, seeds), judged)
 
@@ -58,7 +59,7 @@ def obstacle_course(robots: int = 1) -> ImitationTask:
     """Random obstacle courses of class A, one for each seed, judged as by ``robotics stress obstacles``."""
 
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
-        return _told(run_ensemble(obstacle_ensemble(seeds, "A", robots), law, seeds, kind=ObstacleOutcome).summary())
+        return _told(run_ensemble(ObstacleOutcome, obstacle_ensemble(seeds, "A", robots), law, seeds).summary())
 
     return ImitationTask(
         f"{robots} robots among random obstacles", lambda seeds: obstacle_ensemble(seeds, "A", robots), judged

@@ -38,7 +38,7 @@ def stress_crossing(
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
     advance = start("simulating", ensemble.ticks + 1)
-    return run_ensemble(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
+    return run_ensemble(StressOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
 
 
 def disturbed_crossing(

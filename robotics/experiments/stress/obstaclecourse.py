@@ -191,7 +191,7 @@ def stress_obstacles(
     start = begin or (lambda text, total: lambda: None)
     ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
     advance = start("simulating", ensemble.ticks + 1)
-    return run_ensemble(ensemble, as_law(controller), seeds, faults, advance, disturbance.extra, ObstacleOutcome)
+    return run_ensemble(ObstacleOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
 
 
 def disturbed_course(

@@ -16,7 +16,7 @@ from robotics.environment.collision import footprints
 from robotics.environment.swept import GRID, TO, ContactNotes, Watch, stacked
 from robotics.environment.world import Geometry, Moving, place
 from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
-from robotics.experiments.stress.outcome import Outcome, StressOutcome, joined
+from robotics.experiments.stress.outcome import Outcome, joined
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import reached_within
@@ -138,24 +138,24 @@ def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) 
 
 
 def run_ensemble(
+    kind: type[Outcome],
     ensemble: Setting,
     controller: Law[Any],
     seeds: Sequence[int],
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
     extra: float = 0.0,
-    kind: type[Outcome] = StressOutcome,  # type: ignore[assignment]
 ) -> Outcome:
     """Drive until all robots of every run have arrived, or the time is up.
 
     Args:
+        kind: Of the outcome.
         ensemble: What is driven, one run for each seed.
         controller: The law that drives the robots.
         seeds: The seed of each run.
         faults: The faults of the runs.
         advance: Called after every period.
         extra: The time [s] by which runs may take longer than the limit of their ``kind``.
-        kind: Of the outcome.
     """
     runs, checked, limits = len(seeds), checked_seeds(seeds), kind.longest(ensemble, extra)
     if has_equation(controller):

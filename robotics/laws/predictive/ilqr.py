@@ -25,6 +25,7 @@ from fuzzy.compiled.trigonometry import sincos
 from robotics.laws.predictive.allowed import STRIPS, best_change, bound, normal
 from robotics.laws.predictive.model import ResponseColumns, moved
 from robotics.laws.predictive.terminal import WeightColumns
+from robotics.vehicle.plant import MotionColumns
 
 TAIL = 16  # numbers of the terminal cost
 
@@ -39,17 +40,7 @@ class FixedColumns(Columns):
     rates = several(STRIPS, "m/s, rad/s, m/s, m/s", "of the strips, from one command to the next")
 
 
-class StateColumns(Columns):
-    """The state of the model."""
-
-    x = column("m")
-    y = column("m")
-    heading = column("rad")
-    v = column("m/s")
-    w = column("rad/s")
-
-
-class PlanColumns(StateColumns):
+class PlanColumns(MotionColumns):
     """The state at the begin of a period, and what is done from there."""
 
     v_c = column("m/s", "the command")
@@ -88,7 +79,7 @@ class SolverColumns(Columns):
     fixed = within(FixedColumns)
     before_v = column("m/s", "the command before the first")
     before_w = column("rad/s")
-    state = within(StateColumns)  # when the first command begins to act
+    state = within(MotionColumns)  # when the first command begins to act
     end_v = column("m/s", "of the reference, at the end")
     end_w = column("rad/s")
     tail = several(

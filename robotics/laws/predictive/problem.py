@@ -7,17 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.laws.predictive.ilqr import (
-    NODE,
-    FixedColumns,
-    NodeColumns,
-    SolverColumns,
-    StateColumns,
-    solve,
-    working,
-)
+from robotics.laws.predictive.ilqr import NODE, FixedColumns, NodeColumns, SolverColumns, solve, working
 from robotics.laws.predictive.model import response
 from robotics.laws.predictive.terminal import Weights
+from robotics.vehicle.plant import MotionColumns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +38,7 @@ class Problem:
         fixed = {"after": response(self.period, self.lag), "weights": self.weights, "half_axle": self.half_axle}
         fixed |= {"tops": self.tops, "rates": self.rates}
         work.fixed = FixedColumns(np.array(FixedColumns.stacked(fixed)))
-        work.state = StateColumns(self.state)
+        work.state = MotionColumns(self.state)
         (work.before_v, work.before_w), (work.end_v, work.end_w) = self.before, self.end
         work.tail[:] = self.tail
         node = _nodes(work)

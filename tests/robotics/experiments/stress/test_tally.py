@@ -7,7 +7,7 @@ import pytest
 
 from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course, stress_obstacles
-from robotics.experiments.stress.outcome import joined
+from robotics.experiments.stress.outcome import StressOutcome, joined
 from robotics.experiments.stress.single import single_run
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import make_controller
@@ -46,7 +46,7 @@ BESIDE = [((0.0, 0.0), 2.005), ((0.0, 1.0), 3.005)]
 @pytest.fixture(scope="module")
 def guarded():
     """Two runs at 0.2 m/s: one in which both arrive, one whose time is up after 4 times 1 s."""
-    return run_ensemble(straight([BESIDE, BESIDE], [15.0, 1.0]), Guarded(), (0, 1))
+    return run_ensemble(StressOutcome, straight([BESIDE, BESIDE], [15.0, 1.0]), Guarded(), (0, 1))
 
 
 def test_time_on_the_way_is_that_until_arrival_or_until_the_run_is_over(guarded):
@@ -69,7 +69,7 @@ def test_where_no_run_began_and_where_there_is_no_rule_there_is_no_share(guarded
     never = replace(guarded, driven=np.zeros(2), overridden=np.zeros(2))
     assert np.isnan(never.guarded).all()
     assert never.summary()["emergency_share"] is None
-    without = run_ensemble(straight([BESIDE], [1.0]), make_controller("cooperation"), (0,))
+    without = run_ensemble(StressOutcome, straight([BESIDE], [1.0]), make_controller("cooperation"), (0,))
     assert without.guarded is None
     assert without.summary()["emergency_share"] is None
     assert joined([without, without]).guarded is None
@@ -81,7 +81,7 @@ def test_a_robot_that_is_held_up_does_not_cause_what_drives_into_it():
     stalls = tuple(Fault(robot=i + 1, kind="stall", duration=10.0) for i in range(2))
     starts = np.array([[np.inf, np.inf], [np.inf, 2.0]])
     held = Faults(stalls, 2, starts, starts + 10.0)
-    found = run_ensemble(straight([row, row], [20.0, 20.0]), Guarded(), (0, 1), held)
+    found = run_ensemble(StressOutcome, straight([row, row], [20.0, 20.0]), Guarded(), (0, 1), held)
     assert found.collided.tolist() == [False, True]
     assert found.caused.tolist() == [[False, False], [True, False]]
     assert (found.summary()["contacts"], found.summary()["contacts_caused"]) == (1, 1)

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import circle_swap, ensemble
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
@@ -75,7 +76,7 @@ def test_three_are_no_crowd():
 @pytest.mark.parametrize(("robots", "longest"), [(2, 1.2), (10, 1.6)])
 def test_a_circle_swap_on_straight_lines_succeeds(robots, longest):
     starts, goals = circle_swap(robots, range(1))
-    outcome = run_ensemble(ensemble(starts, goals), RightOfWay(), range(1))
+    outcome = run_ensemble(StressOutcome, ensemble(starts, goals), RightOfWay(), range(1))
     assert not outcome.refused.any()
     assert not outcome.collided.any()
     assert outcome.arrived.all()

@@ -9,6 +9,7 @@ import pytest
 from benchmarks.avoidance import circle_swap, ensemble
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.obstaclecourse import stress_obstacles
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.catalogue import make_controller
@@ -64,7 +65,9 @@ def test_two_robots_agree_on_the_order_of_a_plan_wherever_they_are():
 def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
     """Without the plan they meet in the middle, and sort themselves out."""
     starts, goals = circle_swap(4, range(1))
-    planned, alone = (run_ensemble(ensemble(starts, goals), law, range(1)) for law in (PLANNED, FuzzyTeam()))
+    planned, alone = (
+        run_ensemble(StressOutcome, ensemble(starts, goals), law, range(1)) for law in (PLANNED, FuzzyTeam())
+    )
     assert planned.arrived.all()
     assert not planned.collided.any()
     assert planned.arrivals.max() < 0.95 * alone.arrivals.max()
