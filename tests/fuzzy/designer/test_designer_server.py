@@ -357,7 +357,7 @@ def test_what_a_page_cannot_show_is_refused_with_the_limit(tmp_path, monkeypatch
         rule = " and ".join(f"x{n} is t0" for n in range(inputs))
         return Sugeno(variables, [Variable("y", (0, 1), {"a": 0.0})], [f"if {rule} then y is a"] * rules)
 
-    for name, most in (("_MOST_VARIABLES", 3), ("_MOST_TERMS", 4), ("_MOST_RULES", 5), ("MOST_CLAUSES", 6)):
+    for name, most in (("_MOST_VARIABLES", 3), ("_MOST_TERMS", 4), ("_MOST_RULES", 5), ("_MOST_CLAUSES", 6)):
         monkeypatch.setattr(f"fuzzy.designer.folder.{name}", most)
     for large, told in (
         (many(inputs=4), "4 inputs; the designer shows at most 3"),

@@ -139,7 +139,7 @@ def test_data_without_the_columns_are_refused(tmp_path, capsys):
         learn_networks(["x_l", "v_l"], np.zeros((5, 2)))
     bad = tmp_path / "bad.csv"
     bad.write_text("x_l,y_l,theta_l,v_l\n0,0,0,1\n1,0,0,1\n", encoding="utf-8")
-    assert main(["learn", str(bad), "-o", str(tmp_path / "n"), "-q"]) == 2
+    assert main(["learn", "formation", str(bad), "-o", str(tmp_path / "n"), "-q"]) == 2
     assert "got the columns x_l, y_l, theta_l, v_l" in capsys.readouterr().err
 
 
@@ -149,7 +149,9 @@ def test_the_command_learns_and_the_robots_drive(tmp_path, capsys):
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        assert main(["learn", str(data), "-o", str(folder), "--method", "least-squares", "--json", "-q"]) == 0
+        assert (
+            main(["learn", "formation", str(data), "-o", str(folder), "--method", "least-squares", "--json", "-q"]) == 0
+        )
     printed = json.loads(capsys.readouterr().out)
     assert [n["output"] for n in printed["networks"]] == list(FORMATION_OUTPUTS)
     assert all(n["train_rmse"] == n["clustering_rmse"] for n in printed["networks"])
@@ -275,7 +277,16 @@ def test_the_packaged_networks_are_what_the_recipe_makes(tmp_path):
 
     data = Path(__file__).parents[4] / "datasets"
     check = data / "formation-well-posed-check.csv"
-    command = ["learn", str(data / "formation-well-posed.csv"), "--check", str(check), "-o", str(tmp_path), "-q"]
+    command = [
+        "learn",
+        "formation",
+        str(data / "formation-well-posed.csv"),
+        "--check",
+        str(check),
+        "-o",
+        str(tmp_path),
+        "-q",
+    ]
     assert main(command) == 0
     checked = pd.read_csv(check, comment="#")
     for name in FORMATION_OUTPUTS:
