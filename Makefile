@@ -87,7 +87,7 @@ test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is 
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/designer/test_jupyterlab.py
 
 # A browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
-check-all: $(VENV)/.everything ## make test, the site and the tests marked long: what CI runs
+check-all: $(VENV)/.everything ## make test, the site and the tests marked long
 	@rm -f $(NOTES) && touch $(NOTES)
 	@$(MAKE) --no-print-directory test NOTED='$(AGAIN)'
 	@$(MAKE) --no-print-directory docs
