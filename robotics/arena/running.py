@@ -4,7 +4,6 @@ Every piece of work that is done stands in the folder, whole or not at all; afte
 same arena in the same folder goes on from there and ends with the same bytes.
 """
 
-import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
@@ -155,13 +154,11 @@ class _ArenaRun:
                 part: pd.concat([t for d, t in tested.items() if (d.law, d.part) == (law, part)], ignore_index=True)
                 for part in (PUBLISHED, TUNED if places[law] else PUBLISHED, *CHANGES)
             }
-            ends = zip(candidates.searches, candidates.looked_at, strict=True)
             entries.append(
                 ArenaEntry(
                     law=law,
                     parameters=next((tuple(p.name for p in e.parameters) for e in candidates.searches.values()), ()),
-                    chosen=chosen[law],
-                    by=min(search.name for search, row in ends if row[-1] == places[law]) if places[law] else "",
+                    chosen=places[law],
                     budgets=tuple(candidates.budgets),
                     searches=tuple(candidates.searches),
                     looked_at=candidates.looked_at,
@@ -238,14 +235,10 @@ def _run_costs(arena: Arena, drive: DriveJob, table: pd.DataFrame) -> np.ndarray
 def _read(path: Path, drive: DriveJob) -> pd.DataFrame | None:
     """The runs of a drive; None if they are not all there."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        columns = {  # Python reads a number as it was written, to the last bit
-            name: [int(row[name]) if name in WHOLE else float(row[name]) for row in rows] for name in (rows or [{}])[0]
-        }
-    except (OSError, ValueError, TypeError, KeyError):
+        table = pd.read_csv(path, dtype=dict.fromkeys(WHOLE, int), float_precision="round_trip")
+    except (OSError, ValueError):
         return None
-    return pd.DataFrame(columns) if len(rows) == drive.count else None
+    return table if len(table) == drive.count else None
 
 
 def _times(arena: Arena, folder: Path, begin: Begin) -> dict[str, Timed]:

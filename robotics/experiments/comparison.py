@@ -119,14 +119,14 @@ def compare(
     rows: list[pd.DataFrame] = []
     # A specification is made anew in another process, whose modules are its own
     given = laws if workers is None else dict(named_laws(controllers))
-    told = {"progress": advance} if workers is None else {}
+    progress, advance = (advance, None) if workers is None else (None, advance)
     for (scenario, name, _), run in run_pieces(
-        partial(_run_of, seeds=tuple(seeds), **told),
+        partial(_run_of, seeds=tuple(seeds), progress=progress),
         [(scenario, name, law) for scenario in scenarios for name, law in given.items()],
         workers,
         called=lambda piece: f"scenario {piece[0].name!r}, controller {piece[1]!r}",
         ordered=True,
-        advance=None if workers is None else advance,
+        advance=advance,
     ):
         runs[scenario.name, name] = run
         rows.append(rows_of(run, own))

@@ -13,7 +13,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from multiprocessing import forkserver
@@ -95,14 +95,14 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
         context = multiprocessing.get_context(_FORKSERVER)
         context.set_forkserver_preload(list(preload))
     with _environment(dict.fromkeys(THREADS, "1")):
-        crew = _Crew(count, context)
+        pool = _ProcessPool(count, context)
         try:
-            yield Workers(crew, _AHEAD * count)
+            yield Workers(pool, _AHEAD * count)
         except BaseException:
-            crew.stop()
+            pool.stop()
             raise
         finally:
-            crew.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def import_ahead(modules: Sequence[str]) -> None:
@@ -113,30 +113,22 @@ def import_ahead(modules: Sequence[str]) -> None:
             forkserver.ensure_running()
 
 
-class _Crew(Executor):
-    """Processes that are given one piece of work at a time, each by a thread of this process that waits for it.
+class _ProcessPool(ThreadPoolExecutor):
+    """Threads that each have their work done by a process of their own.
 
     There is nothing between the processes that one which dies could spoil: it loses what it was doing, no more.
     """
 
     def __init__(self, count: int, context: Any) -> None:
-        self.context = context
-        self.waiting: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
-        self.stopped = threading.Event()
-        self.lock = threading.Lock()
-        self.running: set[Any] = set()  # processes
-        self.threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(count)]
-        self.started = 0
+        super().__init__(count)
+        self.context, self.lock, self.stopped = context, threading.Lock(), threading.Event()
+        self.own = threading.local()  # of each thread: its process, and the end of the pipe to it
+        self.running: dict[Any, Connection] = {}
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Give work, which must be picklable, to the next process that is free."""
-        future: Future[Any] = Future()
-        self.waiting.put((future, pickle.dumps((fn, args, kwargs))))
-        if self.started < len(self.threads):
-            with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
-                self.threads[self.started].start()
-            self.started += 1
-        return future
+        with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
+            return super().submit(self._done, pickle.dumps((fn, args, kwargs)))
 
     def stop(self) -> None:
         """End all processes at once, whatever they are doing."""
@@ -146,64 +138,43 @@ class _Crew(Executor):
                 process.kill()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """See :meth:`concurrent.futures.Executor.shutdown`; what has not begun is cancelled if asked."""
-        with suppress(queue.Empty):
-            while cancel_futures:
-                work = self.waiting.get_nowait()
-                if work is not None:
-                    work[0].cancel()
-        for _ in range(self.started):
-            self.waiting.put(None)
-        for thread in self.threads[: self.started] if wait else ():
-            thread.join()
+        """See :meth:`concurrent.futures.Executor.shutdown`; the processes end with their work."""
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        while self.running:
+            self._ended(next(iter(self.running)))
 
-    def _serve(self) -> None:
-        """In a thread: hand pieces of work to a process of its own, until there are no more."""
-        process = connection = None
-        while (work := self.waiting.get()) is not None and not self.stopped.is_set():
-            future, content = work
-            if not future.set_running_or_notify_cancel():
-                continue
-            for _ in range(TRIES):
-                try:
-                    if connection is None:
-                        process, connection = self._started()
-                    connection.send_bytes(content)
-                    good, found = pickle.loads(connection.recv_bytes())
-                except (EOFError, OSError):  # it has died
-                    self._ended(process, connection)
-                    process = connection = None
-                    if self.stopped.is_set():
-                        break
-                except Exception as error:  # what came cannot be made again here
-                    future.set_exception(error)
-                    break
-                else:
-                    future.set_result(found) if good else future.set_exception(found)
-                    break
-            if not future.done():
-                future.set_exception(WorkerError("the worker process died (out of memory?), and so did the next"))
-        self._ended(process, connection)
+    def _done(self, content: bytes) -> Any:
+        """In a thread: the result of a piece of work; raises what its process raised."""
+        for _ in range(TRIES):
+            process = getattr(self.own, "process", None) or self._started()
+            try:
+                self.running[process].send_bytes(content)
+                good, found = pickle.loads(self.running[process].recv_bytes())
+            except (EOFError, OSError):  # it has died
+                self._ended(process)
+            else:
+                if good:
+                    return found
+                raise found
+        raise WorkerError("the worker process died (out of memory?), and so did the next")
 
-    def _started(self) -> tuple[Any, Connection]:
-        """A new process, and the end of the pipe to it."""
+    def _started(self) -> Any:
+        """A new process of this thread."""
         ours, theirs = self.context.Pipe()
         process = self.context.Process(target=_work, args=(theirs,), daemon=False)
         with self.lock:
             if self.stopped.is_set():
-                raise EOFError
+                raise CancelledError
             process.start()
-            self.running.add(process)
+            self.running[process], self.own.process = ours, process
         theirs.close()
-        return process, ours
+        return process
 
-    def _ended(self, process: Any, connection: Connection | None) -> None:
-        if connection is not None:
-            connection.close()  # it then ends by itself
-        if process is not None:
-            process.join()
-            with self.lock:
-                self.running.discard(process)
+    def _ended(self, process: Any) -> None:
+        with self.lock:
+            self.running.pop(process).close()  # it then ends by itself
+        process.join()
+        self.own.process = None
 
 
 def _work(connection: Connection) -> None:

@@ -13,7 +13,6 @@ from time import monotonic
 from typing import TypeVar
 
 from fuzzy.errors import InputError
-from fuzzy.shell.progress import Advance
 from robotics.experiments.executors import WorkerError, Workers
 
 _PATIENCE = 5.0  # s that a cluster may be without workers before it is said
@@ -32,7 +31,7 @@ def run_pieces(
     kept: type[InputError] | None = None,
     lost: Callable[[WorkerError], None] | None = None,
     ordered: bool = False,
-    advance: Advance | None = None,
+    advance: Callable[[], None] | None = None,
 ) -> Iterator[tuple[Piece, Result]]:
     """Do pieces of work; each comes with its result as it gets done. The first are handed out at once.
 
