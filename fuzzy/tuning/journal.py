@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.files.claim import alone, claim
+from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
 from fuzzy.tuning.parameter import SearchParameter, TuningError
 from fuzzy.tuning.search import Cost, Evaluations, search
@@ -57,18 +57,16 @@ def open_journal(folder: Path, about: Mapping[str, Any], fresh: bool = False) ->
 
     Raises TuningError where the folder holds another search, or another process is at work there.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    busy = TuningError(f"{folder}: another search is at work here; wait for it, or give another folder")
-    with alone(folder, busy):
-        claim(
-            folder / ABOUT,
-            about,
-            lambda: (folder / HISTORY).unlink(missing_ok=True),
-            kind="search",
-            elsewhere="folder",
-            fault=TuningError,
-            fresh=fresh,
-        )
+    with claimed(
+        folder,
+        ABOUT,
+        about,
+        lambda: (folder / HISTORY).unlink(missing_ok=True),
+        kind="search",
+        fault=TuningError,
+        elsewhere="folder",
+        fresh=fresh,
+    ):
         yield Journal(folder)
 
 

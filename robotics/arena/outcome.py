@@ -32,14 +32,19 @@ class ArenaEntry:
 
     law: str  # its specification
     parameters: tuple[str, ...]  # that were tuned
-    chosen: tuple[float, ...] | None  # their values; None: as published
-    by: str  # the search that found them, such as cmaes-2
+    chosen: int  # the place of the candidate that was; 0: the law as published
     budgets: tuple[int, ...]  # evaluations at which its searches were looked at
     searches: tuple[Search, ...]
     looked_at: np.ndarray = field(repr=False)  # (searches, budgets) int: the candidate that was best then
     choosing: np.ndarray = field(repr=False)  # (candidates, scenarios, seeds): costs, the law as published first
     runs: Mapping[str, pd.DataFrame] = field(repr=False)  # of the test: "published" and "tuned"
     changed: Mapping[str, pd.DataFrame] = field(repr=False)  # by the change that no law was told of
+
+    @property
+    def by(self) -> str:
+        """The search that found the chosen values, such as cmaes-2; "": the law is as published."""
+        ends = zip(self.searches, self.looked_at, strict=True)
+        return min(search.name for search, row in ends if row[-1] == self.chosen) if self.chosen else ""
 
 
 @dataclass(frozen=True, eq=False)

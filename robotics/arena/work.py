@@ -71,55 +71,46 @@ def budgets_of(arena: Arena, law: str) -> list[int]:
     return [n for n in BUDGETS if n < whole] + [whole] * (whole > 0)
 
 
-def searched(arena: Arena, search: Search, folder: Path, workers: Workers | None = None) -> Evaluations:
+def searched(arena: Arena, folder: Path, workers: Workers | None, search: Search) -> Evaluations:
     """Do a search, or what is left of it; ``folder`` is the arena's."""
-    return tuned(arena, search, folder, workers).evaluated
+    return tuned(arena, folder, workers, search).evaluated
 
 
-def tuned(arena: Arena, search: Search, folder: Path, workers: Workers | None = None) -> Tuned:
-    """The same with what it was about."""
-    with threadpool_limits(1, "blas"):  # matrices here are small: more threads would wait for each other
-        return _tuned(arena, search, folder, workers)
-
-
-def _tuned(arena: Arena, search: Search, folder: Path, workers: Workers | None) -> Tuned:
+def tuned(arena: Arena, folder: Path, workers: Workers | None, search: Search) -> Tuned:
+    """Run one search, as :func:`searched` does; return its evaluations with the law and the cost they belong to."""
     space = arena.space(search.law)
     assert space is not None
-    return tune(
-        space,
-        arena.scenarios("tune"),
-        specification=search.law,
-        runs=arena.runs,
-        evaluations=arena.budget(search.law),
-        seed=arena.seed + search.repeat,
-        engine=search.engine,
-        cost=arena.made_cost,
-        first_seed=arena.tuning_seed(search.repeat),
-        folder=search_folder(folder, search),
-        threads=1,
-        workers=workers,
-    )
+    with threadpool_limits(1, "blas"):  # matrices here are small: more threads would wait for each other
+        return tune(
+            space,
+            arena.scenarios("tune"),
+            specification=search.law,
+            runs=arena.runs,
+            evaluations=arena.budget(search.law),
+            seed=arena.seed + search.repeat,
+            engine=search.engine,
+            cost=arena.made_cost,
+            first_seed=arena.tuning_seed(search.repeat),
+            folder=search_folder(folder, search),
+            threads=1,
+            workers=workers,
+        )
 
 
 def driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
     """Drive and measure: a row a run, with the places of its candidate and of its scenario, and its seed."""
-    with threadpool_limits(1, "blas"):
-        return _driven(arena, drive)
-
-
-def _driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
     law, space = arena.law(drive.law), arena.space(drive.law)
     laws = [law if values is None or space is None else space.made(values) for values in drive.candidates]
     names = list(dict.fromkeys([*arena.made_cost.metrics, *SHOWN]))
     seeds, scenarios, found = arena.seeds(drive.block, drive.runs), arena.scenarios(drive.block), []
     for place in drive.scenarios:
         scenario, truth = changed(scenarios[place], drive.change)
-        with warnings.catch_warnings(action="ignore"):  # a rule base that is asked outside of its universe pays for it
+        # A rule base that is asked outside of its universe pays for it
+        with threadpool_limits(1, "blas"), warnings.catch_warnings(action="ignore"):
             runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=names, truth=truth, threads=1)
-        shape = runs.stopped.shape[:2]
         candidate, seed = np.meshgrid(np.arange(len(laws)), np.asarray(seeds), indexing="ij")
         columns = {"candidate": candidate.ravel(), "scenario": np.full(candidate.size, place), "seed": seed.ravel()}
         columns |= {name: runs[name].mean(axis=-1).ravel() for name in names}
-        columns["stopped"] = runs.stopped.any(axis=-1).reshape(shape).ravel().astype(int)
+        columns["stopped"] = runs.stopped.any(axis=-1).ravel().astype(int)
         found.append(pd.DataFrame(columns))
     return pd.concat(found, ignore_index=True)

@@ -2,7 +2,6 @@
 
 import shlex
 import sys
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,15 +51,12 @@ def arena(
       robotics new law -o mylaw.py
       robotics arena demo --laws fuzzy,lyapunov,nmpc,mylaw.py:MyLaw --out out/mine
     """
-    if workers is not None and dask is not None:
-        raise InputError("give --workers or --dask, not both")
     if full and file != "default":
         raise InputError(f"give --full or {file}, not both")
     from fuzzy.compiled.threads import processors
     from robotics.arena.description import load_arena, with_laws
-    from robotics.arena.running import ArenaWorkers
     from robotics.commands.compare import split_controllers
-    from robotics.experiments import executors
+    from robotics.experiments.executors import workers_at
     from robotics.report.arena import run_arena
 
     plan = load_arena(FULL if full else file)
@@ -76,15 +72,10 @@ def arena(
             print(f"{folder}: {sentence}", file=sys.stderr)
 
     try:
-        with ExitStack() as stack:
-            if dask is not None:
-                crew = ArenaWorkers(stack.enter_context(executors.dask(dask)), apart=True)
-            else:
-                preload = ["robotics.arena.work"]
-                crew = ArenaWorkers(stack.enter_context(executors.processes(workers or processors(), preload)))
-            begin = stack.enter_context(progress_bar(quiet))
+        count = workers or (processors() if dask is None else None)
+        with workers_at(count, dask, ["robotics.arena.work"]) as crew, progress_bar(quiet) as begin:
             outcome = run_arena(
-                plan, folder, crew=crew, fresh=fresh, begin=begin, announce=announce, command=shlex.join(command)
+                plan, folder, workers=crew, fresh=fresh, begin=begin, announce=announce, command=shlex.join(command)
             )
     except KeyboardInterrupt:
         interrupted(f"what is done is in {folder}; the same command goes on from there")

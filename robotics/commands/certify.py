@@ -1,6 +1,7 @@
 """The command ``robotics certify``: how fast and from where a tracking law provably converges."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +12,8 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import robots
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from robotics.experiments.certificate import Certificate, SectorModel
     from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.scenario.robots import RobotModel
@@ -114,13 +117,19 @@ def certify(
     print(f"law:    v = v_r cos ψ + {gains.kx:g} x,  {turning(model)}")
     print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
     print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
-    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
-    print(
-        f"\nChecked\n- The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
+    checked = (
+        f"The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
         f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.\n"
         f"- V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
         f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
     )
+    _print_proof(found.P, checked, report)
+
+
+def _print_proof(p: "np.ndarray", checked: str, report: Mapping[str, Any]) -> None:
+    """Print the matrix P, what was checked of it, and what is certified and what is not."""
+    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in p))
+    print(f"\nChecked\n- {checked}")
     for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
         print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
 
@@ -139,45 +148,40 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
             f"each pair alone has its poles left of {found.slowest_pole:.3g} 1/s; give a lower --alpha, or a narrower "
             "--distance"
         )
-    what = [
-        f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
-        f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
-        f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
-        f"e^(−{rate(found.decay)} t).",
-    ]
-    without = [
-        "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, and "
-        "no region is certified.",
-        "The rules left out, and references that need them; the robot's motors, latency, noise and limits.",
-        "The singleton fuzzy rule base (controller fuzzy), which shares the sets but not the gains.",
-    ]
+    report = {
+        "law": {"rule_base": rule_base, "look_ahead": law.look_ahead},
+        "rules": [
+            {"distance": d, "alpha": a, "A": A, "B": B, "K": K}
+            for (d, a), A, B, K in zip(found.points.tolist(), found.A, found.B, found.K, strict=True)
+        ],
+        "pairs": pairs,
+        "P": found.P,
+        "decay": found.decay,
+        "slowest_pole": found.slowest_pole,
+        "worst_eigenvalue": found.worst_eigenvalue,
+        "certified": [
+            f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
+            f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
+            f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
+            f"e^(−{rate(found.decay)} t).",
+        ],
+        "not_certified": [
+            "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, "
+            "and no region is certified.",
+            "The rules left out, and references that need them; the robot's motors, latency, noise and limits.",
+            "The singleton fuzzy rule base (controller fuzzy), which shares the sets but not the gains.",
+        ],
+    }
     if json:
-        print_json(
-            {
-                "law": {"rule_base": rule_base, "look_ahead": law.look_ahead},
-                "rules": [
-                    {"distance": d, "alpha": a, "A": A, "B": B, "K": K}
-                    for (d, a), A, B, K in zip(found.points.tolist(), found.A, found.B, found.K, strict=True)
-                ],
-                "pairs": pairs,
-                "P": found.P,
-                "decay": found.decay,
-                "slowest_pole": found.slowest_pole,
-                "worst_eigenvalue": found.worst_eigenvalue,
-                "certified": what,
-                "not_certified": without,
-            }
-        )
+        print_json(report)
         return
     print("law:    (v, ω) = (v_r, ω_r) − Σ h_j K^j (X − X_d),  X = (d, α, ψ)\n")
     print("   d [m]  α [rad]   K^j: v by d, α, ψ          ω by d, α, ψ")
     for (d, a), K in zip(found.points, found.K, strict=True):
         print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
     print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
-    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
-    print(f"\nChecked\n- The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}.")
-    for title, sentences in (("Certified", what), ("Not certified", without)):
-        print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+    checked = f"The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}."
+    _print_proof(found.P, checked, report)
 
 
 def rate(value: float) -> str:

@@ -61,7 +61,7 @@ def repeat(
             seed,
             robots,
             kind,
-            vars(disturbance),
+            disturbance,
             name,
             ages,
             begin,

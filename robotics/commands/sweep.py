@@ -1,7 +1,7 @@
 """The command ``robotics sweep``: scenario fields and controller gains × controllers × seeds, into one table."""
 
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +13,7 @@ from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import sweeps
 from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
+from robotics.experiments.versions import versions
 
 
 def sweep(
@@ -52,11 +53,9 @@ def sweep(
       [controller_parameters]            # gains; for a grid also count = 5
       ky = { low = 1, high = 40, scale = "log" }
     """
-    if workers is not None and dask is not None:
-        raise InputError("give --workers or --dask, not both")
-    from robotics.experiments import executors
+    from robotics.experiments.executors import workers_at
     from robotics.experiments.forewarnings import forewarnings
-    from robotics.experiments.sweeps.plan import controller_at, plan_sweep, scenario_at, versions
+    from robotics.experiments.sweeps.plan import PACKAGES, controller_at, plan_sweep, scenario_at
     from robotics.experiments.sweeps.reading import load_sweep, with_own
     from robotics.experiments.sweeps.running import landed_chunks, run_sweep
     from robotics.laws.catalogue import make_controller
@@ -74,15 +73,8 @@ def sweep(
             print(f"{folder}: {done} of {chunks} chunks are there already", file=sys.stderr)
 
     try:
-        with ExitStack() as stack:
-            crew = None
-            if workers is not None:
-                crew = stack.enter_context(
-                    executors.processes(workers, ["pyarrow", "robotics.experiments.sweeps.running"])
-                )
-            elif dask is not None:
-                crew = stack.enter_context(executors.dask(dask))
-            begin = stack.enter_context(progress_bar(quiet))
+        preload = ["pyarrow", "robotics.experiments.sweeps.running"]
+        with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
             done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
     except KeyboardInterrupt:
         landed = f"{landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}"
@@ -100,7 +92,7 @@ def sweep(
                 "with_contact": done.contacts,
                 "chunks": done.chunks,
                 "computed": done.computed,
-                "versions": versions(),
+                "versions": versions(*PACKAGES),
             }
         )
         return

@@ -2,7 +2,6 @@
 
 import re
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -63,7 +62,7 @@ def tune(
       robotics tune fuzzy lyapunov-sine --unseen lyapunov-circle --evaluations 50 --seeds 5 -o rules
       robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
-    from robotics.experiments import executors
+    from robotics.experiments.executors import workers_at
     from robotics.laws.catalogue import make_controller
     from robotics.scenario.reading import load_scenario
     from robotics.tuning.file import TuningFile, load_tuning
@@ -83,9 +82,7 @@ def tune(
     print_forewarnings(forewarned(moving, settings, law))
     began = time.monotonic()
     try:
-        with ExitStack() as stack:
-            crew = stack.enter_context(executors.dask(dask)) if dask is not None else None
-            begin = stack.enter_context(progress_bar(quiet, width=46))
+        with workers_at(address=dask) as crew, progress_bar(quiet, width=46) as begin:
             moved = Mover(begin(f"{law}: {len(moving.parameters)} parameters", evaluations))
 
             def told(found: "Evaluations") -> None:

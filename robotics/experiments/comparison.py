@@ -1,11 +1,9 @@
 """The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from html import escape
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,8 @@ from fuzzy.errors import InputError
 from fuzzy.shown import shown
 from fuzzy.sketch import table, titled
 from fuzzy.words import counted
-from robotics.experiments.executors import WorkerError, Workers
+from robotics.experiments.executors import Workers
+from robotics.experiments.pieces import run_pieces
 from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.measures.own import NO_METRICS, OwnMetrics
@@ -118,9 +117,17 @@ def compare(
     laws, own = chosen_laws(controllers), own_metrics(metrics)
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
-    pairs = [(scenario, name) for scenario in scenarios for name in laws]
-    given = dict(named_laws(controllers))  # a specification is made anew in a process, whose modules are its own
-    for (scenario, name), run in zip(pairs, _simulated(pairs, laws, given, seeds, workers, advance), strict=True):
+    # A specification is made anew in another process, whose modules are its own
+    given = laws if workers is None else dict(named_laws(controllers))
+    progress, advance = (advance, None) if workers is None else (None, advance)
+    for (scenario, name, _), run in run_pieces(
+        partial(_run_of, seeds=tuple(seeds), progress=progress),
+        [(scenario, name, law) for scenario in scenarios for name, law in given.items()],
+        workers,
+        called=lambda piece: f"scenario {piece[0].name!r}, controller {piece[1]!r}",
+        ordered=True,
+        advance=advance,
+    ):
         runs[scenario.name, name] = run
         rows.append(rows_of(run, own))
         if finished is not None:
@@ -128,39 +135,12 @@ def compare(
     return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own)
 
 
-def _simulated(
-    pairs: Sequence[tuple[Scenario, str]],
-    laws: Mapping[str, Law[Any]],
-    given: Mapping[str, Law[Any] | str],
-    seeds: Sequence[int],
-    workers: Workers | None,
-    advance: Callable[[], None] | None,
-) -> Iterator[Run]:
-    """The runs of the pairs of a scenario and a controller, in their order."""
-    if workers is None:
-        for scenario, name in pairs:
-            yield simulate(scenario, laws[name], seeds, name=name, progress=advance)
-        return
-    waiting = iter(pairs)
-    flying: deque[tuple[Future[Run], str]] = deque()
-    while True:
-        for scenario, name in islice(waiting, workers.in_flight - len(flying)):
-            future = workers.executor.submit(_run_of, scenario, given[name], tuple(seeds), name)
-            flying.append((future, f"scenario {scenario.name!r}, controller {name!r}"))
-        if not flying:
-            return
-        future, which = flying.popleft()
-        try:
-            yield future.result()
-        except WorkerError as error:
-            raise WorkerError(f"{which}: {error}") from None
-        if advance is not None:
-            advance()
-
-
-def _run_of(scenario: Scenario, law: Law[Any] | str, seeds: tuple[int, ...], name: str) -> Run:
-    """In a worker: the runs of one scenario and controller."""
-    return simulate(scenario, as_law(law), seeds, name=name)
+def _run_of(
+    piece: tuple[Scenario, str, Law[Any] | str], seeds: tuple[int, ...], progress: Callable[[], None] | None = None
+) -> Run:
+    """The runs of a scenario with a controller, of which the name comes first."""
+    scenario, name, law = piece
+    return simulate(scenario, as_law(law), seeds, name=name, progress=progress)
 
 
 def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metrics: OwnMetrics = NO_METRICS) -> None:

@@ -12,15 +12,13 @@ import re
 import signal
 import threading
 import traceback
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
-from time import monotonic
-from typing import Any, TypeVar
+from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
@@ -30,64 +28,11 @@ THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_
 TRIES = 2  # processes that try the same piece of work, where they die
 _AHEAD = 2  # pieces of work for each worker: the next lies ready when one is done
 _FORKSERVER = "forkserver"
-_PATIENCE = 5.0  # s that a cluster may be without workers before it is said
 CONNECT = 10  # s to reach a scheduler, and to see a first worker
 
-Job = TypeVar("Job")
 
-
-class ExecutorError(InputError):
-    """A cluster that cannot be reached or has no workers."""
-
-
-class WorkerError(ExecutorError):
-    """A piece of work over which a worker process has died, and another after it."""
-
-
-@dataclass(frozen=True)
-class Workers:
-    """An executor, and how it is to be used."""
-
-    executor: Executor
-    in_flight: int = 1  # how many pieces of work it is given at a time
-    alive: Callable[[], bool] = lambda: True  # asked while waiting: can what is in flight still be answered?
-    idle: Callable[[], str] = lambda: ""  # asked while waiting: a sentence where there is nobody to do the work
-
-
-def as_done(
-    jobs: Iterable[Job], submit: "Callable[[Job], Future[Any]]", workers: Workers, lost: InputError
-) -> "Iterator[tuple[Job, Future[Any]]]":
-    """Jobs with their futures as these get done; no more are handed out at a time than ``workers`` say.
-
-    It warns once if nobody is there to do the work for some seconds. Raises ``lost`` where what is in flight can no
-    longer be answered.
-
-    Args:
-        jobs: The jobs, in the order in which they are handed out.
-        submit: Hands out one.
-        workers: Who does the work.
-        lost: The error.
-    """
-    waiting = iter(jobs)
-    flying: dict[Future[Any], Job] = {}
-    since, told = monotonic(), False  # when there was last somebody to do the work; whether it was said
-    while True:
-        for job in waiting:
-            flying[submit(job)] = job
-            if len(flying) >= workers.in_flight:
-                break
-        if not flying:
-            return
-        done = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done
-        if not done and not workers.alive():
-            raise lost
-        idle = "" if done else workers.idle()
-        since = monotonic() if not idle else since
-        if idle and not told and monotonic() - since > _PATIENCE:
-            told = True
-            warnings.warn(idle, stacklevel=2)
-        for future in done:
-            yield flying.pop(future), future
+class WorkerError(InputError):
+    """Workers that cannot be reached, or have died over a piece of work."""
 
 
 class InProcess(Executor):
@@ -103,6 +48,41 @@ class InProcess(Executor):
         return future
 
 
+@dataclass(frozen=True)
+class Workers:
+    """An executor, by default this process, and how it is to be used."""
+
+    executor: Executor = field(default_factory=InProcess)
+    in_flight: int = 1  # how many pieces of work it is given at a time
+    alive: Callable[[], bool] = lambda: True  # asked while waiting: can what is in flight still be answered?
+    idle: Callable[[], str] = lambda: ""  # asked while waiting: a sentence where there is nobody to do the work
+    apart: bool = False  # whether they do not see this machine's folders
+
+
+def workers_at(
+    count: int | None = None, address: str | None = None, preload: Sequence[str] = ()
+) -> "AbstractContextManager[Workers | None]":
+    """Processes of this machine, so many, or the Dask cluster at ``address``, for a ``with`` block; None: this process.
+
+    Raises InputError where both are given; see :func:`processes` and :func:`dask`.
+    """
+    if count is not None and address is not None:
+        raise InputError("give --workers or --dask, not both")
+    if address is not None:
+        return dask(address)
+    return processes(count, preload) if count is not None else nullcontext()
+
+
+@contextmanager
+def in_threads(count: int) -> Iterator[Workers]:
+    """Start ``count`` threads of this process; what has not begun when the block is left is not done."""
+    executor = ThreadPoolExecutor(count)
+    try:
+        yield Workers(executor, count)
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
 @contextmanager
 def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
     """Start ``count`` processes of this machine, one thread each; they end with this one, even if it is killed.
@@ -115,14 +95,14 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
         context = multiprocessing.get_context(_FORKSERVER)
         context.set_forkserver_preload(list(preload))
     with _environment(dict.fromkeys(THREADS, "1")):
-        crew = _Crew(count, context)
+        pool = _ProcessPool(count, context)
         try:
-            yield Workers(crew, _AHEAD * count)
+            yield Workers(pool, _AHEAD * count)
         except BaseException:
-            crew.stop()
+            pool.stop()
             raise
         finally:
-            crew.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def import_ahead(modules: Sequence[str]) -> None:
@@ -133,30 +113,22 @@ def import_ahead(modules: Sequence[str]) -> None:
             forkserver.ensure_running()
 
 
-class _Crew(Executor):
-    """Processes that are given one piece of work at a time, each by a thread of this process that waits for it.
+class _ProcessPool(ThreadPoolExecutor):
+    """Threads that each have their work done by a process of their own.
 
     There is nothing between the processes that one which dies could spoil: it loses what it was doing, no more.
     """
 
     def __init__(self, count: int, context: Any) -> None:
-        self.context = context
-        self.waiting: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
-        self.stopped = threading.Event()
-        self.lock = threading.Lock()
-        self.running: set[Any] = set()  # processes
-        self.threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(count)]
-        self.started = 0
+        super().__init__(count)
+        self.context, self.lock, self.stopped = context, threading.Lock(), threading.Event()
+        self.own = threading.local()  # of each thread: its process, and the end of the pipe to it
+        self.running: dict[Any, Connection] = {}
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Give work, which must be picklable, to the next process that is free."""
-        future: Future[Any] = Future()
-        self.waiting.put((future, pickle.dumps((fn, args, kwargs))))
-        if self.started < len(self.threads):
-            with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
-                self.threads[self.started].start()
-            self.started += 1
-        return future
+        with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
+            return super().submit(self._done, pickle.dumps((fn, args, kwargs)))
 
     def stop(self) -> None:
         """End all processes at once, whatever they are doing."""
@@ -166,64 +138,43 @@ class _Crew(Executor):
                 process.kill()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """See :meth:`concurrent.futures.Executor.shutdown`; what has not begun is cancelled if asked."""
-        with suppress(queue.Empty):
-            while cancel_futures:
-                work = self.waiting.get_nowait()
-                if work is not None:
-                    work[0].cancel()
-        for _ in range(self.started):
-            self.waiting.put(None)
-        for thread in self.threads[: self.started] if wait else ():
-            thread.join()
+        """See :meth:`concurrent.futures.Executor.shutdown`; the processes end with their work."""
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        while self.running:
+            self._ended(next(iter(self.running)))
 
-    def _serve(self) -> None:
-        """In a thread: hand pieces of work to a process of its own, until there are no more."""
-        process = connection = None
-        while (work := self.waiting.get()) is not None and not self.stopped.is_set():
-            future, content = work
-            if not future.set_running_or_notify_cancel():
-                continue
-            for _ in range(TRIES):
-                try:
-                    if connection is None:
-                        process, connection = self._started()
-                    connection.send_bytes(content)
-                    good, found = pickle.loads(connection.recv_bytes())
-                except (EOFError, OSError):  # it has died
-                    self._ended(process, connection)
-                    process = connection = None
-                    if self.stopped.is_set():
-                        break
-                except Exception as error:  # what came cannot be made again here
-                    future.set_exception(error)
-                    break
-                else:
-                    future.set_result(found) if good else future.set_exception(found)
-                    break
-            if not future.done():
-                future.set_exception(WorkerError("the worker process died (out of memory?), and so did the next"))
-        self._ended(process, connection)
+    def _done(self, content: bytes) -> Any:
+        """In a thread: the result of a piece of work; raises what its process raised."""
+        for _ in range(TRIES):
+            process = getattr(self.own, "process", None) or self._started()
+            try:
+                self.running[process].send_bytes(content)
+                good, found = pickle.loads(self.running[process].recv_bytes())
+            except (EOFError, OSError):  # it has died
+                self._ended(process)
+            else:
+                if good:
+                    return found
+                raise found
+        raise WorkerError("the worker process died (out of memory?), and so did the next")
 
-    def _started(self) -> tuple[Any, Connection]:
-        """A new process, and the end of the pipe to it."""
+    def _started(self) -> Any:
+        """A new process of this thread."""
         ours, theirs = self.context.Pipe()
         process = self.context.Process(target=_work, args=(theirs,), daemon=False)
         with self.lock:
             if self.stopped.is_set():
-                raise EOFError
+                raise CancelledError
             process.start()
-            self.running.add(process)
+            self.running[process], self.own.process = ours, process
         theirs.close()
-        return process, ours
+        return process
 
-    def _ended(self, process: Any, connection: Connection | None) -> None:
-        if connection is not None:
-            connection.close()  # it then ends by itself
-        if process is not None:
-            process.join()
-            with self.lock:
-                self.running.discard(process)
+    def _ended(self, process: Any) -> None:
+        with self.lock:
+            self.running.pop(process).close()  # it then ends by itself
+        process.join()
+        self.own.process = None
 
 
 def _work(connection: Connection) -> None:
@@ -309,15 +260,15 @@ def _environment(values: dict[str, str]) -> Iterator[None]:
 def dask(address: str) -> Iterator[Workers]:
     """Connect to the Dask cluster at ``address``, such as tcp://127.0.0.1:8786.
 
-    The packages, and the files that controllers read, must be there too. Raises ExecutorError where no scheduler
+    The packages, and the files that controllers read, must be there too. Raises WorkerError where no scheduler
     answers, it has no workers, or ``distributed`` (the extra ``cluster``) is not installed.
     """
     try:
         from distributed import Client
     except ImportError:
-        raise ExecutorError(f"--dask needs Dask: {install_command('cluster')}") from None
+        raise WorkerError(f"--dask needs Dask: {install_command('cluster')}") from None
     if not re.fullmatch(r"(tcp|tls|wss?)://\S+:\d+", address):
-        raise ExecutorError(f"--dask must be a scheduler's address, such as tcp://127.0.0.1:8786; got {address!r}")
+        raise WorkerError(f"--dask must be a scheduler's address, such as tcp://127.0.0.1:8786; got {address!r}")
     # What goes wrong is said once, by us.
     for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -325,12 +276,12 @@ def dask(address: str) -> Iterator[Workers]:
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise ExecutorError(f"--dask {address}: no scheduler answers: {reason}") from None
+        raise WorkerError(f"--dask {address}: no scheduler answers: {reason}") from None
     try:
         try:
             client.wait_for_workers(1, timeout=CONNECT)
         except TimeoutError:
-            raise ExecutorError(f"--dask {address}: the cluster has no workers: dask worker {address}") from None
+            raise WorkerError(f"--dask {address}: the cluster has no workers: dask worker {address}") from None
         executor = client.get_executor(pure=False)
         connection = client.scheduler_comm
 
@@ -345,7 +296,7 @@ def dask(address: str) -> Iterator[Workers]:
             return "" if left else f"the cluster has no workers left; this waits until one comes: dask worker {address}"
 
         try:
-            yield Workers(executor, _AHEAD * sum(client.nthreads().values()), alive, idle)
+            yield Workers(executor, _AHEAD * sum(client.nthreads().values()), alive, idle, apart=True)
         except BaseException:
             executor.shutdown(wait=False)
             raise

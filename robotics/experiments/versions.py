@@ -11,7 +11,9 @@ def digest_of(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def versions() -> dict[str, str]:
-    """The versions of the packages on which numbers and pictures depend, and Python's, by name."""
-    names = ("fuzzyfleet", "numpy", "numba", "scipy", "pandas", "matplotlib")
-    return {name: version(name) for name in names} | {"python": ".".join(map(str, sys.version_info[:3]))}
+def versions(*packages: str) -> dict[str, str]:
+    """The versions of ``packages``; by default of those on which numbers and pictures depend, and of Python."""
+    if packages:
+        return {name: version(name) for name in packages}
+    python = {"python": ".".join(map(str, sys.version_info[:3]))}
+    return versions("fuzzyfleet", "numpy", "numba", "scipy", "pandas", "matplotlib") | python

@@ -18,8 +18,9 @@ from robotics.arena.changes import CHANGES
 from robotics.arena.description import BLOCKS, Arena, load_arena
 from robotics.arena.entrants import sort_of, terms_of
 from robotics.arena.outcome import Outcome
-from robotics.arena.running import ArenaWorkers, drive_arena
-from robotics.arena.work import Search, plain, tuned
+from robotics.arena.running import drive_arena
+from robotics.arena.work import plain, tuned
+from robotics.experiments.executors import Workers
 from robotics.figures.arena import (
     Entrant,
     Standings,
@@ -48,9 +49,9 @@ def run_arena(
     arena: Arena,
     out: str | Path | None = None,
     *,
-    crew: ArenaWorkers | None = None,
+    workers: Workers | None = None,
     fresh: bool = False,
-    begin: Begin | None = None,
+    begin: Begin = unwatched,
     announce: Callable[[str], None] = lambda text: None,
     command: str | None = None,
 ) -> Outcome:
@@ -63,7 +64,7 @@ def run_arena(
     Args:
         arena: The arena, such as :func:`robotics.load_arena` reads it.
         out: The folder of the results. Default: out/arena.
-        crew: Who does the work, by default this process.
+        workers: Who does the work, by default this process.
         fresh: Whether to discard what the folder holds of an arena.
         begin: Starts a bar of a progress display, by its text and total.
         announce: Called with a sentence before the work begins: how long it will take.
@@ -78,12 +79,12 @@ def run_arena(
         OSError: Files cannot be written.
     """
     folder = Path(out) if out is not None else Path("out") / "arena"
-    outcome = drive_arena(arena, folder, crew, fresh=fresh, begin=begin, announce=announce)
+    outcome = drive_arena(arena, folder, workers, fresh=fresh, begin=begin, announce=announce)
     write_arena(outcome, folder, command=command, begin=begin)
     return outcome
 
 
-def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, begin: Begin | None = None) -> Path:
+def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, begin: Begin = unwatched) -> Path:
     """Write the tables, the figures, the tuned laws and the page of an arena; return the page's path.
 
     Args:
@@ -97,7 +98,7 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     chapters = arena_chapters(outcome, specifications)
     head = ranking(outcome)
     pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
-    advance = (begin or unwatched)("drawing", len(pictures))
+    advance = begin("drawing", len(pictures))
     plates = []
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for picture in pictures:
@@ -574,9 +575,5 @@ def write_laws(outcome: Outcome, folder: Path) -> list[str]:
             continue
         there = folder / "tuned" / plain(entry.law)
         there.mkdir(parents=True, exist_ok=True)
-        found.append(_written(outcome.arena, search, folder, there))
+        found.append(write_tuned(tuned(outcome.arena, folder, None, search), search.law, there))
     return found
-
-
-def _written(arena: Arena, search: Search, folder: Path, there: Path) -> str:
-    return write_tuned(tuned(arena, search, folder), search.law, there)

@@ -1,7 +1,7 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +15,7 @@ from fuzzy.files.atomic import write_json
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Advance, Begin, unwatched
 from robotics.experiments.comparison import Comparison, check_comparison, compare, summarise
-from robotics.experiments.executors import Workers, processes, uninterrupted
+from robotics.experiments.executors import Workers, uninterrupted, workers_at
 from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
 from robotics.laws.law import Law
@@ -74,22 +74,6 @@ class Study:
         return [line for comparison in self.comparisons for line in comparison.divergences]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Work:
-    """What is compared, judged and shown: the common form of a comparison and of a study."""
-
-    groups: Sequence[ScenarioGroup]
-    seeds: Sequence[int]
-    configuration: Mapping[str, Any]
-    metrics: OwnMetrics
-    plan: StudyPlan | None = None
-    chapters: MakeChapters | None = None
-    front: MakeFront | None = None
-    report: bool = True
-    command: str | None = None
-    heading: Heading | None = None
-
-
 def write_study(
     folder: Path,
     scenarios: Sequence[Scenario],
@@ -134,17 +118,10 @@ def write_study(
         "seeds": list(seeds),
         "versions": versions(),
     }
-    work = _Work(
-        groups=[ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})],
-        seeds=seeds,
-        configuration=configuration,
-        metrics=metrics,
-        chapters=chapters,
-        front=front,
-        report=report,
-        command=command,
+    compared = _compared(
+        folder, [ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})], seeds, metrics, begin, None, kept
     )
-    return _written(folder, work, begin, None, kept)
+    return _written(folder, configuration, compared, begin, chapters, front, report, command, seeds[0])
 
 
 def run_study(
@@ -153,7 +130,7 @@ def run_study(
     *,
     jobs: int = 1,
     report: bool = True,
-    begin: Begin | None = None,
+    begin: Begin = unwatched,
     chapters: MakeChapters | None = None,
     front: MakeFront | None = None,
     command: str | None = None,
@@ -187,21 +164,12 @@ def run_study(
     """
     folder = Path(out) if out is not None else default_folder(plan)
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)
-    work = _Work(
-        groups=plan.groups,
-        seeds=plan.row,
-        configuration=_configuration(plan),
-        metrics=plan.own_metrics,
-        plan=plan,
-        chapters=chapters,
-        front=front,
-        report=report,
-        command=command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}",
-        heading=_heading(plan),
-    )
-    several = processes(jobs, ["robotics.experiments.comparison"]) if jobs > 1 else nullcontext()
-    with several as workers:
-        return _written(folder, work, begin or unwatched, workers, kept)
+    command = command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}"
+    with workers_at(jobs if jobs > 1 else None, preload=["robotics.experiments.comparison"]) as workers:
+        compared = _compared(folder, plan.groups, plan.row, plan.own_metrics, begin, workers, kept)
+        return _written(
+            folder, _configuration(plan), compared, begin, chapters, front, report, command, plan.first_seed, plan
+        )
 
 
 def default_folder(plan: StudyPlan) -> Path:
@@ -209,53 +177,72 @@ def default_folder(plan: StudyPlan) -> Path:
     return plan.folder / plan.out if plan.out else Path("out") / plan.name
 
 
-def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]) -> Study:
+def _written(
+    folder: Path,
+    configuration: Mapping[str, Any],
+    compared: Iterator[Comparison],
+    begin: Begin,
+    chapters: MakeChapters | None,
+    front: MakeFront | None,
+    report: bool,
+    command: str | None,
+    seed: int,
+    plan: StudyPlan | None = None,
+) -> Study:
+    """Write all that becomes of comparisons, which are made meanwhile, and of the chapters that are made beside."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / "configuration.json", work.configuration, default=shown_gain)
-    plan, first = work.plan, work.plan.shown_metrics if work.plan is not None else ()
+    write_json(folder / "configuration.json", configuration, default=shown_gain)
+    first = plan.shown_metrics if plan is not None else ()
     # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
     with (
         threadpool_limits(1, "blas"),
-        (work.chapters or _no_chapters)(begin, folder, work.seeds[0], work.report) as wait,
+        chapters(begin, folder, seed, report) if chapters is not None else nullcontext(list[Chapter]) as wait,
     ):
-        comparisons = tuple(_compared(folder, work, begin, workers, kept))
+        comparisons = tuple(compared)
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
-        advance = begin("drawing", figure_count(comparisons)) if work.report else None
-        sections = draw_sections(comparisons, advance, first) if work.report else []
-        front = work.front(begin, folder) if work.front is not None and work.report else None
+        advance = begin("drawing", figure_count(comparisons)) if report else None
+        sections = draw_sections(comparisons, advance, first) if report else []
+        opening = front(begin, folder) if front is not None and report else None
         made = wait()
     all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
-    if work.chapters is not None or all_claims:
+    if chapters is not None or all_claims:
         write_frame(pd.DataFrame([claim.row() for claim in all_claims]), folder / "claims.csv")
         write_frame(pd.DataFrame([row for claim in all_claims for row in claim.evidence()]), folder / "evidence.csv")
     shown = folder / "results.csv"
-    if work.report:
+    if report:
         shown = write_report(
             comparisons,
             claims,
             folder,
             chapters=made,
-            command=work.command,
+            command=command,
             sections=sections,
-            heading=work.heading,
+            heading=_heading(plan) if plan is not None else None,
             first=first,
-            front=front,
+            front=opening,
         )
     files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    skipped = tuple(f"{on}: {line}" for g in work.groups for on, lines in g.skipped.items() for line in lines)
+    groups = plan.groups if plan is not None else ()
+    skipped = tuple(f"{on}: {line}" for g in groups for on, lines in g.skipped.items() for line in lines)
     return Study(comparisons, summary, all_claims, shown, files, first, skipped)
 
 
 def _compared(
-    folder: Path, work: _Work, begin: Begin, workers: Workers | None, kept: Callable[[int], None]
+    folder: Path,
+    groups: Sequence[ScenarioGroup],
+    seeds: Sequence[int],
+    metrics: OwnMetrics,
+    begin: Begin,
+    workers: Workers | None,
+    kept: Callable[[int], None],
 ) -> Iterator[Comparison]:
     """The comparisons of the groups; results.csv holds what is done so far."""
-    total = sum((1 if workers else s.ticks + 1) * len(g.laws) for g in work.groups for s in g.scenarios)
+    total = sum((1 if workers else s.ticks + 1) * len(g.laws) for g in groups for s in g.scenarios)
     advance: Advance = begin("simulating", total)
     tables: list[pd.DataFrame] = []
 
@@ -265,23 +252,18 @@ def _compared(
             write_frame(whole, folder / "results.csv")
             kept(len(whole))
 
-    for group in work.groups:
+    for group in groups:
         comparison = compare(
             group.scenarios,
             group.laws,
-            work.seeds,
-            metrics=work.metrics,
+            seeds,
+            metrics=metrics,
             workers=workers,
             advance=advance,
             finished=keep,
         )
         tables.append(comparison.table)
         yield comparison
-
-
-@contextmanager
-def _no_chapters(begin: Begin, folder: Path, seed: int, draw: bool) -> Iterator[Callable[[], list[Chapter]]]:
-    yield list
 
 
 def _chapters_named(plan: StudyPlan) -> MakeChapters:
@@ -430,10 +412,5 @@ def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
 
 def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:
     """The same study with another number of seeds, or another first one."""
-    if seeds is None and first is None:
-        return plan
-    return replace(
-        plan,
-        seeds=plan.seeds if seeds is None else seeds,
-        first_seed=plan.first_seed if first is None else first,
-    )
+    asked = {"seeds": seeds, "first_seed": first}
+    return replace(plan, **{name: value for name, value in asked.items() if value is not None})

@@ -7,17 +7,18 @@ import queue
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from multiprocessing import Manager
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from fuzzy.compiled.threads import processors
 from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import WorkerError, processes
+from robotics.experiments.executors import processes
+from robotics.experiments.pieces import run_pieces
 from robotics.report.chapter import Chapter, Film
 from robotics.report.plates import plate
 from robotics.simulation.run import Run
@@ -54,24 +55,17 @@ def judging(
         ticks = manager.Queue()
         bars = [begin(maker.title, len(maker.experiments(str(folder), seed, effort))) for maker in CHAPTERS]
         threading.Thread(target=_count, args=(ticks, bars), daemon=True).start()
-        futures: list[Future[Any]] = [Future()] * len(CHAPTERS)
+        one = partial(_made, str(folder), seed, effort, draw, ticks.put, save_runs)
         # The longest first: the processes are then done at about the same time.
-        for i in sorted(range(len(CHAPTERS)), key=lambda i: -CHAPTERS[i].seconds):
-            futures[i] = workers.executor.submit(
-                _made, i, str(folder), seed, effort, draw, partial(ticks.put, i), save_runs
-            )
+        places = sorted(range(len(CHAPTERS)), key=lambda i: -CHAPTERS[i].seconds)
+        workers = replace(workers, in_flight=len(places))
+        made = run_pieces(one, places, workers, called=lambda i: CHAPTERS[i].title)
 
         def judged() -> list[Chapter]:
-            chapters = []
-            for maker, future in zip(CHAPTERS, futures, strict=True):
-                try:
-                    chapter, caught = future.result()
-                except WorkerError as error:
-                    raise WorkerError(f"{maker.title}: {error}") from None
-                for message in caught:
-                    warnings.warn(message, stacklevel=2)
-                chapters.append(chapter)
-            return chapters
+            found = [chapter for _, chapter in sorted(made, key=itemgetter(0))]
+            for message in (message for _, caught in found for message in caught):
+                warnings.warn(message, stacklevel=2)
+            return [chapter for chapter, _ in found]
 
         try:
             yield judged
@@ -89,13 +83,13 @@ def _count(ticks: "queue.Queue[int | None]", bars: list[Any]) -> None:
 
 
 def _made(
-    place: int, folder: str, seed: int, effort: Effort, draw: bool, tick: Callable[[], None], save_runs: bool = False
+    folder: str, seed: int, effort: Effort, draw: bool, tick: Callable[[int], None], save_runs: bool, place: int
 ) -> tuple[Chapter, list[Warning]]:
     """In a worker: the chapter at that place of CHAPTERS, drawn, and the warnings on the way."""
     maker = CHAPTERS[place]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
-        results = results_of(maker.experiments(folder, seed, effort), tick)
+        results = results_of(maker.experiments(folder, seed, effort), partial(tick, place))
         if save_runs:
             save_results(results, Path(folder) / "runs")
         made = maker.chapter(results)

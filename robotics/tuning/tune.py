@@ -24,6 +24,7 @@ from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from robotics.experiments.executors import Workers
 from robotics.experiments.forewarnings import forewarnings
+from robotics.experiments.pieces import run_pieces
 from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import as_law, files_of
 from robotics.laws.law import ControllerError, Law
@@ -202,18 +203,28 @@ def _evaluate(
                 raise
     found = np.full((len(values), len(cost.objectives)), cost.failed / len(cost.objectives))
     if workers is None:
-        try:
+        with suppress(ControllerError):  # of one that cannot drive; the others can
             found[list(laws)] = mean_costs(cost, scenarios, list(laws.values()), seeds, threads)
-        except ControllerError:  # of one that cannot drive; the others can
-            for place, law in laws.items():
-                with suppress(ControllerError) if len(values) > 1 else nullcontext():
-                    found[place] = mean_costs(cost, scenarios, [law], seeds, threads)[0]
-        return found
-    flying = {p: workers.executor.submit(mean_costs, cost, scenarios, [law], seeds, 1) for p, law in laws.items()}
-    for place, future in flying.items():
-        with suppress(ControllerError) if len(values) > 1 else nullcontext():
-            found[place] = future.result()[0]
+            return found
+    one = partial(_candidate_costs, cost, scenarios, seeds, 1 if workers else threads, len(values) > 1)
+    for (place, _), costs in run_pieces(one, laws.items(), workers, called=lambda piece: f"candidate {piece[0] + 1}"):
+        if costs is not None:
+            found[place] = costs
     return found
+
+
+def _candidate_costs(
+    cost: Cost,
+    scenarios: Sequence[Scenario],
+    seeds: Sequence[int],
+    threads: int | None,
+    lenient: bool,
+    candidate: tuple[int, Law[Any]],
+) -> np.ndarray | None:
+    """What a law, given with its place in a generation, costs; if that is ``lenient`` None where it cannot drive."""
+    with suppress(ControllerError) if lenient else nullcontext():
+        return mean_costs(cost, scenarios, [candidate[1]], seeds, threads)[0]
+    return None
 
 
 def mean_costs(

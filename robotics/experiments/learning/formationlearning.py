@@ -12,12 +12,10 @@ clusters an input that says nothing costs rules.
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -30,8 +28,9 @@ from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import SearchResult, Trial, search_clusters
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
-from robotics.experiments.executors import WorkerError, processes
+from robotics.experiments.executors import processes
 from robotics.experiments.learning.scatter import NEIGHBOURS, scatter
+from robotics.experiments.pieces import run_pieces
 from robotics.laws.formation.leader_follower import FORMATION_INPUTS, FORMATION_OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
 
@@ -163,26 +162,18 @@ def learn_networks(
         FormationLearningError: A table without these columns, or where no setting gives about that many rules.
         WorkerError: A process fails.
     """
-    outputs = outputs_of(names)
+    outputs, options = outputs_of(names), options or anfis.Options(epochs=60)
+    one = partial(learn_network, names=names, values=values, check=check, rules=rules, options=options)
     if jobs == 1:
-        return [learn_network(o, names, values, check, rules=rules, options=options, advance=advance) for o in outputs]
-    one = partial(_learnt_alone, names=names, values=values, check=check, rules=rules, options=options)
+        return [one(output, advance=advance) for output in outputs]
+    found = {}
     with processes(min(jobs, len(outputs)), [__name__]) as workers:
-        futures = {workers.executor.submit(one, output): output for output in outputs}
-        for future in as_completed(futures):
-            try:
-                future.result()
-            except WorkerError as error:
-                raise WorkerError(f"the network of {futures[future]}: {error}") from None
-            for _ in range(steps((options or anfis.Options(epochs=60)).epochs, 1) if advance else 0):
+        for output, network in run_pieces(one, outputs, workers, called=lambda output: f"the network of {output}"):
+            found[output] = network
+            for _ in range(steps(options.epochs, 1) if advance else 0):
                 assert advance is not None
                 advance()
-        return [future.result() for future in futures]
-
-
-def _learnt_alone(output: str, **settings: Any) -> Learnt:
-    """:func:`learn_network` in a process of its own, which has one thread."""
-    return learn_network(output, settings.pop("names"), settings.pop("values"), settings.pop("check"), **settings)
+    return [found[output] for output in outputs]
 
 
 def learn_network(

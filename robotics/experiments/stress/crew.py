@@ -1,13 +1,15 @@
 """Thousands of random runs, in chunks that several threads or processes may share."""
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from itertools import pairwise
 from typing import Generic, NamedTuple, TypeVar
 
 from fuzzy.compiled.threads import processors
-from fuzzy.shell.progress import Advance, Begin
-from robotics.experiments.executors import WorkerError, processes
+from fuzzy.shell.progress import Begin
+from robotics.experiments.executors import WorkerError, Workers, in_threads, processes
+from robotics.experiments.pieces import run_pieces
 from robotics.experiments.stress.outcome import StressOutcome, joined
 
 ROBOTS_A_PASS = 600  # robots that one pass simulates at most
@@ -53,66 +55,31 @@ def in_chunks(
         threads: Whether they are threads of this process instead: quicker where compiled code drives the runs.
     """
     chunks = _chunks(seeds, robots, jobs or processors())
-    workers = min(len(chunks), jobs or processors())
+    count = min(len(chunks), jobs or processors())
     done: dict[int, Outcome] = {}
-    interrupted, reason = False, ""
+    interrupted, reasons = False, list[WorkerError]()
     try:
-        if workers == 1:
-            for k, chunk in enumerate(chunks):
-                done[k] = stress(chunk, begin=begin)
-        else:
-            share = _threaded if threads else _shared
-            reason = share(stress, chunks, workers, begin("chunks of runs", len(chunks)), done)
+        with _workers(count, threads) as workers:
+            for chunk, outcome in run_pieces(
+                partial(stress, begin=begin) if count == 1 else stress,
+                chunks,
+                workers,
+                lost=reasons.append,
+                advance=begin("chunks of runs", len(chunks)) if count > 1 else None,
+            ):
+                done[chunk[0]] = outcome
     except KeyboardInterrupt:
         interrupted = True
-    missing = _stretches(chunk for k, chunk in enumerate(chunks) if k not in done)
-    parts = [done[k] for k in sorted(done)]
+    missing = _stretches(chunk for chunk in chunks if chunk[0] not in done)
+    parts = [done[first] for first in sorted(done)]
+    reason = str(reasons[-1]) if reasons else ""
     return Stressed(joined(parts) if parts else None, missing, interrupted, reason)
 
 
-def _shared(
-    stress: Callable[..., Outcome],
-    chunks: Sequence[Sequence[int]],
-    workers: int,
-    advance: Advance,
-    done: dict[int, Outcome],
-) -> str:
-    """Put the outcomes of the chunks, as processes make them, into ``done``; return why some have none."""
-    with processes(workers, _PRELOAD) as crew:
-        return _collected(crew.executor, stress, chunks, advance, done)
-
-
-def _threaded(
-    stress: Callable[..., Outcome],
-    chunks: Sequence[Sequence[int]],
-    workers: int,
-    advance: Advance,
-    done: dict[int, Outcome],
-) -> str:
-    """The same with threads of this process."""
-    executor = ThreadPoolExecutor(workers)
-    try:
-        return _collected(executor, stress, chunks, advance, done)
-    finally:
-        executor.shutdown(cancel_futures=True)
-
-
-def _collected(
-    executor: Executor,
-    stress: Callable[..., Outcome],
-    chunks: Sequence[Sequence[int]],
-    advance: Advance,
-    done: dict[int, Outcome],
-) -> str:
-    reason = ""
-    work = {executor.submit(stress, chunk): k for k, chunk in enumerate(chunks)}
-    for future in as_completed(work):
-        try:
-            done[work[future]] = future.result()
-        except WorkerError as error:
-            reason = str(error)
-        advance()
-    return reason
+def _workers(count: int, threads: bool) -> "AbstractContextManager[Workers | None]":
+    if count == 1:
+        return nullcontext()
+    return in_threads(count) if threads else processes(count, _PRELOAD)
 
 
 def _stretches(chunks: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:

@@ -1,16 +1,15 @@
 """Simulations of random crossings, with disturbances, many in one pass."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+from fuzzy.shell.progress import Begin, unwatched
 from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.laws.setting import Setting
-from robotics.radio.faults import Faults
 
 
 def stress_crossing(
@@ -19,7 +18,7 @@ def stress_crossing(
     seeds: Sequence[int],
     kind: Any = "A",
     disturbance: Disturbance = UNDISTURBED,
-    begin: Callable[[str, int], Callable[[], None]] | None = None,
+    begin: Begin | None = None,
 ) -> StressOutcome:
     """Drive a random crossing for every seed, and judge what became of it.
 
@@ -35,35 +34,9 @@ def stress_crossing(
     Returns:
         What became of every run.
     """
-    start = begin or (lambda text, total: lambda: None)
-    ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
+    start = begin or unwatched
+    drawn = start("drawing crossings", len(seeds))
+    ensemble = crossing_ensemble(robots, seeds, kind, disturbance=disturbance, advance=drawn)
     advance = start("simulating", ensemble.ticks + 1)
+    faults = disturbance.faults(ensemble, seeds)
     return run_ensemble(StressOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
-
-
-def disturbed_crossing(
-    robots: int,
-    seeds: Sequence[int],
-    kind: Any,
-    disturbance: Disturbance,
-    advance: Callable[[], None] | None = None,
-) -> tuple[Setting, Faults | None]:
-    """The crossings of ``seeds``, long enough to judge them, and the faults in them, if there are any.
-
-    Args:
-        robots: Number of robots of each crossing.
-        seeds: One crossing for each.
-        kind: Class of the crossings, "A" or "B".
-        disturbance: What is wrong in every run.
-        advance: Called after every crossing that is drawn.
-    """
-    ensemble = crossing_ensemble(
-        robots,
-        seeds,
-        kind,
-        radio=disturbance.radio,
-        factor=StressOutcome.limit,
-        extra=disturbance.extra,
-        advance=advance,
-    )
-    return ensemble, disturbance.faults(ensemble, seeds)

@@ -14,13 +14,14 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.experiments.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
+from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import fill, tabulated
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import LABORATORY
 
@@ -40,9 +41,8 @@ def crossing_ensemble(
     seeds: Sequence[int],
     kind: Literal["A", "B"] = "A",
     *,
-    radio: Radio | None = None,
-    factor: float = 4.0,
-    extra: float = 0.0,
+    disturbance: Disturbance = UNDISTURBED,
+    factor: float | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Setting:
     """A random crossing for every seed; a seed's crossing is the same whatever the other seeds are.
@@ -51,9 +51,8 @@ def crossing_ensemble(
         robots: Number of robots of each crossing.
         seeds: One crossing for each.
         kind: Class of the crossings: "A", whose ends are clear of the other paths, or "B", whose ends are only apart.
-        radio: The radio over which the robots talk, by default a perfect one.
-        factor: The longest a run takes, in times the longest nominal duration, and
-        extra: this many seconds more.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
+        factor: The longest a run takes, in times the longest nominal duration; by default as long as it is judged.
         advance: Called after every crossing that is drawn.
     """
     drawn = []
@@ -61,7 +60,21 @@ def crossing_ensemble(
         drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
         if advance is not None:
             advance()
-    paths = join_tables(drawn)
+    return drawn_ensemble(f"crossing-{robots}-{kind}", drawn, factor or StressOutcome.limit, disturbance)
+
+
+def drawn_ensemble(
+    name: str, drawn: Sequence[Sequence[np.ndarray]], factor: float, disturbance: Disturbance
+) -> Setting:
+    """Runs on paths that were drawn, the longest of each run at SPEED and the others as long in time.
+
+    Args:
+        name: What the scenario is called.
+        drawn: The tables of the paths: for each run one for each robot.
+        factor: The longest a run takes, in times the longest nominal duration, beside what it is held up.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
+    """
+    paths, robots = join_tables(drawn), len(drawn[0])
     durations = paths.lengths.max(axis=1) / SPEED
     starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
@@ -70,12 +83,12 @@ def crossing_ensemble(
         timing=Timing(duration=float(np.ceil(durations.max()))),
     )
     scenario = Scenario(
-        name=f"crossing-{robots}-{kind}",
+        name=name,
         robots=(shared,) * robots,
-        duration=float(np.ceil(factor * durations.max() + extra)),
-        kind="team",
+        duration=float(np.ceil(factor * durations.max() + disturbance.extra)),
+        kind="team" if robots > 1 else "tracking",
         sensing=LABORATORY,
-        radio=radio or Radio(),
+        radio=disturbance.radio,
     )
     return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))
 

@@ -5,14 +5,16 @@ a field lie along them: in class A with gaps that a robot fits through, in class
 across the first lane. Discs may cross the lanes as well. Runs are judged as crossings are, and against the obstacles.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
+from fuzzy.shell.progress import Begin, unwatched
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
+from robotics.experiments.stress.crossings import SPEED, drawn_ensemble
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.experiments.stress.outcome import StressOutcome
@@ -21,19 +23,14 @@ from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
-from robotics.paths.joined import join_tables, table_length
-from robotics.paths.path import Line, Path, Quintic
+from robotics.paths.joined import table_length
+from robotics.paths.path import Line, Path
 from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import Radio
-from robotics.radio.faults import Faults
-from robotics.scenario.description import Member, Scenario, ScenarioError
-from robotics.sensing.posture import LABORATORY
+from robotics.scenario.description import ScenarioError
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
 Kind = Literal["A", "B", "U"]
-_SPEED = 0.22  # m/s: mean speed on the longest lane
 FASTEST_DISC = 0.2  # m/s
 EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
 DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
@@ -45,10 +42,9 @@ def obstacle_ensemble(
     kind: Kind = "A",
     robots: int = 1,
     *,
-    radio: Radio | None = None,
+    disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
     lanes: Lanes = "beside",
-    extra: float = 0.0,
 ) -> Setting:
     """A random course for every seed.
 
@@ -58,35 +54,18 @@ def obstacle_ensemble(
         seeds: One course for each.
         kind: Class of the courses: "A", "B" or "U".
         robots: Number of robots, each on a lane of its own.
-        radio: The radio over which the robots talk, by default a perfect one.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
         moving: Number of discs that cross the lanes.
         lanes: Whether the lanes stay beside each other or cross.
-        extra: The time [s] by which a run may take longer than 8 nominal durations.
 
     Raises ScenarioError where there are too few lanes to cross.
     """
     if lanes == "crossing" and robots < 2:
         raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
-    tables = [course[0] for course in drawn]
-    paths = join_tables(tables)
-    durations = paths.lengths.max(axis=1) / _SPEED
-    starts = np.array([[t[:3, 0] for t in row] for row in tables])
-    shared = Member(
-        start=(0.0, 0.0, 0.0),
-        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
-        timing=Timing(duration=float(np.ceil(durations.max()))),
-    )
-    scenario = Scenario(
-        name=f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else ""),
-        robots=(shared,) * robots,
-        duration=float(np.ceil(ObstacleOutcome.limit * durations.max() + extra)),
-        kind="team" if robots > 1 else "tracking",
-        sensing=LABORATORY,
-        radio=radio or Radio(),
-    )
-    worlds = compile_worlds([course[1] for course in drawn])
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations), world=worlds)
+    name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
+    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, disturbance)
+    return replace(setting, world=compile_worlds([world for _, world in drawn]))
 
 
 def random_course(
@@ -112,7 +91,7 @@ def random_course(
                 world = random_field(rng, paths, gap=GAP if kind == "A" else None)
         except WorldError:  # no place: another course
             continue
-        nominal = max(path.length for path in paths) / _SPEED
+        nominal = max(path.length for path in paths) / SPEED
         discs = [_crossing_disc(rng, paths[int(rng.integers(robots))], nominal) for _ in range(moving)]
         return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
 
@@ -166,7 +145,7 @@ def stress_obstacles(
     seeds: Sequence[int],
     kind: Kind = "A",
     robots: int = 1,
-    begin: Callable[[str, int], Callable[[], None]] | None = None,
+    begin: Begin | None = None,
     *,
     disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
@@ -188,25 +167,6 @@ def stress_obstacles(
     Returns:
         What became of every run.
     """
-    start = begin or (lambda text, total: lambda: None)
-    ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
-    advance = start("simulating", ensemble.ticks + 1)
+    ensemble = obstacle_ensemble(seeds, kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
+    advance, faults = (begin or unwatched)("simulating", ensemble.ticks + 1), disturbance.faults(ensemble, seeds)
     return run_ensemble(ObstacleOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
-
-
-def disturbed_course(
-    seeds: Sequence[int],
-    kind: Kind,
-    robots: int,
-    disturbance: Disturbance,
-    moving: int = 0,
-    lanes: Lanes = "beside",
-) -> tuple[Setting, Faults | None]:
-    """The courses of ``seeds``, long enough to judge them, and the faults in them, if there are any.
-
-    The arguments are as of :func:`stress_obstacles`.
-    """
-    ensemble = obstacle_ensemble(
-        seeds, kind, robots, radio=disturbance.radio, moving=moving, lanes=lanes, extra=disturbance.extra
-    )
-    return ensemble, disturbance.faults(ensemble, seeds)

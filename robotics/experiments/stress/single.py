@@ -1,14 +1,13 @@
 """One run of a stress test by its seed, to be drawn, saved and played: the same run to the last bit."""
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 from fuzzy.naming import expected
-from robotics.experiments.stress.crossing_runs import disturbed_crossing
-from robotics.experiments.stress.disturbance import Disturbance
+from fuzzy.shell.progress import Begin, unwatched
+from robotics.experiments.stress.crossings import crossing_ensemble
+from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.lanes import Lanes
-from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import Tally, judged
 from robotics.laws.law import ControllerError, Law
@@ -35,10 +34,10 @@ def single_run(
     seed: int,
     robots: int | None = None,
     kind: Any = None,
-    disturbance: Mapping[str, float] = MappingProxyType({}),
+    disturbance: Disturbance = UNDISTURBED,
     name: str = "",
     message_ages: bool = False,
-    begin: Callable[[str, int], Callable[[], None]] | None = None,
+    begin: Begin = unwatched,
     *,
     moving: int = 0,
     lanes: Lanes = "beside",
@@ -52,7 +51,7 @@ def single_run(
         seed: The seed of the run.
         robots: Number of robots, by default 3 in a crossing and 1 among obstacles.
         kind: Class of the run, by default "A".
-        disturbance: Fields of :class:`robotics.experiments.stress.disturbance.Disturbance`.
+        disturbance: What is wrong in the run.
         name: The controller's name in the run.
         message_ages: Whether the run keeps the age of every message.
         begin: Starts a bar of a progress display, by its text and total.
@@ -67,7 +66,6 @@ def single_run(
     kind = kind or "A"
     if kind not in kinds:
         raise ScenarioError(f"{stress}: " + expected(str(kind), kinds, "class"))
-    wrong = Disturbance(**disturbance)
     if stress == "crossing":
         robots = robots or 3
         if moving:
@@ -76,19 +74,26 @@ def single_run(
             raise ScenarioError("crossing: lanes belong to `obstacles`; here all paths cross")
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
-        ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
+        ensemble = crossing_ensemble(robots, [seed], kind, disturbance=disturbance)
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
-        ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
+        ensemble = obstacle_ensemble([seed], kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
     outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
-    tally = Tally(ensemble, outcomes.longest(ensemble, wrong.extra), 0, 1, after=_AFTER)
-    advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
+    tally = Tally(ensemble, outcomes.longest(ensemble, disturbance.extra), 0, 1, after=_AFTER)
+    advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1)
     message_ages = message_ages and robots > 1
     kept: dict[str, bool] = {"message_ages": message_ages} | dict.fromkeys(("torques", "encoders", "messages"), logged)
     run = record_run(
-        ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance, observer=tally.observer
+        ensemble,
+        controller,
+        [seed],
+        name=name,
+        **kept,
+        faults=disturbance.faults(ensemble, [seed]),
+        progress=advance,
+        observer=tally.observer,
     )
     tally.guards = run.recorded.get("guarded") is not None
     outcome = judged(outcomes, [tally], [seed])

@@ -11,7 +11,6 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib.metadata import version
 from itertools import groupby, product
 from math import prod
 from pathlib import Path
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.experiments.versions import digest_of
+from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import files_of, fis_files_named, located, make_controller
 from robotics.laws.foreign import checked_init
 from robotics.laws.specification import Specification
@@ -35,6 +34,7 @@ Method = Literal["grid", "random", "latin-hypercube"]
 DESIGNS: tuple[Method, ...] = ("grid", "random", "latin-hypercube")
 ROW_KEYS = ("scenario", "point", "controller", "seed", "robot")  # the columns that identify a row; points are from 1
 MOST_POINTS = 1_000_000
+PACKAGES = ("fuzzyfleet", "numba", "numpy", "pyarrow", "scipy")  # on which the numbers and the files' bytes depend
 
 
 class SweepError(InputError):
@@ -271,11 +271,6 @@ def _line_about(sweep: Sweep, error: InputError) -> int:
 # What makes two sweeps the same ----------------------------------------------------------------------------------
 
 
-def versions() -> dict[str, str]:
-    """The packages on whose versions the numbers and the files' bytes depend."""
-    return {name: version(name) for name in ("fuzzyfleet", "numba", "numpy", "pyarrow", "scipy")}
-
-
 def identity(plan: SweepPlan) -> dict[str, Any]:
     """What the results of a plan depend on, in JSON's types: sweep, scenario, files that controllers read, versions."""
     sweep = plan.sweep
@@ -298,7 +293,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
         },
         "scenario_sha256": digest(sweep.table),
         "files_sha256": {name: digest_of(path) for name, path in sorted(_files(sweep))},
-        "versions": versions(),
+        "versions": versions(*PACKAGES),
     }
 
 

@@ -6,21 +6,22 @@ yet, or one that is not as it was written.
 """
 
 import json
-import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Future
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing, write_json, write_whole
-from fuzzy.files.claim import alone
+from fuzzy.files.atomic import replacing, write_whole
+from fuzzy.files.claim import claimed
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
-from fuzzy.shell.progress import Begin
-from robotics.experiments.executors import InProcess, WorkerError, Workers, as_done
+from fuzzy.shell.progress import Advance, Begin, unwatched
+from robotics.experiments.executors import Workers
+from robotics.experiments.pieces import kept_piece, run_pieces
 from robotics.experiments.sweeps.plan import (
     Chunk,
     Pass,
@@ -35,8 +36,8 @@ from robotics.experiments.sweeps.plan import (
     metrics_at,
     scenario_at,
     touchable,
-    versions,
 )
+from robotics.experiments.versions import versions
 from robotics.laws.catalogue import make_controller
 from robotics.measures.registry import measure_all, own_metrics
 from robotics.simulation.loop import simulate
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 
 _PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
 ROW_GROUP = 65_536  # rows
-_LOST = "the connection to the cluster is lost; the same command goes on from there"
+_TRIES = 3  # times that a chunk is read, and computed again, when what was written cannot be read back
 
 
 @dataclass(frozen=True)
@@ -65,19 +66,19 @@ class SweepOutcome:
 # One chunk --------------------------------------------------------------------------------------------------------
 
 
-def run_chunk(sweep: Sweep, chunk: Chunk, expected: dict[str, str]) -> "pa.Table":
+def run_chunk(sweep: Sweep, expected: dict[str, str], chunk: Chunk) -> "pa.Table":
     """Simulate and measure a chunk, as a worker does, into a table with one row for each run and robot.
 
     Args:
         sweep: The sweep.
-        chunk: The chunk.
         expected: The versions with which the sweep was planned.
+        chunk: The chunk.
 
     Raises SweepError, naming point and seeds, where a run fails, and where the versions differ.
     """
     import pyarrow as pa
 
-    for name, own in versions().items():
+    for name, own in versions(*expected).items():
         if own != expected[name]:
             raise SweepError(f"a worker has {name} {own} where the sweep was planned with {expected[name]}")
     tables = []
@@ -147,8 +148,8 @@ def run_sweep(
     workers: Workers | None = None,
     *,
     fresh: bool = False,
-    begin: Begin | None = None,
-    resumed: Callable[[int, int], None] | None = None,
+    begin: Begin = unwatched,
+    resumed: Callable[[int, int], None] = lambda done, chunks: None,
 ) -> SweepOutcome:
     """Do what is left of a sweep and write ``folder/results.parquet``, in the plan's order, whole or not at all.
 
@@ -162,83 +163,45 @@ def run_sweep(
 
     Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    busy = SweepError(f"{folder}: another sweep is at work here; wait for it, or give another --out")
-    with alone(folder, busy):
-        about = identity(plan)
-        if fresh:
-            _clear(folder)
-        _open_plan(plan, folder, about, begin)
-        key = digest(about)
-        todo = _missing(plan, folder, key)
-        if resumed is not None and len(todo) < plan.chunks:
+    about = identity(plan)
+    key, computed = digest(about), list[int]()
+
+    def prepare() -> None:
+        check_plan(plan, begin("checking every point", len(plan.points)))
+        for old in (folder / RESULTS, *(folder / CHUNKS).glob("chunk-*.parquet")):
+            old.unlink(missing_ok=True)
+
+    def compute(numbers: Iterable[int], advance: Advance | None = None) -> None:
+        work, called = partial(run_chunk, plan.sweep, about["versions"]), partial(_places, plan.sweep)
+        chunks = map(plan.chunk, numbers)
+        for chunk, table in run_pieces(work, chunks, workers, called=called, kept=SweepError, advance=advance):
+            _write(table, _file(folder, chunk.number), key, chunk.number)
+            computed.append(chunk.number)
+
+    def content(number: int) -> bytes:
+        for _ in range(_TRIES):
+            if (found := _content(folder, key, number)) is not None:
+                return found
+            compute([number])
+        raise SweepError(f"{_file(folder, number)}: what is written here cannot be read back")
+
+    with claimed(folder, _PLAN, about, prepare, kind="sweep", fault=SweepError, fresh=fresh):
+        (folder / CHUNKS).mkdir(exist_ok=True)
+        for left in (folder / CHUNKS).glob(".chunk-*"):  # what a killed process was just writing
+            left.unlink()
+        todo = [number for number in range(1, plan.chunks + 1) if _content(folder, key, number) is None]
+        if len(todo) < plan.chunks:
             resumed(plan.chunks - len(todo), plan.chunks)
-        advance = begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)) if begin and todo else None
-        computed = 0
-        while True:
-            for number, table in _computed(plan, todo, workers or Workers(InProcess()), about["versions"]):
-                _write(table, _file(folder, number), key, number)
-                computed += 1
-                if advance is not None:
-                    advance()
-            try:
-                rows, diverged, contacts = _gather(plan, folder, key)
-                break
-            except _SpoiltError as spoilt:
-                if computed > 2 * plan.chunks:
-                    raise SweepError(
-                        f"{_file(folder, spoilt.number)}: what is written here cannot be read back"
-                    ) from None
-                _say_spoilt(_file(folder, spoilt.number))
-                todo = [spoilt.number]
-    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, computed)
+        if todo:
+            compute(todo, begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)))
+        rows, diverged, contacts = _gather(plan, folder, key, content)
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, len(computed))
 
 
 def landed_chunks(plan: SweepPlan, folder: Path) -> int:
     """The number of chunks of the sweep that ``folder`` holds."""
     key = digest(identity(plan))
-    return sum(_landed(_file(folder, number), key, number) is True for number in range(1, plan.chunks + 1))
-
-
-def _missing(plan: SweepPlan, folder: Path, key: str) -> list[int]:
-    """The numbers of the chunks that are to be computed; of those with a file that cannot be used it is said."""
-    todo = []
-    for number in range(1, plan.chunks + 1):
-        landed = _landed(_file(folder, number), key, number)
-        if landed is None:
-            _say_spoilt(_file(folder, number))
-        if not landed:
-            todo.append(number)
-    return todo
-
-
-def _say_spoilt(path: Path) -> None:
-    warnings.warn(f"{path} is damaged, or is not this chunk of this sweep; it is computed again", stacklevel=2)
-
-
-def _computed(
-    plan: SweepPlan, todo: list[int], workers: Workers, expected: dict[str, str]
-) -> "Iterator[tuple[int, pa.Table]]":
-    """Chunks as they get done."""
-
-    def submit(chunk: Chunk) -> "Future[Any]":
-        return workers.executor.submit(run_chunk, plan.sweep, chunk, expected)
-
-    for chunk, future in as_done(map(plan.chunk, todo), submit, workers, SweepError(_LOST)):
-        try:
-            table = future.result()
-        except SweepError:
-            raise
-        except WorkerError as error:
-            raise SweepError(f"{_places(plan.sweep, chunk)}: {error}; the same command goes on from there") from None
-        except BrokenExecutor:
-            raise SweepError("the workers are gone; the same command goes on from there") from None
-        except CancelledError:
-            raise SweepError(_LOST) from None
-        except Exception as error:
-            place = _places(plan.sweep, chunk)
-            raise SweepError(f"{place}: {type(error).__name__}: {error}") from error
-        yield chunk.number, table
+    return sum(_content(folder, key, number) is not None for number in range(1, plan.chunks + 1))
 
 
 # The folder -------------------------------------------------------------------------------------------------------
@@ -248,81 +211,21 @@ def _file(folder: Path, number: int) -> Path:
     return folder / CHUNKS / f"chunk-{number:06}.parquet"
 
 
-def _clear(folder: Path) -> None:
-    (folder / _PLAN).unlink(missing_ok=True)
-    (folder / RESULTS).unlink(missing_ok=True)
-    for file in (folder / CHUNKS).glob("chunk-*.parquet"):
-        file.unlink()
-
-
-def _open_plan(plan: SweepPlan, folder: Path, about: dict[str, Any], begin: Begin | None) -> None:
-    """Check and write the plan, or see that the folder's is the same."""
-    (folder / CHUNKS).mkdir(exist_ok=True)
-    for place, name in ((folder, ".plan-*"), (folder, ".results-*"), (folder / CHUNKS, ".chunk-*")):
-        for left in place.glob(name):  # what a killed process was just writing
-            left.unlink()
-    path = folder / _PLAN
-    about = json.loads(json.dumps(about, default=str))
-    if path.exists():
-        try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise SweepError(f"{path}: this is no sweep's plan: {error}; --fresh starts over") from None
-        changed = _changed(found, about)
-        if changed:
-            raise SweepError(
-                f"{folder} holds results of another sweep: {changed} since they were computed; give another --out, "
-                "or --fresh to throw them away and start over"
-            )
-        return
-    check_plan(plan, begin("checking every point", len(plan.points)) if begin else None)
-    (folder / RESULTS).unlink(missing_ok=True)
-    write_json(path, about)
-
-
-def _changed(found: Any, about: dict[str, Any]) -> str:
-    """What differs between two plans, in words; "" if nothing does."""
-    found = found if isinstance(found, dict) else {}
-    sweeps = found.get("sweep") if isinstance(found.get("sweep"), dict) else {}
-    fields = [name for name, value in about["sweep"].items() if sweeps.get(name) != value]
-    if fields:
-        return f"{', '.join(fields)} changed"
-    if found.get("scenario_sha256") != about["scenario_sha256"]:
-        return f"scenario {about['sweep']['scenario']!r} changed"
-    if found.get("files_sha256") != about["files_sha256"]:
-        return "a file that a controller reads changed"
-    before = found.get("versions") if isinstance(found.get("versions"), dict) else {}
-    packages = [f"{k} {before.get(k)} became {v}" for k, v in about["versions"].items() if before.get(k) != v]
-    return ", ".join(packages)
-
-
-class _SpoiltError(Exception):
-    """A chunk's file that is not as it was written."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
-
-def _landed(path: Path, key: str, number: int) -> bool | None:
-    """Does ``path`` hold the chunk of that number of the sweep with that digest? None: it is something else."""
-    if not path.exists():
-        return False
-    return True if _content(path, key, number) is not None else None
-
-
-def _content(path: Path, key: str, number: int) -> bytes | None:
+def _content(folder: Path, key: str, number: int) -> bytes | None:
     """The bytes of a chunk's file, if they are as they were written, and of that chunk of that sweep."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
-        content = path.read_bytes()
-        metadata = pq.read_metadata(pa.BufferReader(content)).metadata if intact(content) else None
-    except (OSError, pa.ArrowInvalid):
-        return None
-    own = (metadata or {}).get(b"sweep"), (metadata or {}).get(b"chunk")
-    return content if own == (key.encode(), str(number).encode()) else None
+    def read(path: Path) -> bytes | None:
+        try:
+            content = path.read_bytes()
+            metadata = pq.read_metadata(pa.BufferReader(content)).metadata if intact(content) else {}
+        except (OSError, pa.ArrowInvalid):
+            return None
+        own = metadata.get(b"sweep"), metadata.get(b"chunk")
+        return content if own == (key.encode(), str(number).encode()) else None
+
+    return kept_piece(_file(folder, number), read, "sweep")
 
 
 def _write(table: "pa.Table", path: Path, key: str, number: int) -> None:
@@ -335,34 +238,25 @@ def _write(table: "pa.Table", path: Path, key: str, number: int) -> None:
     write_whole(path, sealed(content.getvalue().to_pybytes()))
 
 
-def _gather(plan: SweepPlan, folder: Path, key: str) -> tuple[int, int, int]:
-    """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts.
-
-    Raises _SpoiltError for a chunk whose file is not as it was written.
-    """
+def _gather(plan: SweepPlan, folder: Path, key: str, content: Callable[[int], bytes]) -> tuple[int, int, int]:
+    """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     rows = diverged = contacts = 0
-    with replacing(folder / RESULTS) as temporary:
+    with replacing(folder / RESULTS) as temporary, ExitStack() as stack:
         writer: pq.ParquetWriter | None = None
         batch: list[pa.Table] = []
-        try:
-            for number in range(1, plan.chunks + 1):
-                content = _content(_file(folder, number), key, number)
-                if content is None:
-                    raise _SpoiltError(number)
-                batch.append(pq.ParquetFile(pa.BufferReader(content)).read().replace_schema_metadata({"sweep": key}))
-                if sum(t.num_rows for t in batch) >= ROW_GROUP or number == plan.chunks:
-                    table = pa.concat_tables(batch).combine_chunks()
-                    rows, batch = rows + table.num_rows, []
-                    diverged += int(np.count_nonzero(table["diverged"].to_numpy()))
-                    if "contact" in table.column_names:
-                        touched = table["contact"].to_numpy() & (table["robot"].to_numpy() == 1)
-                        contacts += int(np.count_nonzero(touched))
-                    writer = writer or pq.ParquetWriter(temporary, table.schema)
-                    writer.write_table(table)
-        finally:
-            if writer is not None:
-                writer.close()
+        for number in range(1, plan.chunks + 1):
+            table = pq.ParquetFile(pa.BufferReader(content(number))).read()
+            batch.append(table.replace_schema_metadata({"sweep": key}))
+            if sum(t.num_rows for t in batch) >= ROW_GROUP or number == plan.chunks:
+                table = pa.concat_tables(batch).combine_chunks()
+                rows, batch = rows + table.num_rows, []
+                diverged += int(np.count_nonzero(table["diverged"].to_numpy()))
+                if "contact" in table.column_names:
+                    touched = table["contact"].to_numpy() & (table["robot"].to_numpy() == 1)
+                    contacts += int(np.count_nonzero(touched))
+                writer = writer or stack.enter_context(pq.ParquetWriter(temporary, table.schema))
+                writer.write_table(table)
     return rows, diverged, contacts

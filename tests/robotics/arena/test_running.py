@@ -86,7 +86,8 @@ def test_what_is_damaged_is_driven_again(whole):
     file = folder / "runs" / "pid" / "published-1.csv"
     text = file.read_text()
     file.write_text(text[: len(text) // 2])
-    assert contents(drive_arena(ARENA, folder)) == contents(outcome)
+    with pytest.warns(UserWarning, match=r"published-1\.csv is damaged, or is not of this arena; it is computed again"):
+        assert contents(drive_arena(ARENA, folder)) == contents(outcome)
     assert file.read_text() == text
 
 
@@ -139,7 +140,7 @@ def test_a_law_of_which_nothing_moves_takes_part_as_published(tmp_path):
         "mylaw.py:MyLaw: nothing of it moves, of gains, memberships, consequents; it takes part as published"
     ]
     entry = outcome.entries[1]
-    assert (entry.parameters, entry.chosen, entry.by, entry.searches, arena.budget(entry.law)) == ((), None, "", (), 0)
+    assert (entry.parameters, entry.chosen, entry.by, entry.searches, arena.budget(entry.law)) == ((), 0, "", (), 0)
     assert (outcome.published[1] == outcome.tuned[1]).all()
     assert (outcome.curves.value[1] == entry.choosing.mean()).all()
     assert outcome.by_engine[0, 1] == outcome.by_engine[1, 1] == pytest.approx(entry.choosing.mean())

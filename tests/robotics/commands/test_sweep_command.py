@@ -312,7 +312,7 @@ def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     script = (
         "import sys\nfrom robotics.experiments.sweeps import plan as sweep\n"
         "from robotics.commands.application import main\n"
-        "true = sweep.versions\nsweep.versions = lambda: true() | {'numpy': '1.0'}\n"
+        "true = sweep.versions\nsweep.versions = lambda *names: true(*names) | {'numpy': '1.0'}\n"
         f"sys.exit(main({command(place, tmp_path / 'out', '--dask', cluster)!r}))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PATIENCE, check=False)

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
+from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.single import single_run
 from robotics.experiments.together import run_together
 from robotics.laws.catalogue import CATALOGUE, make_controller
@@ -78,7 +79,7 @@ def test_crash_avoidance_goes_through_its_diagram(law: str) -> None:
 
 def test_right_of_way_goes_through_its_diagram() -> None:
     """The plan alone stops nobody: ``near`` is wider than the plan's clearance, messages are lost, a robot is held."""
-    wrong = {"freeze": 8.0, "loss": 0.3, "latency": 0.5}
+    wrong = Disturbance(freeze=8.0, loss=0.3, latency=0.5)
     law = "right-of-way:near=0.6"
     run, _ = single_run("crossing", make_controller(law), 1001, robots=4, disturbance=wrong, name=law)
     check(law, [run])

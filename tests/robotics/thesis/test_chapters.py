@@ -46,12 +46,12 @@ def test_a_chapter_comes_back_with_its_warnings_and_undrawn_if_nobody_looks(monk
 
     maker = ChapterMaker("one", lambda folder, seed, effort: [Experiment(("x",), warned)], chapter, 1.0)
     monkeypatch.setattr("robotics.thesis.chapters.CHAPTERS", (maker,))
-    ticks: list[None] = []
-    made, caught = _made(0, "", 0, USUAL, False, lambda: ticks.append(None))
+    ticks: list[int] = []
+    made, caught = _made("", 0, USUAL, False, ticks.append, False, 0)
     assert (made.title, list(made.pictures), len(ticks)) == ("7", [], 1)
     assert [str(message) for message in caught] == ["thin ice"]
     with pytest.raises(AssertionError, match="nobody wants"):
-        _made(0, "", 0, USUAL, True, lambda: None)
+        _made("", 0, USUAL, True, ticks.append, False, 0)
 
 
 def test_the_tracking_chapter_judges_and_says_where_gains_come_from(tracking_results: dict[Any, Any]) -> None:

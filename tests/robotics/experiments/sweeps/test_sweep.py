@@ -16,10 +16,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy.files.claim import alone
-from robotics.experiments import executors
+from robotics.experiments import pieces
 from robotics.experiments.executors import InProcess, Workers
 from robotics.experiments.sweeps import running as sweeprun
 from robotics.experiments.sweeps.plan import (
+    PACKAGES,
     Axis,
     Sweep,
     SweepError,
@@ -34,6 +35,7 @@ from robotics.experiments.sweeps.plan import (
 )
 from robotics.experiments.sweeps.reading import load_sweep, parse_sweep
 from robotics.experiments.sweeps.running import run_sweep
+from robotics.experiments.versions import versions
 from robotics.laws.catalogue import make_controller
 from robotics.measures.formations import FORMATION_METRICS
 from robotics.measures.teams import TEAM_METRICS
@@ -277,17 +279,17 @@ class Counting(Executor):
         self.full, self.failing = full, set(failing)
         self.waiting, self.submitted, self.most = [], [], 0
 
-    def submit(self, fn, /, sweep, chunk, versions):  # type: ignore[override]
+    def submit(self, fn, /, chunk):  # type: ignore[override]
         future: Future[Any] = Future()
-        self.waiting.append((future, fn, sweep, chunk, versions))
+        self.waiting.append((future, fn, chunk))
         self.submitted.append(chunk.number)
         self.most = max(self.most, len(self.waiting))
         if len(self.waiting) == self.full or chunk.number == self.last:
-            for waiting, f, *arguments in reversed(self.waiting):
-                if arguments[1].number in self.failing:
+            for waiting, f, other in reversed(self.waiting):
+                if other.number in self.failing:
                     waiting.set_exception(RuntimeError("out of luck"))
                 else:
-                    waiting.set_result(f(*arguments))
+                    waiting.set_result(f(other))
             self.waiting.clear()
         return future
 
@@ -346,7 +348,7 @@ def test_a_damaged_or_foreign_chunk_is_done_again(folder, plan):
     (chunks / "chunk-000007.parquet").write_bytes(seventh)
     (chunks / "chunk-000008.parquet").write_bytes((chunks / "chunk-000009.parquet").read_bytes())  # whole, but another
     (chunks / ".chunk-000009-0123abcd.parquet").write_bytes(b"half")  # as a killed process leaves it
-    with pytest.warns(UserWarning, match="is not this chunk of this sweep; it is computed again") as told:
+    with pytest.warns(UserWarning, match="is not of this sweep; it is computed again") as told:
         again = run_sweep(plan, folder / "out")
     assert [re.search(r"chunk-00000(\d)", str(each.message))[1] for each in told] == ["3", "4", "5", "7", "8"]
     assert again.computed == 5
@@ -375,7 +377,7 @@ def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, 
 @pytest.mark.long
 def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
     plan = plan_sweep(replace(plan.sweep, axes=(), chunk=2))
-    monkeypatch.setattr(executors, "_PATIENCE", 0.0)
+    monkeypatch.setattr(pieces, "_PATIENCE", 0.0)
     late: list[tuple[Future, tuple]] = []
     asked: list[int] = []
 
@@ -426,14 +428,14 @@ def test_a_comment_in_the_file_changes_nothing_but_scenario_versions_and_files_d
     same = plan_sweep(parse_sweep(SPEC + "\n# so far\n", "renamed", "other.toml", folder))
     assert run_sweep(same, out).computed == 0
     (folder / "two.toml").write_text(SCENARIO.replace("0.002", "0.003"), encoding="utf-8")
-    with pytest.raises(SweepError, match="scenario 'two' changed"):
+    with pytest.raises(SweepError, match="holds another sweep: scenario changed"):
         run_sweep(plan_sweep(parse_sweep(SPEC, folder=folder)), out)
-    true = sweeprun.versions()
-    monkeypatch.setattr("robotics.experiments.sweeps.plan.versions", lambda: true | {"numpy": "1.0"})
+    true = versions(*PACKAGES)
+    monkeypatch.setattr("robotics.experiments.sweeps.plan.versions", lambda *names: true | {"numpy": "1.0"})
     with pytest.raises(SweepError, match=rf"numpy {true['numpy']} became 1.0"):
         run_sweep(plan, out)
     (out / "plan.json").write_text("[", encoding="utf-8")
-    with pytest.raises(SweepError, match=r"plan\.json: this is no sweep's plan"):
+    with pytest.raises(SweepError, match=r"plan\.json: this is no sweep"):
         run_sweep(plan, out)
 
 
@@ -453,7 +455,7 @@ def test_a_rule_base_that_a_controller_reads_belongs_to_the_sweep(folder):
 
 def test_a_worker_with_other_versions_is_refused(folder, plan):
     with pytest.raises(SweepError, match=r"a worker has numpy .* where the sweep was planned with 1\.0"):
-        sweeprun.run_chunk(plan.sweep, plan.chunk(1), sweeprun.versions() | {"numpy": "1.0"})
+        sweeprun.run_chunk(plan.sweep, versions(*PACKAGES) | {"numpy": "1.0"}, plan.chunk(1))
 
 
 def test_a_folder_belongs_to_one_sweep_at_a_time(folder, plan):
