@@ -30,7 +30,6 @@ the other waits for nobody. The law shows how far local rules carry, and is meas
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
@@ -38,7 +37,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
-from fuzzy.compiled.packed import PackedColumns, evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import PackedColumns, evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends
@@ -253,16 +252,7 @@ class CrashAvoidance(EquationLaw):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and η."""
-        return *self.cooperation.rule_rows(), self._packed_eta
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.works.size + max(packed_work(system) for system in self.rule_rows())
-
-    @cached_property
-    def _packed_eta(self) -> np.ndarray:
-        return packed(self.turn)
+        return *self.cooperation.rule_rows(), self.turn.system
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
@@ -278,19 +268,19 @@ class CrashAvoidance(EquationLaw):
         pose.x, pose.y, pose.heading = seen.x.ravel(), seen.y.ravel(), seen.heading.ravel()
         found = np.empty((3, runs * robots))
         work = np.empty(self.working)
-        _danger(pose.array, heard.array, self.d_min, self.eta, self._packed_eta, work, found)
+        _danger(pose.array, heard.array, self.d_min, self.eta, self.turn.system, work, found)
         stands, turn, nearest = found.reshape(3, runs, robots)
         return Danger(stands > 0, turn, nearest)
 
     def turn_at(self, distance: np.ndarray) -> np.ndarray:
         """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
         flat, work = np.array(distance, dtype=float).ravel(), np.empty(self.working)
-        return np.asarray(_turns_at(flat, self.d_min, self.eta, self._packed_eta, work)).reshape(np.shape(distance))
+        return np.asarray(_turns_at(flat, self.d_min, self.eta, self.turn.system, work)).reshape(np.shape(distance))
 
     def eta_input(self, distance: np.ndarray) -> np.ndarray:
         """The rule base's input [m] for ``distance`` [m], of any shape; d_min is the far end of its range."""
         flat = np.array(distance, dtype=float).ravel()
-        return np.asarray(_eta_inputs(flat, self.d_min, self._packed_eta)).reshape(np.shape(distance))
+        return np.asarray(_eta_inputs(flat, self.d_min, self.turn.system)).reshape(np.shape(distance))
 
 
 @kernel

@@ -44,7 +44,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
@@ -541,20 +541,11 @@ class ObstacleAvoidance(EquationLaw):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and Θ."""
-        return (*self.cooperation.rule_rows(), self._theta)
+        return *self.cooperation.rule_rows(), self.turn.system
 
     @cached_property
     def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
         return np.array(SightColumns.stacked(self._sight), dtype=float), np.concatenate(self.rule_rows())
-
-    @cached_property
-    def _theta(self) -> np.ndarray:
-        return packed(self.turn)
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.works.size + max(packed_work(system) for system in self.rule_rows())
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Let all robots track. Raises ControllerError where the graph is not connected."""

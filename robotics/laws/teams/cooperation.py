@@ -28,7 +28,6 @@ of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -312,11 +311,6 @@ class FuzzyCooperation(EquationLaw):
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the lower level."""
         return self.tracker.rule_rows()
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.tracker.working
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
