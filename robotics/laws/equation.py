@@ -47,9 +47,8 @@ from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import expected
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.references import References
+from robotics.paths.references import Reference, References
 from robotics.paths.road import Road
-from robotics.paths.trajectory import Reference
 from robotics.radio.channel import AirColumns
 from robotics.radio.channel import HeardColumns as HeardColumns
 from robotics.vehicle.plant import MotionColumns

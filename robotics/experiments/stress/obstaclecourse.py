@@ -24,7 +24,7 @@ from robotics.measures.arrival import together
 from robotics.paths.joined import join_tables, table_length
 from robotics.paths.path import Line, Path, Quintic
 from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import EvenTiming
+from robotics.paths.references import even_timing
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.radio.faults import Faults
@@ -86,7 +86,7 @@ def obstacle_ensemble(
         radio=radio or Radio(),
     )
     worlds = compile_worlds([course[1] for course in drawn])
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations), world=worlds)
+    return replace(scenario.setting, starts=starts, references=even_timing(paths, durations), world=worlds)
 
 
 def random_course(

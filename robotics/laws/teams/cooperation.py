@@ -42,10 +42,10 @@ from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
+from robotics.paths.references import Reference
 from robotics.paths.road import at as point_at
 from robotics.paths.road import moving, nearest, share
 from robotics.paths.road import place as place_at
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.channel import predicted
 

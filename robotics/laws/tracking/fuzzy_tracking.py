@@ -50,9 +50,8 @@ from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equatio
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
-from robotics.paths.references import sampled
+from robotics.paths.references import Reference
 from robotics.paths.road import moving
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import velocity_limits
 
@@ -230,7 +229,7 @@ class FuzzyTracking(EquationLaw):
         """
         if setting.ensemble or self.steering != "bearing" or self.steering_distance == 0:
             return ()
-        fastest = np.abs(sampled(setting.references, setting.times).v).max(axis=0)
+        fastest = np.abs(setting.references.sampled(setting.times).v).max(axis=0)
         turns = velocity_limits(setting.robots)[1]
         needed = 2 * fastest / turns
         slow = np.flatnonzero(needed > self.steering_distance)

@@ -15,7 +15,7 @@ from robotics.laws.equation import gain_columns
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic, discretised, feedback
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
