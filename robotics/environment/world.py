@@ -17,7 +17,7 @@ from fuzzy.compiled.columns import Columns, Floats3, Ints1, Ints2, Ints3, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
-from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory, together
 from robotics.quantity import check_quantities, described, got, is_number, quantity
 
 Point = tuple[float, float]
@@ -307,12 +307,7 @@ def compile_worlds(worlds: Sequence[World]) -> Obstacles:
             rest.segments[r, : len(row.segments)] = np.reshape(row.segments, (-1, 4))
     if not moving:
         return Obstacles(rest, frames)
-    motions = [_motion(i, obstacle) for i, obstacle in moving]
-    motion = Trajectory(
-        tuple(m.paths[0] for m in motions),
-        np.concatenate([m.tables for m in motions]),
-        np.concatenate([m.ends for m in motions]),
-    )
+    motion = together([_motion(i, obstacle) for i, obstacle in moving])
     offsets = np.array([(*o.position, o.heading) for _, o in moving]).T
     return Obstacles(rest, frames, motion, offsets, np.array([o.orientation == "along" for _, o in moving]))
 

@@ -13,7 +13,6 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
 from robotics.environment.world import outlines
 from robotics.experiments.inspection import ScenarioFinding
 from robotics.figures.drawing import draw_obstacles, rectangles, strided
-from robotics.paths.references import sampled
 from robotics.scenario.description import Scenario
 
 MARKS = 5  # times that are written along a path
@@ -40,7 +39,7 @@ def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) 
         ax = figure.add_subplot()
         _draw_obstacles(ax, scenario)
         times = np.linspace(0.0, min(scenario.duration, float(scenario.trajectory.ends.max())), 1201)
-        on = sampled(scenario.trajectory, times)
+        on = scenario.trajectory.sampled(times)
         few, written = len(scenario.robots) <= _FEW, list[tuple[float, float]]()
         for i, path in enumerate(scenario.trajectory.paths):
             color = COLORS[i % len(COLORS)]

@@ -16,7 +16,7 @@ from fuzzy.naming import expected
 from robotics.environment.world import World, compile_worlds
 from robotics.laws.tracking.observed import Entry, command_limits, entries
 from robotics.measures.tracking import moves_on
-from robotics.paths.references import side_by_side
+from robotics.paths.trajectory import side_by_side
 from robotics.scenario.description import Scenario
 from robotics.tuning.cost import COST_TERMS, FAILED_COST
 from robotics.vehicle import plant as p

@@ -20,7 +20,7 @@ from robotics.environment.world import Obstacle, World, compile_world
 from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
-from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory, together
 from robotics.quantity import LARGEST_NUMBER, check_quantities, described, is_number, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
@@ -275,8 +275,4 @@ def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
             parts.append(compile_trajectory((path,), (member.timing,)))
         except PathError as error:
             raise error.about("robots", i, "timing") from None
-    return Trajectory(
-        tuple(part.paths[0] for part in parts),
-        np.concatenate([part.tables for part in parts]),
-        np.concatenate([part.ends for part in parts]),
-    )
+    return together(parts)

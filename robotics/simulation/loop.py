@@ -23,7 +23,7 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.laws.universe import say_of_inputs
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
 from robotics.sensing.carried import look as read_ranges

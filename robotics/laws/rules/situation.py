@@ -28,7 +28,7 @@ from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_rea
 from robotics.paths.level import Level
 from robotics.paths.path import PathPoint
 from robotics.paths.posture import PostureError, posture_error, wrapped
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 
 _LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
@@ -244,7 +244,7 @@ class Situation:
         if self.fixed.plan is None:
             return self.paths.level(self.due.s)
         shape = (*self.place.shape, self.place.shape[1])
-        share, _ = self.fixed.plan.due(np.broadcast_to(self.recall.clock[..., None], shape))
+        share = self.fixed.plan.due(np.broadcast_to(self.recall.clock[..., None], shape))
         return np.asarray(share * self.fixed.lengths[..., None, :])
 
     @cached_property

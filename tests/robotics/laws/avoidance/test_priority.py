@@ -18,7 +18,7 @@ from robotics.laws.avoidance.priority import (
 )
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.law import Observation
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.channel import Heard
 
 RUNS, ROBOTS, NEAR = 200, 4, 0.6

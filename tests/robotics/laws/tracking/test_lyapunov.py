@@ -14,7 +14,7 @@ from robotics.laws.law import Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.measures.tracking import settling_time, tracking_error
 from robotics.paths.posture import posture_error, wrapped
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
