@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, styled_figure
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
 from robotics.figures.drawing import Look, PlotError, looks_of, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
@@ -60,8 +60,7 @@ def plot_comparison(
         raise PlotError(f"the metrics of {scenario!r} are 0 or unknown in all runs: there is nothing to draw")
     alike = all(_same(values_of_runs(runs[n], m, known[m])) for n in names for m in metrics)
     columns = min(3 if width > PAGE_WIDTH else 2, len(metrics))
-    with style():
-        figure = new_figure(width, -(-len(metrics) // columns) * (0.74 + 0.17 * len(names)) + 0.25)
+    with styled_figure(width, -(-len(metrics) // columns) * (0.74 + 0.17 * len(names)) + 0.25) as figure:
         axes = panel_grid(figure, len(metrics), columns)
         for ax, metric in zip(axes, metrics, strict=True):
             _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen, alike)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, styled_figure
 from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import (
     TARGET,
@@ -63,12 +63,11 @@ def plot_paths(
     """
     runs = _some(runs)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
-    with style():
-        top = _overview_height(drawn, width)
-        columns = min(len(runs), 2 if width <= PAGE_WIDTH else 3)
-        rows = -(-len(runs) // columns)
-        legend = -(-(len(runs) + 3) // (2 if width <= PAGE_WIDTH else 4)) * 0.15
-        figure = new_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3)
+    top = _overview_height(drawn, width)
+    columns = min(len(runs), 2 if width <= PAGE_WIDTH else 3)
+    rows = -(-len(runs) // columns)
+    legend = -(-(len(runs) + 3) // (2 if width <= PAGE_WIDTH else 4)) * 0.15
+    with styled_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3) as figure:
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[top + 0.3, *[0.95] * rows])
         overview = figure.add_subplot(grid[0, :])
         overview.set_aspect("equal", adjustable="datalim")
@@ -207,8 +206,7 @@ def plot_errors(
     late = time >= time[-1] / 2
     peaks = [max((float(np.max(part, initial=0.0))) for part in _finite(np.abs(errors[..., s]))) for s in (~late, late)]
     magnify = peaks[0] > 4 * peaks[1] > 0
-    with style():
-        figure = new_figure(width, 4.6)
+    with styled_figure(width, 4.6) as figure:
         grid = figure.subplots(3, 2 if magnify else 1, sharex="col", squeeze=False)
         for row, (name, unit) in enumerate((("x error", "m"), ("y error", "m"), ("heading error", "rad"))):
             for column, ax in enumerate(grid[row]):
@@ -289,8 +287,7 @@ def plot_velocities(
     runs = _some(runs, robot)
     chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
     v_limit, w_limit = _limits(machine)
-    with style():
-        figure = new_figure(width, 0.84 + 0.78 * len(drawn), constrained=False)
+    with styled_figure(width, 0.84 + 0.78 * len(drawn), constrained=False) as figure:
         limits = {"v": v_limit, "w": w_limit, "w_demand": w_limit}
         spans = {channel: _span(drawn, channel, robot, limit) for channel, limit in limits.items()}
         grid = figure.subplots(len(drawn), len(limits), sharex=True, squeeze=False)

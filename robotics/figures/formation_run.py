@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
@@ -78,10 +78,9 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         (panel("v [m/s]", run["v"], "command_1"), panel("ω [rad/s]", run["w"], "command_2")),
         (panel(f"right wheel {unit}", right), panel(f"left wheel {unit}", left)),
     ]
-    with style():
-        seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
-        top = top_view_height([*run.paths, *seen], 0.9 * width)
-        figure = new_figure(width, top + 6.2)
+    seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
+    top = top_view_height([*run.paths, *seen], 0.9 * width)
+    with styled_figure(width, top + 6.2) as figure:
         top_view = partial(_draw_top_view, run=run, place=place, last=last)
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), top_view, (0.0, float(run.time[last])))
         draw_title(figure, run, [place])

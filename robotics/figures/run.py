@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, styled_figure
 from robotics.figures.drawing import (
     TARGET,
     cut_to_what_robots_can,
@@ -59,10 +59,9 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
         (panel("heading error [rad]", unjumped(error.heading)), panel(right, run["command_1"], command="command_1")),
         (panel("cross-track error [m]", cross_track_error(run)), panel(left, run["command_2"], command="command_2")),
     ]
-    with style():
-        seen = [np.stack([run[axis][r].ravel() for axis in "xy"]) for r in order]
-        top = top_view_height([*run.paths, *seen], 0.9 * width)
-        figure = new_figure(width, top + 6.2)
+    seen = [np.stack([run[axis][r].ravel() for axis in "xy"]) for r in order]
+    top = top_view_height([*run.paths, *seen], 0.9 * width)
+    with styled_figure(width, top + 6.2) as figure:
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), partial(_draw_top_view, run=run, order=order))
         draw_title(figure, run, order)
         return figure

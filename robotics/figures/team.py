@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, styled_figure
 from fuzzy.shown import shown
 from robotics.figures.drawing import (
     ABOVE,
@@ -81,8 +81,7 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
     if apart >= LEAST:
         rows.append((differences_panel(run, progress, order),))
     heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, 1.45][: 1 + len(rows)]
-    with style():
-        figure = new_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6))
+    with styled_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6)) as figure:
         engine = figure.get_layout_engine()
         assert isinstance(engine, ConstrainedLayoutEngine)
         engine.set(w_pad=0.08)  # inches: labels that are aligned below may move a little outwards
