@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, number, styled_figure
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
-from robotics.figures.drawing import TARGET, legend_entries, panel_grid, scale_values
+from robotics.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Estimate, rate_of
 
@@ -77,8 +77,7 @@ def plot_robot_errors(
             _draw_robot_errors(ax, [kinds[k] for kinds in means.values()], title)
         axes[0].set_yticks(range(len(means)), [textwrap.fill(name, 22) for name in means], parse_math=False)
         axes[0].set_ylim(len(means) - 0.5, -0.5)
-        unique = legend_entries(axes[0])
-        figure.legend(unique.values(), unique.keys(), loc="outside upper right", ncol=len(unique))
+        draw_common_legend(figure, axes[:1], loc="outside upper right")
         return figure
 
 

@@ -20,20 +20,17 @@ from fuzzy.shown import shown
 from robotics.figures.drawing import (
     ABOVE,
     TARGET,
-    draw_legend,
     draw_line,
     draw_many,
     draw_title,
-    draw_top_view,
     last_known,
-    mark_contacts,
     top_view_height,
     unjumped,
 )
 from robotics.figures.faults import FEW_ROBOTS, WORDS, shade_panels
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_surroundings
 from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.simulation.run import Run
@@ -135,14 +132,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Sequence[FaultS
             bbox=box,
             zorder=6,
         )
-    if run.obstacles is not None:
-        last = last_move(run, first)
-        draw_world(ax, run, last)
-        if few:
-            draw_bodies(ax, run, first, last)
-    mark_contacts(ax, run, first)
-    draw_top_view(ax)
-    draw_legend(ax, ("path", "start", "end", "contact"))
+    bodies, names = few and run.obstacles is not None, ("path", "start", "end", "contact")
+    draw_surroundings(ax, run, first, last_move(run, first), names, bodies)
 
 
 def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], named: bool = False) -> None:
