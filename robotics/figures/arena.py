@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from fuzzy.figures.drawing import COLORS, LINES, figure_of, new_figure, number, style, text_width
+from fuzzy.figures.drawing import COLORS, LINES, figure_of, number, styled_figure, text_width
 from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
 from robotics.figures.drawing import PlotError, few_ticks, panel_grid
 from robotics.statistics.intervals import Interval
@@ -93,8 +93,7 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
     if known.size == 0:
         raise PlotError("no law has a finite cost: there is nothing to draw")
     right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
-    with style():
-        figure = new_figure(width, 1.05 + 0.2 * len(laws))
+    with styled_figure(width, 1.05 + 0.2 * len(laws)) as figure:
         columns = _columns(standings, order)
         needed = columns[-1][0] + _GAP
         room = width - _names_width(laws) - needed - 0.3
@@ -204,8 +203,7 @@ def plot_budget(
     Raises PlotError where no law has a finite cost at the end.
     """
     _some_finite(curves.value[:, -1])
-    with style():
-        figure = new_figure(width, 3.4)
+    with styled_figure(width, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
             color, middle = _FAMILIES[law.family].color, _finite(curves.value[own])
@@ -315,8 +313,7 @@ def plot_profiles(
     families = _families(laws)
     columns = min(3, len(families))
     most = max(sum(law.family == family for law in laws) for family in families)
-    with style():
-        figure = new_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns))
+    with styled_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
@@ -362,8 +359,7 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
     count = len(laws)
     room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
     between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
-    with style():
-        figure = new_figure(width, max(1.45 + 0.24 * count, 2.6))
+    with styled_figure(width, max(1.45 + 0.24 * count, 2.6)) as figure:
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
@@ -394,8 +390,7 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
     """
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
-    with style():
-        figure = new_figure(width, max(1.0 + 0.22 * len(laws), 1.8))
+    with styled_figure(width, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
@@ -448,8 +443,7 @@ def plot_pareto(
     tuned = np.column_stack([effort, precision]).astype(float)
     known = np.isfinite(tuned).all(axis=1)
     _some_finite(np.where(known, 1.0, np.inf))
-    with style():
-        figure = new_figure(width, 3.7)
+    with styled_figure(width, 3.7) as figure:
         ax = figure.subplots()
         ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, new_figure, style, text_width
+from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, styled_figure, text_width
 from robotics.figures.distances import draw_distances
 from robotics.figures.drawing import (
     TARGET,
@@ -84,16 +84,13 @@ def plot_avoidance(
     views = [_View(run, seed_place(run, seed), int(np.searchsorted(run.time, shown + 1e-9))) for run in runs]
     usual = CRASH_ROWS if runs[0].obstacles is None else OBSTACLE_ROWS
     chosen = [row for row in rows or usual if any(_has(run, row) for run in runs)]
-    with style():
-        panel = (width - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
-        heights = [_height(views, panel) if row == "trajectories" else _ROW for row in chosen]
-        breaks = [_GAP + (0.38 if row == "trajectories" else 0.0) for row in chosen]
-        titles = [
-            textwrap.fill(law_title(view.run.controller), max(8, int(panel / text_width("n", 8)))) for view in views
-        ]
-        above = _TOP + 0.14 * max(title.count("\n") for title in titles)
-        total = above + sum(heights) + sum(breaks) + 0.17
-        figure = new_figure(width, total, constrained=False)
+    panel = (width - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
+    heights = [_height(views, panel) if row == "trajectories" else _ROW for row in chosen]
+    breaks = [_GAP + (0.38 if row == "trajectories" else 0.0) for row in chosen]
+    titles = [textwrap.fill(law_title(view.run.controller), max(8, int(panel / text_width("n", 8)))) for view in views]
+    above = _TOP + 0.14 * max(title.count("\n") for title in titles)
+    total = above + sum(heights) + sum(breaks) + 0.17
+    with styled_figure(width, total, constrained=False) as figure:
         top = total - above
         for row, height, gap in zip(chosen, heights, breaks, strict=True):
             axes: list[Axes] = []
@@ -142,9 +139,8 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
     if len(laws) != 1 or not all(len({run.scenario for run in row}) == 1 for row in rows):
         raise PlotError("a page of trajectories needs one scenario a row, and the same laws in each row")
     views = [[_view(run, seed_place(run, seed)) for run in row] for row in rows]
-    with style():
-        width = (DOUBLE - _LEFT) / len(views[0])
-        figure = new_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45)
+    width = (DOUBLE - _LEFT) / len(views[0])
+    with styled_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45) as figure:
         grid = figure.subplots(
             len(rows), len(views[0]), squeeze=False, height_ratios=[_height(row, width) for row in views]
         )

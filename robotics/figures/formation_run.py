@@ -10,23 +10,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
     cut_to_what_robots_can,
-    draw_legend,
     draw_line,
     draw_title,
-    draw_top_view,
-    mark_contacts,
     shown_until,
     top_view_height,
 )
 from robotics.figures.faults import FEW_ROBOTS
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import draw_path, draw_robots, draw_way, robot_look
-from robotics.figures.world import draw_bodies, draw_world, moments
+from robotics.figures.world import draw_surroundings, moments
 from robotics.laws.catalogue import CATALOGUE
 from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
@@ -78,10 +75,9 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         (panel("v [m/s]", run["v"], "command_1"), panel("ω [rad/s]", run["w"], "command_2")),
         (panel(f"right wheel {unit}", right), panel(f"left wheel {unit}", left)),
     ]
-    with style():
-        seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
-        top = top_view_height([*run.paths, *seen], 0.9 * width)
-        figure = new_figure(width, top + 6.2)
+    seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
+    top = top_view_height([*run.paths, *seen], 0.9 * width)
+    with styled_figure(width, top + 6.2) as figure:
         top_view = partial(_draw_top_view, run=run, place=place, last=last)
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), top_view, (0.0, float(run.time[last])))
         draw_title(figure, run, [place])
@@ -104,7 +100,6 @@ def _look(robot: int, robots: int) -> dict[str, Any]:
 
 def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     robots, x, y = run.samples.shape[3], run["x"][place], run["y"][place]
-    draw_world(ax, run, last)
     order = np.argsort(y[:, 0], kind="stable")
     at = moments(last)
     ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
@@ -112,10 +107,7 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
         draw_path(ax, run, i, quiet=robots > FEW_ROBOTS, zorder=1)
         name = f"robot {i + 1}" if robots <= FEW_ROBOTS else "robot 1" if i == 0 else "others" if i == 1 else None
         draw_way(ax, run, place, i, last + 1, **_look(i, robots), label=name)
-    draw_bodies(ax, run, place, last)
-    mark_contacts(ax, run, place)
-    draw_top_view(ax)
-    draw_legend(ax, ("path", "contact"))
+    draw_surroundings(ax, run, place, last, ("path", "contact"))
 
 
 def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:

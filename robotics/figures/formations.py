@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from anfis.plot import draw_errors
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, styled_figure
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
@@ -40,10 +40,9 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
     Arrow heads show the poses at seven equal times; a grey line joins the robots of one time. ``width`` is that of the
     figure in inches.
     """
-    with style():
-        columns = 2 if width > PAGE_WIDTH else 1
-        rows = -(-len(runs) // columns)
-        figure = new_figure(width, 0.3 + 1.45 * rows)
+    columns = 2 if width > PAGE_WIDTH else 1
+    rows = -(-len(runs) // columns)
+    with styled_figure(width, 0.3 + 1.45 * rows) as figure:
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for ax, (title, run) in zip(axes, runs.items(), strict=False):
             at = np.linspace(0, len(run.time) - 1, _MARKS).round().astype(int)
@@ -87,8 +86,7 @@ def plot_formation_signals(
         ("lead dx [m]", lambda name: runs[name].dx),
         ("w_f [rad/s]", lambda name: turns[name][1]),
     )
-    with style():
-        figure = new_figure(width, 6.2)
+    with styled_figure(width, 6.2) as figure:
         axes = figure.subplots(4, 2, sharex=True)
         for ax, (label, values) in zip(axes.ravel(), panels, strict=True):
             for below, name in zip(range(len(runs), 0, -1), runs, strict=True):  # lines below others are wider
@@ -113,9 +111,8 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
     The root mean square of each difference from the data stands over its panel, in the order of the legend. ``width``
     is that of the figure in inches.
     """
-    with style():
-        rows = max(len(fits) for fits in columns.values())
-        figure = new_figure(width, 0.4 + 1.35 * rows)
+    rows = max(len(fits) for fits in columns.values())
+    with styled_figure(width, 0.4 + 1.35 * rows) as figure:
         axes = figure.subplots(rows, len(columns), sharex="col", squeeze=False)
         for (title, fits), column in zip(columns.items(), axes.T, strict=True):
             for ax, fit in zip(column, fits, strict=True):
@@ -148,8 +145,7 @@ def plot_searches(searches: Mapping[str, SearchResult], width: float = DOUBLE) -
         width: The width of the figure in inches.
     """
     units = list(dict.fromkeys(search.outputs[0][1] for search in searches.values()))
-    with style():
-        figure = new_figure(width, 3.0)
+    with styled_figure(width, 3.0) as figure:
         for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
             plot_rules_error({n: s for n, s in searches.items() if s.outputs[0][1] == unit}, ax)
         return figure
@@ -164,8 +160,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
     Args:
         sets: The set's title, and the output over it, by stage of learning.
     """
-    with style():
-        figure = new_figure(DOUBLE, 0.35 + 2.7 * len(sets))
+    with styled_figure(DOUBLE, 0.35 + 2.7 * len(sets)) as figure:
         grid = figure.add_gridspec(2 * len(sets), 2, width_ratios=(2.2, 1), height_ratios=(1.9, 0.8) * len(sets))
         for row, (title, fit) in enumerate(sets.items()):
             over = figure.add_subplot(grid[2 * row, 0])
@@ -223,8 +218,7 @@ def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit:
         history: The epochs of learning.
         unit: The unit of the output.
     """
-    with style():
-        figure = new_figure(DOUBLE, 3.1)
+    with styled_figure(DOUBLE, 3.1) as figure:
         left, right = figure.subplots(1, 2)
         plot_rules_error(search, left)
         draw_errors(right, history)
@@ -258,8 +252,7 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
         "after learning, training": (lambda s: s.training, {"marker": "s", "color": COLORS[0], "markersize": 4.5}),
         "after learning, checking": (lambda s: s.checking, {"marker": "D", "color": COLORS[1], "markersize": 4.5}),
     }
-    with style():
-        figure = new_figure(DOUBLE, 0.85 + 0.24 * len(shares))
+    with styled_figure(DOUBLE, 0.85 + 0.24 * len(shares)) as figure:
         ax = figure.add_subplot()
         rows = np.arange(len(shares))
         spans = np.array([100 * np.array(s.scatter) for s in shares])
@@ -295,8 +288,7 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
         width: The width of the figure in inches.
     """
     rows = {unit: [name for name in histories if units[name] == unit] for unit in dict.fromkeys(units.values())}
-    with style():
-        figure = new_figure(width, 0.7 + 1.6 * len(rows))
+    with styled_figure(width, 0.7 + 1.6 * len(rows)) as figure:
         axes = figure.subplots(len(rows), 2, sharex=True, sharey="row", squeeze=False)
         for pair, (unit, names) in zip(axes, rows.items(), strict=True):
             for ax, what in zip(pair, ("train", "check"), strict=True):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, number, styled_figure
 from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
@@ -35,9 +35,8 @@ def plot_switching(
     half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
     s = np.concatenate([-half[::-1], half])
     steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
-    with style():
-        rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
-        figure = new_figure(width, 2.6 * rows)
+    rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
+    with styled_figure(width, 2.6 * rows) as figure:
         for n, group in enumerate(settings):
             ax = figure.add_subplot(rows, columns, n + 1)
             for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
@@ -54,9 +53,8 @@ def plot_switching(
 def plot_tracking_memberships(rule_base: str = "tracking", width: float = DOUBLE) -> Figure:
     """Draw the membership functions of distance and α, thesis Fig 2.19; ``width`` is that of the figure in inches."""
     fis = load_rule_base(rule_base)
-    with style():
-        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
-        figure = new_figure(width, 2.0 * rows)
+    rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
+    with styled_figure(width, 2.0 * rows) as figure:
         axes = figure.subplots(rows, columns)
         figure.draw_without_rendering()
         for ax, name in zip(axes, ("distance", "alpha"), strict=True):
@@ -73,8 +71,7 @@ def plot_tracking_velocities(rule_base: str = "tracking", width: float = DOUBLE)
     fis = load_rule_base(rule_base)
     ahead = {"x_err": 0.1, "alpha": 0.0, "distance": 0.15, "heading_err": 0.0}
     ahead = {name: value for name, value in ahead.items() if name in {v.name for v in fis.inputs}}
-    with style():
-        figure = new_figure(width, 4.6)
+    with styled_figure(width, 4.6) as figure:
         axes = figure.subplots(2, 2)
         pictures = (
             ("distance", "v"),
@@ -120,9 +117,8 @@ def plot_obstacle_turn(rule_base: str = "theta", width: float = DOUBLE) -> Figur
 def _plot_turn(rule_base: str, symbol: str, argument: str, width: float) -> Figure:
     """Draw a rule base with one input, the ``argument`` [m]: its membership functions and its turn [rad]."""
     fis = load_rule_base(rule_base)
-    with style():
-        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
-        figure = new_figure(width, 2.0 * rows)
+    rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
+    with styled_figure(width, 2.0 * rows) as figure:
         left, right = figure.subplots(rows, columns)
         figure.draw_without_rendering()
         plot_memberships(fis, 0, ax=left)

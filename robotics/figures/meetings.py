@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, styled_figure
 from robotics.environment.world import outlines
 from robotics.figures.drawing import TARGET, PlotError, draw_obstacles, legend_entries, page_title
 from robotics.figures.world import draw_body
@@ -39,8 +39,7 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
     """
     place = seed_place(run, seed)
     met = _meetings(run, place)
-    with style():
-        figure = new_figure(DOUBLE * max(len(met), 2) / MEETINGS_DRAWN, 3.1)
+    with styled_figure(DOUBLE * max(len(met), 2) / MEETINGS_DRAWN, 3.1) as figure:
         panels = figure.subplots(1, len(met), squeeze=False)[0]
         for ax, (pair, sample, distance) in zip(panels, met, strict=True):
             _draw(ax, run, place, pair, sample, distance)

@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle, Wedge
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, number, styled_figure
 from robotics.scenario.robots import RobotModel
 from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.robot import Robot
@@ -22,8 +22,7 @@ _SIGHT = 1.6  # as many lengths around the robot are shown
 
 def plot_robot(model: RobotModel) -> Figure:
     """Draw a robot from above to scale, the step response of its wheel loop, and the velocities that it can drive."""
-    with style():
-        figure = new_figure(DOUBLE, 3.1)
+    with styled_figure(DOUBLE, 3.1) as figure:
         grid = figure.add_gridspec(2, 3, width_ratios=(1.25, 1.0, 1.0))
         _draw_above(figure.add_subplot(grid[:, 0]), model)
         speed = figure.add_subplot(grid[0, 1])

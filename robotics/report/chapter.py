@@ -1,8 +1,8 @@
 """The parts of a report: pictures, tables, claims, chapters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -56,6 +56,12 @@ class Grid(NamedTuple):
     caption: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
+
+    @classmethod
+    def of(cls, caption: str, about: Iterable[Any], columns: Mapping[str, Callable[[Any], str]]) -> "Grid":
+        """A table with a row for each thing that it is ``about``; a column, by its title, says a cell of each."""
+        rows = [tuple(cell(each) for cell in columns.values()) for each in about]
+        return cls(caption, tuple(columns), rows)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ Its numbers and pictures are those of the report's chapter on formations, for an
 networks. The page is one HTML file that needs nothing else.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -238,36 +238,32 @@ def _lead(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
 
 
 def _summary(errors: Sequence[Errors]) -> Chapter:
-    scattered = [each.scatter[0] for each in errors]
-    rows = [
-        (
-            each.network.after.outputs[0].label,
-            str(each.network.trial.rules),
-            setting_of(each.network),
-            _plain(each.clustering),
-            _plain(each.training),
-            _plain(each.checking),
-            _percent(each.last, each.range),
-            _spanned(each.scatter),
-            _times(each.last, each.scatter[0]),
-        )
-        for each in errors
-    ]
-    untold = "" if np.isfinite(scattered).all() else " Fewer than 42 samples have no such estimate."
-    head = ("output", "rules", "radius, squash, accept, reject", "clustering", "learnt, training", "learnt, checking")
+    columns: dict[str, Callable[[Errors], str]] = {
+        "output": lambda each: each.network.after.outputs[0].label,
+        "rules": lambda each: str(each.network.trial.rules),
+        "radius, squash, accept, reject": lambda each: setting_of(each.network),
+        "clustering": lambda each: _plain(each.clustering),
+        "learnt, training": lambda each: _plain(each.training),
+        "learnt, checking": lambda each: _plain(each.checking),
+        "of its range": lambda each: _percent(each.last, each.range),
+        "scatter": lambda each: _spanned(each.scatter),
+        "of the scatter": lambda each: _times(each.last, each.scatter[0]),
+    }
+    known = all(np.isfinite(each.scatter[0]) for each in errors)
+    untold = "" if known else " Fewer than 42 samples have no such estimate."
     return Chapter(
         "summary",
         "Rules and errors",
         tables=[
-            Grid(
+            Grid.of(
                 "RMSE of each network in its output's unit. “Of its range”: the checking error, or without checking "
                 "data the training error, as a share of the range of the output in the training data. “Scatter”: how "
                 f"far the output scatters at equal inputs, Gamma test, mean and range of {DRAWS} draws; a smooth "
                 f"function errs by about that on fresh samples. “Of the scatter”: the same error over it. Beyond the "
                 "range of the training data an input counts as at its edge, as when robots drive; the curves over the "
                 f"epochs, below, do without that.{untold}",
-                (*head, "of its range", "scatter", "of the scatter"),
-                rows,
+                errors,
+                columns,
             ),
             Grid(
                 "What stands out.",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import product
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.stress.outcome import StressOutcome
@@ -31,7 +32,7 @@ from robotics.thesis.avoidance_runs import (
     values,
 )
 from robotics.thesis.claims import judged
-from robotics.thesis.rows import film_of, mean_cells
+from robotics.thesis.rows import film_of, run_columns
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
@@ -124,34 +125,24 @@ def _played(runs: Runs) -> list[tuple[str, str]]:
 
 
 def _tests(runs: Runs) -> Grid:
-    rows = []
-    for test in AVOIDANCE_TESTS:
-        for law in CRASH_LAWS:
-            run = runs[test, law]
-            stood = ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))
-            rows.append((test, label(law), _touch(run), *mean_cells(run, "min_distance_m", *_ARRIVING), stood))
-    return Grid(
+    return Grid.of(
         "Tests 1 and 2 of thesis 6.1.3: means of the worst robot with 95 % intervals. Stood: "
         "the longest stop of robots 1, 2, 3 on the way.",
-        ("test", "controller", *_HEAD[:2], *_HEAD[3:], "stood"),
-        rows,
+        [runs[key] for key in product(AVOIDANCE_TESTS, CRASH_LAWS)],
+        run_columns("test", _TOUCHED, min_distance_m="least distance of centers", **_ARRIVING)
+        | {"stood": lambda run: ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))},
     )
 
 
 # Quantities that the tables show, and what they call them
-_ARRIVING = ("arrival_time_s", "arrival_spread_s", "max_cross_track_m")
-_HEAD = (
-    "runs with contact",
-    "least distance of centers",
-    "least clearance",
-    "last arrival",
-    "spread of arrivals",
-    "largest distance from the path",
-)
+_ARRIVING = {
+    "arrival_time_s": "last arrival",
+    "arrival_spread_s": "spread of arrivals",
+    "max_cross_track_m": "largest distance from the path",
+}
 
 
-def _touch(run: Run) -> str:
-    return f"{runs_touched(run)} of {len(run.seeds)}"
+_TOUCHED = {"runs with contact": lambda run: f"{runs_touched(run)} of {len(run.seeds)}"}
 
 
 def _crossings(results: Results) -> Grid:
@@ -182,21 +173,23 @@ def _crossings(results: Results) -> Grid:
 
 
 def _courses(runs: Runs) -> Grid:
-    rows = []
     order = (*COURSES, *CASES)
     shown_here = [key for key in runs if key[0] in order and key[1] in OBSTACLE_LAWS]
-    for scenario, law in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1])):
-        run = runs[scenario, law]
-        left = [str(i) for i in range(1, len(run.paths) + 1) if measured(run, "left_behind_s", str(i)).any()]
-        cells = mean_cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
-        rows.append((scenario, label(law), _touch(run), *cells, ", ".join(left) or "–"))
-    return Grid(
+    return Grid.of(
         "Robots among obstacles, thesis 6.2 and 6.3: means of the worst robot with 95 % "
         "intervals. Clearance: from the surface of a robot to the nearest obstacle or robot. Off the path: more than "
         "0.1 m. Left behind: robots that the group went on without in some run, for a while or for good.",
-        ("scenario", "controller", _HEAD[0], *_HEAD[2:], "longest off the path", "left behind"),
-        rows,
+        [runs[key] for key in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1]))],
+        run_columns(
+            "scenario", _TOUCHED, min_clearance_m="least clearance", **_ARRIVING, off_path_s="longest off the path"
+        )
+        | {"left behind": _left_behind},
     )
+
+
+def _left_behind(run: Run) -> str:
+    robots = [str(i) for i in range(1, len(run.paths) + 1)]
+    return ", ".join(robot for robot in robots if measured(run, "left_behind_s", robot).any()) or "–"
 
 
 # Pictures ---------------------------------------------------------------------------------------------------------

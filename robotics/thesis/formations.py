@@ -4,7 +4,7 @@ It generates both data sets, learns four networks from each, drives the two expe
 learnt from the well-posed set, with the analytic law and with the thesis's own systems, and judges the claims.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import product
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 import anfis
 from anfis.plot import plot_premises
+from anfis.state import Epoch
 from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
@@ -28,7 +29,7 @@ from robotics.experiments.learning.formationdata import (
 )
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
 from robotics.experiments.learning.fresh import FRESH, FreshErrors, fresh_errors
-from robotics.experiments.learning.scatter import DRAWS, Scatter, scatter
+from robotics.experiments.learning.scatter import DRAWS, scatter
 from robotics.figures.formation_run import plot_formation
 from robotics.figures.formations import (
     plot_epochs,
@@ -158,8 +159,6 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
         kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS
     }
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
-    literal = results["data", "literal"].table
-    found = scatter(literal.values[:, : literal.inputs], literal.values[:, literal.inputs :])
     return Chapter(
         "formation",
         "Leader and followers: learning from formation data (thesis 5.2)",
@@ -175,8 +174,21 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
             "samples lie evenly over where leader and followers may be, three in five off the path.",
         ),
         [
-            _table_5_1("literal", learnt["literal"], found, {}),
-            _table_5_1("well-posed", learnt["well-posed"], None, results["fresh",]),
+            _table_5_1(
+                "literal",
+                learnt["literal"],
+                _scattered(results["data", "literal"].table),
+                f"Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
+                "smooth function errs by about that on fresh samples; a training error below it tells postures apart "
+                "that are all but equal.",
+            ),
+            _table_5_1(
+                "well-posed",
+                learnt["well-posed"],
+                _drawn_afresh(results["fresh",]),
+                f"Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the "
+                "first; clusters are found again in each with the setting shown, whatever number of rules that gives.",
+            ),
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
@@ -189,57 +201,42 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     )
 
 
-def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fresh: Mapping[str, FreshErrors]) -> Grid:
-    rows = []
-    for k, network in enumerate(networks):
-        trial, training = network.trial, network.training
-        best = training.history[training.best]
-        last: tuple[str, ...]
-        if found is None:
-            drawn = fresh[network.output]
-            last = (_spanned(drawn.clustering), f"{drawn.rules.min():.0f} to {drawn.rules.max():.0f}")
-            last += (_spanned(drawn.learnt),)
-        else:
-            last = (f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})",)
-        rows.append(
-            (
-                network.output,
-                str(trial.rules),
-                setting_of(network),
-                f"{THESIS_ERRORS[network.output]:.2e}",
-                f"{training.history[0].train:.2e}",
-                f"{best.train:.2e}",
-                f"{best.check:.2e}",
-                *last,
-            )
-        )
-    if found is None:
-        caption = (
-            f" Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the first; "
-            "clusters are found again in each with the setting shown, whatever number of rules that gives."
-        )
-        head: tuple[str, ...] = ("clustering, fresh sets", "their rules", "learnt, fresh sets")
-    else:
-        caption = (
-            f" Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
-            "smooth function errs by about that on fresh samples; a training error below it tells postures apart that "
-            "are all but equal."
-        )
-        head = ("scatter",)
-    return Grid(
-        f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s." + caption,
-        (
-            "network",
-            "rules",
-            "radius, squash, accept, reject",
-            "thesis, clustering",
-            "clustering",
-            "learnt, training",
-            "learnt, checking",
-            *head,
-        ),
-        rows,
-    )
+def _table_5_1(
+    kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callable[[Learnt], str]], about_last: str
+) -> Grid:
+    def best(network: Learnt) -> Epoch:
+        return network.training.history[network.training.best]
+
+    columns: dict[str, Callable[[Learnt], str]] = {
+        "network": lambda network: network.output,
+        "rules": lambda network: str(network.trial.rules),
+        "radius, squash, accept, reject": setting_of,
+        "thesis, clustering": lambda network: f"{THESIS_ERRORS[network.output]:.2e}",
+        "clustering": lambda network: f"{network.training.history[0].train:.2e}",
+        "learnt, training": lambda network: f"{best(network).train:.2e}",
+        "learnt, checking": lambda network: f"{best(network).check:.2e}",
+    }
+    caption = f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s. {about_last}"
+    return Grid.of(caption, networks, columns | dict(last))
+
+
+def _scattered(table: FormationTable) -> dict[str, Callable[[Learnt], str]]:
+    """The column that says how far the outputs of a table scatter."""
+    found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+    cells = {
+        output: f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})"
+        for k, output in enumerate(FORMATION_OUTPUTS)
+    }
+    return {"scatter": lambda network: cells[network.output]}
+
+
+def _drawn_afresh(fresh: Mapping[str, FreshErrors]) -> dict[str, Callable[[Learnt], str]]:
+    """The columns that say what other sets of the same kind give."""
+    return {
+        "clustering, fresh sets": lambda network: _spanned(fresh[network.output].clustering),
+        "their rules": lambda n: f"{fresh[n.output].rules.min():.0f} to {fresh[n.output].rules.max():.0f}",
+        "learnt, fresh sets": lambda network: _spanned(fresh[network.output].learnt),
+    }
 
 
 def _spanned(values: np.ndarray) -> str:
@@ -262,24 +259,17 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
     for (experiment, title), run in runs.items():
         m = measure_formation(run)
         lateral = m["max_lateral_error_m"]
-        found = (
-            (m["alignment_time_s"][:, 0], "s"),
-            (m["final_spread_m"][:, 0], "m"),
-            (lateral[:, 0], "m"),
-            (lateral[:, 1:].max(axis=1), "m"),
-        )
-        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found)))
+        found = {
+            "aligned after": (m["alignment_time_s"][:, 0], "s"),
+            "spread of x at the end": (m["final_spread_m"][:, 0], "m"),
+            "leader's lateral error": (lateral[:, 0], "m"),
+            "followers' lateral error": (lateral[:, 1:].max(axis=1), "m"),
+        }
+        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found.values())))
     return Grid(
         "The two experiments of 5.2.3 on the full plant, with noise: leader 3 m behind, and 3 m ahead. Means with 95 % "
         "intervals over the seeds; “never”: not in every run.",
-        (
-            "experiment",
-            "controller",
-            "aligned after",
-            "spread of x at the end",
-            "leader's lateral error",
-            "followers' lateral error",
-        ),
+        ("experiment", "controller", *found),
         rows,
     )
 

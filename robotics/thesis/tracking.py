@@ -29,7 +29,7 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged, needed
 from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.rows import mean_cells
+from robotics.thesis.rows import mean_cell
 
 _MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
@@ -118,7 +118,7 @@ def _table_2_1(results: Results) -> Grid:
     rows = []
     for mode, printed in PRINTED_TRACKING.items():
         run = results[Needed(TABLE, mode, False)]
-        ours = (f"{label(mode)}: here", *mean_cells(run, *_COLUMNS))
+        ours = (f"{label(mode)}: here", *(mean_cell(run, name) for name in _COLUMNS))
         rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), ours]
     return Grid(
         f"Table 2.1 beside ours: means over time in {TABLE}, with 95 % intervals over {len(run.seeds)} seeds. The "
