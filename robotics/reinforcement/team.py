@@ -64,7 +64,7 @@ class TeamEnv(ParallelEnv):
         scenario: A scenario of two robots or more, its name or its file.
         level: Whether actions are velocities or wheel torques.
         units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
-        reward: "dense" or "cost", as docs/environments.md tells.
+        reward: "dense" or "cost", as docs/howto/environments.md tells.
         approach: What a sample before those that the arena's cost counts, counts in the dense reward.
 
     Raises:

@@ -46,7 +46,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         level: Whether actions are velocities or wheel torques.
         units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
         most: The command of an action 1; by default the robot's own limits.
-        reward: "dense" or "cost", as docs/environments.md tells.
+        reward: "dense" or "cost", as docs/howto/environments.md tells.
         approach: What a sample before those that the arena's cost counts, counts in the dense reward.
         divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
         autoreset: When a lane whose episode has ended begins the next one.
@@ -86,7 +86,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             level: Whether actions are velocities or wheel torques.
             units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
             most: The command of an action 1; by default the robot's own limits.
-            reward: "dense" or "cost", as docs/environments.md tells.
+            reward: "dense" or "cost", as docs/howto/environments.md tells.
             approach: What a sample before those that the arena's cost counts, counts in the dense reward.
             divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
             autoreset: When a lane whose episode has ended begins the next one.

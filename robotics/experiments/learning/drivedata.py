@@ -58,7 +58,7 @@ class DriveRecipe:
     """How a table is made of drives. Raises DriveDataError for numbers out of their ranges."""
 
     inputs: tuple[str, ...] = described(
-        "Quantities that the rule base shall know (docs/quantities.md). Default: "
+        "Quantities that the rule base shall know (docs/reference/quantities.md). Default: "
         "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; of the "
         "way driven x_err,y_err.",
         (),

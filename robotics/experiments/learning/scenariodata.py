@@ -46,9 +46,9 @@ class ScenarioRecipe:
 
     teacher: str = described("The law that drives, name or name:gain=value,...", "leader-follower")
     inputs: tuple[str, ...] = described(
-        "Quantities that each robot's networks know (docs/quantities.md). Default: leader_ahead,stretch,onward_bearing "
-        "for leader-follower (with curvature for other formation laws), x_err,y_err,heading_err,target_v,target_w for "
-        "laws that follow a timing.",
+        "Quantities that each robot's networks know (docs/reference/quantities.md). Default: "
+        "leader_ahead,stretch,onward_bearing for leader-follower (with curvature for other formation laws), "
+        "x_err,y_err,heading_err,target_v,target_w for laws that follow a timing.",
         (),
     )
     samples: int = whole(2000, least=2, most=MOST_SAMPLES, doc="Rows.")
