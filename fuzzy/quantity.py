@@ -50,7 +50,9 @@ def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int
     return field(default=default, metadata=metadata)
 
 
-def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None) -> Any:
+def described(
+    doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None, missing: str = ""
+) -> Any:
     """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
 
     Args:
@@ -58,8 +60,10 @@ def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSIN
         default: The default value; without one the field must be given.
         default_factory: Makes the default value, where each instance needs its own.
         example: A value to show where there is no default, as a file has it.
+        missing: What a message says where a file lacks it.
     """
-    return field(default=default, default_factory=default_factory, metadata={"doc": doc, "example": example})
+    metadata = {"doc": doc, "example": example, "missing": missing}
+    return field(default=default, default_factory=default_factory, metadata=metadata)
 
 
 def accepted(metadata: Any) -> str:

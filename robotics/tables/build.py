@@ -44,9 +44,10 @@ class Builder:
                 raise self.fault(expected(key, [*known, *also], "key")).about(*keys, key)
             values[key] = self.convert(value, hints[key], known[key], (*keys, key))
         needed = (f for f in known.values() if f.default is MISSING and f.default_factory is MISSING)
-        missing = [f.name for f in needed if f.name not in values]
+        missing = {f.name: f.metadata.get("missing") for f in needed if f.name not in values}
         if missing:
-            raise self.fault(f"{kind.__name__.lower()} lacks {', '.join(missing)}").about(*keys)
+            usual = f"{kind.__name__.lower()} lacks {', '.join(missing)}"
+            raise self.fault(next(filter(None, missing.values()), usual)).about(*keys)
         try:
             return kind(**values)
         except InputError as error:
@@ -81,6 +82,23 @@ class Builder:
             name = f"{keys[-2]} {keys[-1] + 1}" if isinstance(keys[-1], int) else keys[-1]
             raise self.fault(f"{name} must be a table, {got(value)}").about(*keys)
         return value
+
+    def shaped(self, value: Any, keys: Keys, kinds: Mapping[str, type], what: str) -> Any:
+        """Make the one of several dataclasses that the key ``shape`` of a table names.
+
+        Args:
+            value: What stands in the file.
+            keys: Its place in the file.
+            kinds: The dataclasses by their names.
+            what: What messages call such a table.
+        """
+        table = dict(self.table(value, keys))
+        if "shape" not in table:
+            raise self.fault(f"{what} lacks shape, one of {', '.join(kinds)}").about(*keys)
+        shape = table.pop("shape")
+        if not isinstance(shape, str) or shape not in kinds:
+            raise self.fault(expected(str(shape), kinds, f"{what.split()[-1]} shape")).about(*keys, "shape")
+        return self.build(kinds[shape], table, keys, ("shape",))
 
     def tables(self, value: Any, keys: Keys) -> list[dict[str, Any]]:
         """``value`` itself, which must be a list of tables."""

@@ -194,6 +194,30 @@ def table_of(kind: type, name: str, specials: Specials | None = None, **more: An
     return KeyTable(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
 
 
+def shapes_table(
+    name: str, doc: str, shape_doc: str, kinds: Mapping[str, type], common: tuple[Key, ...] = ()
+) -> KeyTable:
+    """The description of a table that is read into the one of several dataclasses that its key ``shape`` names.
+
+    Args:
+        name: Of the table.
+        doc: What the table is.
+        shape_doc: What its key ``shape`` says.
+        kinds: The dataclasses by their names.
+        common: The keys that all of them have.
+    """
+    shape = Key(name="shape", doc=shape_doc, holds="word", words=tuple(kinds), required=True)
+    names = tuple(key.name for key in common)
+    return KeyTable(
+        name=name,
+        doc=doc,
+        keys=(shape, *common),
+        by="shape",
+        shapes={shape: keys_of(kind, without=names) for shape, kind in kinds.items()},
+        shape_docs={shape: first_line(kind) for shape, kind in kinds.items()},
+    )
+
+
 def first_line(kind: Any) -> str:
     """The first sentence of the docstring of ``kind``."""
     return str(kind.__doc__ or "").strip().partition("\n")[0].split(" Raises ")[0]
