@@ -19,7 +19,7 @@ from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of, table_of
 from robotics.tables.lines import line_of
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import parse_table, reading
 
 _MOST = 2**62  # whole numbers are smaller: a file of 64 bits holds them
 Target = Literal["scenario", "controller"]
@@ -162,8 +162,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
         folder: The folder to which a scenario's path is relative, by default the current one; controllers' files are
             looked for there before the current one.
     """
-    table = parse_table(text, file, SweepError)
-    with placed(text, file, SweepError):
+    with reading(text, file, SweepError) as table:
         said: SweepFile = _BUILDER.build(SweepFile, table, ())
         scenario, content, default, home = _scenario(said.scenario, folder)
         axes = tuple(axis for section in _SECTIONS for axis in _axes(said, section, text))
