@@ -51,7 +51,13 @@ def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int
 
 
 def described(
-    doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None, missing: str = ""
+    doc: str,
+    default: Any = MISSING,
+    *,
+    default_factory: Any = MISSING,
+    example: Any = None,
+    accepts: str = "",
+    missing: str = "",
 ) -> Any:
     """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
 
@@ -60,9 +66,10 @@ def described(
         default: The default value; without one the field must be given.
         default_factory: Makes the default value, where each instance needs its own.
         example: A value to show where there is no default, as a file has it.
+        accepts: What a message says that it must be; by default what its type says.
         missing: What a message says where a file lacks it.
     """
-    metadata = {"doc": doc, "example": example, "missing": missing}
+    metadata = {"doc": doc, "example": example, "accepts": accepts, "missing": missing}
     return field(default=default, default_factory=default_factory, metadata=metadata)
 
 

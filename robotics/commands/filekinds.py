@@ -61,7 +61,7 @@ FILE_KINDS: dict[str, FileKind] = {
     ),
     "sweep": FileKind(
         "a sweep",
-        "robotics.experiments.sweeps.keys:sweep_table",
+        "robotics.experiments.sweeps.reading:sweep_table",
         "robotics.experiments.sweeps.reading:parse_sweep",
         "robotics sweep FILE",
         {"sweep": "sweep"},

@@ -31,7 +31,7 @@ def scenario_table() -> KeyTable:
     robots = KeyTable(
         name="robots",
         doc="One robot: its start, path, timing, parameters and sensors.",
-        keys=keys_of(Member, _SPECIALS, without=("model",), also=_member_keys(robot)),
+        keys=keys_of(Member, _SPECIALS, also=_member_keys(robot)),
         one_of=(("path", "offset"), ("timing", "offset")),
     )
     virtual = table_of(VirtualRobot, "virtual", _SPECIALS)
@@ -78,7 +78,7 @@ def robot_file_table() -> KeyTable:
 
 def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
     """The keys of a robot that the fields of Member do not tell."""
-    known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot", "model"))}
+    known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot",))}
     doc = "Which robot this one is, instead of the one of all."
     return (
         *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),

@@ -20,7 +20,7 @@ from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys, numbers
 from robotics.tables.files import TomlFile, TomlFiles
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
 
@@ -73,8 +73,7 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
     Raises:
         ScenarioError: A text that makes no scenario; the message names line and key.
     """
-    table = parse_table(text, file, ScenarioError)
-    with placed(text, file, ScenarioError):
+    with reading(text, file, ScenarioError) as table:
         return scenario_from_table(table, name, FilePath(file).parent if folder is None else folder)
 
 

@@ -178,14 +178,14 @@ def keys_of(
     """The keys that the dataclass ``kind`` is read from.
 
     Args:
-        kind: The dataclass. Fields that its constructor does not take, and "name", are no keys.
+        kind: The dataclass. Its fields that are described are keys.
         specials: What stands under a field whose type alone does not tell, by the type.
         without: Fields that are read otherwise.
         also: Further keys; those that have the name of a field take its place.
     """
     hints = get_type_hints(kind)
     others = {key.name: key for key in also}
-    own = [f for f in fields(kind) if f.init and f.name not in ("name", *without, *others)]
+    own = [f for f in fields(kind) if "doc" in f.metadata and f.name not in (*without, *others)]
     return (*also, *(key_of(f, hints[f.name], specials or {}) for f in own))
 
 

@@ -3,7 +3,7 @@
 ``python -m robotics.experiments.sweeps.page > docs/reference/file-scenario.md`` makes it of the descriptions of both.
 """
 
-from robotics.experiments.sweeps.keys import sweep_table
+from robotics.experiments.sweeps.reading import sweep_table
 from robotics.scenario.keys import scenario_table
 from robotics.tables.page import key_reference
 
