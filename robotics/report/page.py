@@ -24,7 +24,7 @@ from robotics.report.answer import answer
 from robotics.report.chapter import Chapter, Claim, Front, Picture, Plate
 from robotics.report.plates import plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
-from robotics.report.template import rendered
+from robotics.report.template import program, rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
 
@@ -337,13 +337,5 @@ def _program(comparison: Comparison) -> str:
         chosen = f"range({len(seeds)})" if seeds[0] == 0 else f"range({seeds[0]}, {seeds[-1] + 1})"
     else:
         chosen = repr(list(seeds))
-    names = ", ".join(f'"{s.name}"' for s in comparison.scenarios)
-    laws = ", ".join(f'"{c}"' for c in comparison.controllers)
-    return (
-        "from robotics.experiments.comparison import compare\n"
-        "from robotics.report.page import write_report\n"
-        "from robotics.scenario.reading import load_scenario\n\n"
-        f"scenarios = [load_scenario(name) for name in [{names}]]\n"
-        f"comparison = compare(scenarios, [{laws}], {chosen})\n"
-        'write_report(comparison, [], "out")\n'
-    )
+    scenarios = [f'"{s.name}"' for s in comparison.scenarios]
+    return program("comparison", scenarios=scenarios, laws=[f'"{c}"' for c in comparison.controllers], seeds=chosen)

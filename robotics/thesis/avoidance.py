@@ -7,7 +7,7 @@ from itertools import product
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
-from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
+from robotics.figures.laws import plot_turn
 from robotics.figures.meetings import plot_meetings
 from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
@@ -37,6 +37,14 @@ from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_tabl
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
+_SEEN = ("trajectories", "cross-track", "v", "sonar")
+
+
+def _figures(first: int, *rows: str) -> dict[str, str]:
+    """The thesis's figures of rows, one after the other."""
+    return {row: f"Fig 6.{number}" for number, row in enumerate(rows, first)}
+
+
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "two-meetings": (
@@ -61,22 +69,10 @@ CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
             "w": "Fig 6.18",
         },
     ),
-    "obstacles-on-two-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.28", "cross-track": "Fig 6.29", "v": "Fig 6.30", "sonar": "Fig 6.31"},
-    ),
-    "turn-into-neighbour": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.32", "cross-track": "Fig 6.33", "v": "Fig 6.34", "sonar": "Fig 6.35"},
-    ),
-    "trap-u": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.36", "cross-track": "Fig 6.37", "v": "Fig 6.38", "sonar": "Fig 6.39"},
-    ),
-    "obstacles-on-outer-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.40", "cross-track": "Fig 6.41", "v": "Fig 6.42", "w": "Fig 6.43"},
-    ),
+    "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
+    "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
+    "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),
+    "obstacles-on-outer-paths": (OBSTACLE_LAWS, _figures(40, "trajectories", "cross-track", "v", "w")),
 }
 
 
@@ -202,13 +198,13 @@ def _pictures(runs: Runs) -> list[Picture]:
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            partial(plot_crash_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "eta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            partial(plot_obstacle_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "theta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-states-crash",

@@ -94,10 +94,10 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
         ),
         Experiment(("fresh",), partial(_fresh, seed, networks)),
         *(
-            Experiment(
-                Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
-            )
-            for experiment, title in product(_EXPERIMENTS, VARIANTS.values())
+            Experiment(need, partial(_driven, need, law, effort.row(seed), networks))
+            for experiment in _EXPERIMENTS
+            for law, title in VARIANTS.items()
+            for need in [Needed(experiment, title, False)]
         ),
     ]
 
@@ -147,10 +147,9 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
     return fresh_errors(learnt, _recipe("well-posed", seed))
 
 
-def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -> Run:
-    specification = next(law for law, name in VARIANTS.items() if name == title)
+def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
     law = specification.replace("NETWORKS", str(networks))
-    return driven(Needed(experiment, title, False), load_scenario(experiment), law, seeds)
+    return driven(need, load_scenario(need.on), law, seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
@@ -355,21 +354,19 @@ def _fits(
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
-    pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     title = next(iter(VARIANTS.values()))
-    for experiment in _EXPERIMENTS:
-        run = runs[experiment, title]
-        pictures.append(
-            Picture(
-                f"{experiment}-1",
-                f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
-                "lines: commands.",
-                f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
-                partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
-            )
+    drawn = {experiment: runs[experiment, title] for experiment in _EXPERIMENTS}
+    return [
+        Picture(
+            f"{experiment}-1",
+            f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
+            "lines: commands.",
+            f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
+            partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
         )
-    return pictures
+        for experiment, run in drawn.items()
+    ]
 
 
 def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
