@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -84,8 +85,7 @@ def plot_tracking_velocities(width: float = DOUBLE) -> Figure:
             fixed = {name: value for name, value in ahead.items() if name not in inputs}
             plot_surface(fis, inputs, output, fixed, ax=ax)
             ax.set_title(_held(fixed), fontsize=7)
-        for ax in axes[:, 1]:
-            ax.set_xlabel("α [rad]")
+        setp(axes[:, 1], xlabel="α [rad]")
         axes[0, 1].set_ylabel("ω [rad/s]")
         figure.axes[-1].set_ylabel("ω [rad/s]")  # the colour bar
         return figure
@@ -110,8 +110,7 @@ def plot_turn(rule_base: str, width: float = DOUBLE) -> Figure:
     with _pair(width) as (figure, left, right):
         plot_memberships(fis, 0, ax=left)
         plot_surface(fis, 0, 0, ax=right)
-        for ax in (left, right):
-            ax.set_xlabel(f"{argument} [m]")
+        setp((left, right), xlabel=f"{argument} [m]")
         right.set_ylabel(f"{symbol} [rad]")
         return figure
 
