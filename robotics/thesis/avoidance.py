@@ -1,6 +1,6 @@
 """The report's chapter on avoidance: robots that would meet, and obstacles that are not known before; thesis 6."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
 
@@ -192,7 +192,7 @@ def _left_behind(run: Run) -> str:
 
 
 def _pictures(runs: Runs) -> list[Picture]:
-    pictures = [
+    return [
         Picture(
             "avoidance-eta",
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
@@ -231,33 +231,29 @@ def _pictures(runs: Runs) -> list[Picture]:
             )
             for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
+        *_pages(runs),
     ]
+
+
+def _pages(runs: Runs) -> Iterator[Picture]:
+    """Two pages a scenario: where robots were, and how they drove."""
     for scenario, (laws, figures) in CHAPTER_FIGURES.items():
-        crash = scenario in AVOIDANCE_TESTS
+        crash, columns = scenario in AVOIDANCE_TESTS, [runs[scenario, law] for law in laws]
         about = (
             "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
             "certainly in contact."
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
-        columns = [runs[scenario, law] for law in laws]
-        usual = CRASH_ROWS if crash else OBSTACLE_ROWS
-        for name, rows, what, said in (
-            (
-                f"avoidance-{scenario}",
-                WHERE,
-                "Trajectories and distances",
-                f"Robots in true size at equal times. {about}",
-            ),
-            (f"avoidance-{scenario}-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
+        where = f"Robots in true size at equal times. {about}"
+        for suffix, rows, what, said in (
+            ("", WHERE, "Trajectories and distances", where),
+            ("-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
         ):
-            chosen = [row for row in usual if row in rows]
-            pictures.append(
-                Picture(
-                    name,
-                    f"{load_scenario(scenario).title}. {said}",
-                    f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
-                )
+            chosen = [row for row in (CRASH_ROWS if crash else OBSTACLE_ROWS) if row in rows]
+            yield Picture(
+                f"avoidance-{scenario}{suffix}",
+                f"{load_scenario(scenario).title}. {said}",
+                f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
+                partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
             )
-    return pictures
