@@ -5,7 +5,7 @@ tell the task. Where they leave it open, as a turn and a speed do, the inputs te
 """
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -108,7 +108,7 @@ def _team_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
         alike = len(packaged & known.keys()) / len(packaged)
         typical = {
             "crash": any(q.pair for q in known.values()),
-            "obstacles": any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()),
+            "obstacles": _feels(known),
         }.get(task, True)
         likely = 4.0 * _named(task, fis, file) + _SUITS * typical + alike
         found.append((likely, Use("fuzzy-team", task, _BOTH, *_TASKS[task])))
@@ -149,7 +149,7 @@ def _own_use(fis: Sugeno) -> Use:
         task = "cooperation"
     elif any(q.radio for q in known.values()):
         task = "crash"
-    elif any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()):
+    elif _feels(known):
         task = "obstacles"
     else:
         return Use("fuzzy", "own", _BOTH[::-1], *_ALONE)
@@ -176,6 +176,11 @@ def _quantities(fis: Sugeno) -> dict[str, Quantity]:
         except ControllerError:
             continue
     return found
+
+
+def _feels(known: Mapping[str, Quantity]) -> bool:
+    """Whether one of the quantities is about the room around the robot."""
+    return any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items())
 
 
 def _unknown(fis: Sugeno) -> list[str]:

@@ -156,7 +156,7 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
         for ax, view in zip(grid[0], views[0], strict=True):
             ax.set_title(law_title(view.run.controller), fontsize=9, parse_math=False)
         setp(grid[-1], xlabel="x [m]")
-        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncol=6)
+        draw_common_legend(figure, grid[0, :1], loc="outside lower center", ncol=6)
         return figure
 
 

@@ -212,12 +212,8 @@ def plot_errors(
         if magnify:
             grid[0, 0].set_title("whole run")
             grid[0, 1].set_title("second half, magnified")
-        figure.legend(
-            *grid[0, 0].get_legend_handles_labels(),
-            loc="outside upper center",
-            ncol=3 if width > PAGE_WIDTH else 2,
-            handlelength=2.8,
-        )
+        beside = 3 if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, grid[0, :1], loc="outside upper center", ncol=beside, handlelength=2.8)
         return figure
 
 

@@ -17,7 +17,7 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, 
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
-from robotics.figures.drawing import thinned
+from robotics.figures.drawing import draw_common_legend, thinned
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
 _ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
@@ -63,7 +63,7 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
         for ax in axes[max(len(runs) - columns, 0) : len(runs)]:
             ax.set_xlabel("x [m]")
             ax.tick_params(labelbottom=True)
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        draw_common_legend(figure, axes[:1], loc="outside upper left", ncol=2)
         return figure
 
 
@@ -95,11 +95,8 @@ def plot_formation_signals(
             ax.locator_params(nbins=4)
         setp(axes[-1], xlabel="time [s]")
         figure.align_ylabels()
-        figure.legend(
-            *axes[0, 0].get_legend_handles_labels(),
-            loc="outside upper left",
-            ncols=len(runs) if width > PAGE_WIDTH else 2,
-        )
+        beside = len(runs) if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left", ncol=beside)
         return figure
 
 
@@ -130,8 +127,7 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
             )
             column[-1].set_xlabel("sample" if fits[0].time is None else "time [s]")
         figure.align_ylabels()
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left")
         return figure
 
 
@@ -168,8 +164,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
             errors = ", then ".join(f"{rms(found - fit.target):.2e}" for found in fit.found.values())
             over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
         figure.align_ylabels()
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), markerscale=2)
+        draw_common_legend(figure, figure.axes[:1], loc="outside upper left", markerscale=2)
         return figure
 
 
@@ -272,7 +267,7 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
         ax.set(ylim=(len(shares) - 0.5, -0.5), xlabel="RMSE [% of the output's range]")
         ax.set_xlim(left=least / 2 if ax.get_xscale() == "log" else 0.0)
         ax.grid(axis="x", color="0.9", linewidth=0.6)
-        figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=4, markerscale=0.9)
+        draw_common_legend(figure, [ax], loc="outside upper left", ncol=4, markerscale=0.9)
         return figure
 
 
@@ -299,13 +294,7 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
         for ax, title in zip(axes[0], ("training error", "checking error"), strict=True):
             ax.set_title(title, fontsize=8)
         setp(axes[-1], xlabel="epoch")
-        pairs = [pair[0].get_legend_handles_labels() for pair in axes]
-        figure.legend(
-            [h for handles, _ in pairs for h in handles],
-            [name for _, names in pairs for name in names],
-            loc="outside upper left",
-            ncols=len(histories),
-        )
+        draw_common_legend(figure, axes[:, 0], loc="outside upper left", ncol=len(histories))
         return figure
 
 

@@ -90,11 +90,11 @@ def write_report(
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
     leads = [lead for each in comparisons for lead in comparison_leads(each, first)]
     leads += [lead for chapter in chapters for lead in chapter.leads]
-    head = plate(_leads(leads))
-    own = [head, *(picture for section in sections for picture in section.pictures)]
-    front = front._replace(picture=plate(front.picture)) if front is not None else None
-    own = [front.picture, *own] if front is not None and isinstance(front.picture, Plate) else own
-    plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
+    head = _leads(leads)
+    first_pictures = [head] if front is None else [front.picture, head]
+    drawn = [picture for section in sections for picture in section.pictures]
+    pictures = [*first_pictures, *drawn, *(picture for chapter in chapters for picture in chapter.pictures)]
+    plates = [plate(picture) for picture in pictures]
     for picture in plates:
         write_whole(folder / "figures" / f"{picture.name}.png", picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))

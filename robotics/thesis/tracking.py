@@ -48,11 +48,8 @@ _COLUMNS = (  # of that table
     "mean_error_norm",
     "mean_speed_error_mps",
 )
-CONDITIONS, SURFACE, _STARTS = (
-    "conditions of Table 2.1",
-    "the surface",
-    "random starts",
-)  # experiments, as claims call them
+CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
+_STARTS = "random starts"
 ON_THE_SINE = "lyapunov-sine, started on it"
 SWEEP_NOISE = 0.005  # m
 
