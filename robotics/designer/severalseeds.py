@@ -45,7 +45,8 @@ def design_seeds(fis: Sugeno, trial: TryoutTrial, of: int, seeds: Sequence[int])
         of: How many seeds will be drawn together.
         seeds: The seeds to run now.
     """
-    return seed_rows(driven_law(fis, trial), trial, seeds, max(20, _NUMBERS // (3 * of * _robots(trial))))
+    points = max(20, _NUMBERS // (3 * of * len(trial.conditioned().robots)))
+    return seed_rows(driven_law(fis, trial), trial, seeds, points)
 
 
 def rival_seeds(specification: str, trial: TryoutTrial, seeds: Sequence[int]) -> list[dict[str, Any]]:
@@ -61,10 +62,6 @@ def system_seeds(fis: Sugeno, trial: TryoutTrial, file: str, seeds: Sequence[int
     if file:
         trial = settled(fis, trial, file)
     return seed_rows(driven_law(fis, trial), trial, seeds, 0)
-
-
-def _robots(trial: TryoutTrial) -> int:
-    return len(trial.conditioned().robots)
 
 
 def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: int) -> list[dict[str, Any]]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
@@ -108,9 +109,8 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
             if beyond := _beyond(float(published.value[law]), float(tuned.value[law]), right):
                 ax.text(right / 1.01, row, beyond, color=look.color, fontsize=6.3, ha="right", va="center", zorder=5)
         ax.axvline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
-        ax.set_xscale("log")
         left = min(0.9, float(known.min()) / 1.1)
-        ax.set_xlim(left, right)
+        ax.set(xscale="log", xlim=(left, right))
         _write_ticks(ax.xaxis, _round_ticks(left, right))
         ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
         ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
@@ -153,9 +153,9 @@ def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, 
     """What each law asks for: failures, effort, computing time, tuned numbers; with where a column ends, in inches."""
     columns = [
         ("failed\n[%]", [_percent(standings.failures[law]) for law in order]),
-        (standings.effort_title, [_few(standings.effort[law]) for law in order]),
-        ("computing\n[µs]", [_few(standings.computing[law]) for law in order]),
-        ("numbers\ntuned", [_few(standings.numbers[law]) for law in order]),
+        (standings.effort_title, [*map(_few, standings.effort[order])]),
+        ("computing\n[µs]", [*map(_few, standings.computing[order])]),
+        ("numbers\ntuned", [*map(_few, standings.numbers[order])]),
     ]
     columns = [(title, cells) for title, cells in columns if {*cells} != {_few(np.nan)}]  # of nothing none is made
     widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
@@ -211,13 +211,11 @@ def plot_budget(
                 budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
             )
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
-        ax.set(xscale="log", yscale="log")
-        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
-        ax.set_xlim(budgets[0], budgets[-1])
         low, high = _room(curves)
-        ax.set_ylim(low, high)
+        ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
+        ax.set(yscale="log", ylim=(low, high), ylabel=f"{cost}, logarithmic")
+        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         _write_ticks(ax.yaxis, _round_ticks(low, high))
-        ax.set(xlabel="evaluations", ylabel=f"{cost}, logarithmic")
         _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
         _legend(figure, laws, lines=True)
         return figure
@@ -317,11 +315,9 @@ def plot_profiles(
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
-            ax.set_xscale("log")
+            ax.set(xscale="log", xlim=(limits[0], limits[-1]), ylim=(0, 103))
             _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
-            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
-        for ax in axes[::columns]:
-            ax.set_ylabel("runs at most that [%]")
+        setp(axes[::columns], ylabel="runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
         return figure
 

@@ -7,6 +7,7 @@ of each run is drawn, by default the first. These are the thesis's Figs 2.6-2.14
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -187,9 +188,9 @@ def plot_errors(
     """
     _, drawn, chosen = _chosen(runs, seed, looks, robot)
     time = drawn[0].time
-    errors = np.array([[field[0, robot] for field in _errors(run)] for run in drawn])  # (runs, 3, samples)
-    late = time >= time[-1] / 2
-    peaks = [max((float(np.max(part, initial=0.0))) for part in _finite(np.abs(errors[..., s]))) for s in (~late, late)]
+    errors = np.array([[values[0, robot] for values in _errors(run)] for run in drawn])  # (runs, 3, samples)
+    late, size = time >= time[-1] / 2, np.where(np.isfinite(errors), np.abs(errors), 0.0)
+    peaks = [float(size[..., part].max(initial=0.0)) for part in (~late, late)]
     magnify = peaks[0] > 4 * peaks[1] > 0
     with styled_figure(width, 4.6) as figure:
         grid = figure.subplots(3, 2 if magnify else 1, sharex="col", squeeze=False)
@@ -207,16 +208,12 @@ def plot_errors(
                 ax.axhline(0.0, **TARGET)
                 ax.set_ylabel(f"{name} [{prefix}{unit}]")
                 ax.margins(x=0)
-        for column, ax in enumerate(grid[2]):
-            ax.set_xlabel("time [s]")
-            if magnify:
-                grid[0, column].set_title("second half, magnified" if column else "whole run")
-        figure.legend(
-            *grid[0, 0].get_legend_handles_labels(),
-            loc="outside upper center",
-            ncol=3 if width > PAGE_WIDTH else 2,
-            handlelength=2.8,
-        )
+        setp(grid[-1], xlabel="time [s]")
+        if magnify:
+            grid[0, 0].set_title("whole run")
+            grid[0, 1].set_title("second half, magnified")
+        beside = 3 if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, grid[0, :1], loc="outside upper center", ncol=beside, handlelength=2.8)
         return figure
 
 
@@ -224,11 +221,6 @@ def _errors(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The errors in x, y [m] and heading [rad], each (runs, robots, samples)."""
     error = tracking_error(run)
     return error.x, error.y, unjumped(error.heading)
-
-
-def _finite(values: np.ndarray) -> list[np.ndarray]:
-    """Each row's finite values."""
-    return [row[np.isfinite(row)] for row in values.reshape(-1, values.shape[-1])]
 
 
 def _milli(values: np.ndarray) -> tuple[float, str]:
@@ -276,8 +268,7 @@ def plot_velocities(
                 cut_axis(ax, run.time, run[channel][0, robot][None], low, high)
             axes[0].set_title(_named(run, robot), loc="left", pad=2.0, parse_math=False)
             axes[2].set_title(f"changes {_change(run, robot):.2g} rad/s²", loc="right", pad=2.0, fontsize=7)
-        for ax in grid[-1]:
-            ax.set_xlabel("time [s]")
+        setp(grid[-1], xlabel="time [s]")
         _place_rows(figure, len(drawn))
         for ax, name in zip(grid[0], ("speed v [m/s]", "turn rate ω [rad/s]", "demanded ω [rad/s]"), strict=True):
             box = ax.get_position()

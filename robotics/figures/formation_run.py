@@ -30,6 +30,7 @@ from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
+_THIN: dict[str, Any] = {"linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}  # of commands
 _AFTER = 1.0  # s shown after the last robot came to rest
 
 
@@ -64,7 +65,17 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
     unit = "torque [N m]" if torque else "[m/s]"
 
     def panel(label: str, values: np.ndarray, command: str = "") -> TimePlot:
-        draw = partial(_draw_channel, run=run, place=place, values=values[..., : last + 1], command=command)
+        """A channel (runs, robots, samples), thinly with what was commanded in the channel ``command``."""
+        robots, time = values.shape[1], run.time[: last + 1]
+
+        def draw(ax: Axes) -> None:
+            ax.axhline(0.0, **TARGET)
+            if command and not torque:
+                for i in range(robots if robots <= FEW_ROBOTS else 0):
+                    draw_line(ax, time, run[command][place, i, : last + 1], color=COLORS[i % len(COLORS)], **_THIN)
+                cut_to_what_robots_can(ax, run, place, command)
+            draw_robots(ax, run, values[..., : last + 1], [place], lambda robot, _: _look(robot, robots))
+
         return TimePlot(label, draw)
 
     lead = TimePlot("lead in x [m]" if x_grows(run) else "lead along\nits path [m]",
@@ -122,15 +133,3 @@ def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
         ax.text(run.time[end], 0.9, text, transform=ax.get_xaxis_transform(), ha="right", va="top", fontsize=6.5)
         low, high = ax.get_ylim()
         ax.set_ylim(low, high + 0.25 * (high - low))  # above the curve there is room for the words
-
-
-def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, command: str) -> None:
-    """Draw a channel (runs, robots, samples) over time, thinly with what was commanded in the channel ``command``."""
-    robots, time = values.shape[1], run.time[: values.shape[2]]
-    ax.axhline(0.0, **TARGET)
-    if command and run.level != "torque":
-        for i in range(robots if robots <= FEW_ROBOTS else 0):
-            thin = {"color": COLORS[i % len(COLORS)], "linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}
-            draw_line(ax, time, run[command][place, i, : len(time)], **thin)
-        cut_to_what_robots_can(ax, run, place, command)
-    draw_robots(ax, run, values, [place], lambda robot, _: _look(robot, robots))

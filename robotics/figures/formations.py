@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
@@ -16,7 +17,7 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, 
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
-from robotics.figures.drawing import thinned
+from robotics.figures.drawing import draw_common_legend, thinned
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
 _ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
@@ -57,14 +58,12 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
                     ax.plot(x[k], y[k], marker=head, markersize=7, markeredgewidth=0, color=color, zorder=3)
             ax.set_title(title, fontsize=8, loc="left", pad=2)
             ax.set_aspect("equal")
-        for ax in axes[len(runs) :]:
-            ax.set_visible(False)
-        for ax in axes[: len(runs)]:
-            ax.set_ylabel("y [m]")
+        setp(axes[len(runs) :], visible=False)
+        setp(axes[: len(runs)], ylabel="y [m]")
         for ax in axes[max(len(runs) - columns, 0) : len(runs)]:
             ax.set_xlabel("x [m]")
             ax.tick_params(labelbottom=True)
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        draw_common_legend(figure, axes[:1], loc="outside upper left", ncol=2)
         return figure
 
 
@@ -94,14 +93,10 @@ def plot_formation_signals(
             ax.set_ylabel(label, parse_math=False)
             _widen(ax)
             ax.locator_params(nbins=4)
-        for ax in axes[-1]:
-            ax.set_xlabel("time [s]")
+        setp(axes[-1], xlabel="time [s]")
         figure.align_ylabels()
-        figure.legend(
-            *axes[0, 0].get_legend_handles_labels(),
-            loc="outside upper left",
-            ncols=len(runs) if width > PAGE_WIDTH else 2,
-        )
+        beside = len(runs) if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left", ncol=beside)
         return figure
 
 
@@ -132,8 +127,7 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
             )
             column[-1].set_xlabel("sample" if fits[0].time is None else "time [s]")
         figure.align_ylabels()
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left")
         return figure
 
 
@@ -170,8 +164,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
             errors = ", then ".join(f"{rms(found - fit.target):.2e}" for found in fit.found.values())
             over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
         figure.align_ylabels()
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), markerscale=2)
+        draw_common_legend(figure, figure.axes[:1], loc="outside upper left", markerscale=2)
         return figure
 
 
@@ -271,11 +264,10 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
             for axis_formatter in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
                 axis_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else ""))
         ax.set_yticks(rows, [s.output for s in shares], parse_math=False)
-        ax.set_ylim(len(shares) - 0.5, -0.5)
+        ax.set(ylim=(len(shares) - 0.5, -0.5), xlabel="RMSE [% of the output's range]")
         ax.set_xlim(left=least / 2 if ax.get_xscale() == "log" else 0.0)
-        ax.set_xlabel("RMSE [% of the output's range]")
         ax.grid(axis="x", color="0.9", linewidth=0.6)
-        figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=4, markerscale=0.9)
+        draw_common_legend(figure, [ax], loc="outside upper left", ncol=4, markerscale=0.9)
         return figure
 
 
@@ -301,15 +293,8 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
             pair[0].set_ylabel(f"RMSE [{unit}]", parse_math=False)
         for ax, title in zip(axes[0], ("training error", "checking error"), strict=True):
             ax.set_title(title, fontsize=8)
-        for ax in axes[-1]:
-            ax.set_xlabel("epoch")
-        pairs = [pair[0].get_legend_handles_labels() for pair in axes]
-        figure.legend(
-            [h for handles, _ in pairs for h in handles],
-            [name for _, names in pairs for name in names],
-            loc="outside upper left",
-            ncols=len(histories),
-        )
+        setp(axes[-1], xlabel="epoch")
+        draw_common_legend(figure, axes[:, 0], loc="outside upper left", ncol=len(histories))
         return figure
 
 

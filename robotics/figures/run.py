@@ -39,9 +39,17 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
     error, torque = tracking_error(run), run.level == "torque"
 
     def panel(label: str, values: np.ndarray, target: np.ndarray | None = None, command: str = "") -> TimePlot:
-        return TimePlot(
-            label, partial(_draw_channel, run=run, values=values, order=order, target=target, command=command)
-        )
+        """A channel (runs, robots, samples), the reference if there is one, and the ``command`` at which it is cut."""
+
+        def draw(ax: Axes) -> None:
+            draw_robots(ax, run, values, order, partial(_look, values.shape[1]), target)
+            if target is None:
+                ax.axhline(0.0, **TARGET)
+            ax.margins(x=0)
+            if command:
+                cut_to_what_robots_can(ax, run, order[0], command)
+
+        return TimePlot(label, draw)
 
     right, left = ("right wheel [N m]", "left wheel [N m]") if torque else ("commanded v [m/s]", "commanded ω [rad/s]")
     rows = [
@@ -63,27 +71,12 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
     for i in range(robots):
         for r in reversed(order):
             name = None if r != first else f"robot {i + 1}" if robots > 1 else "robot"
-            draw_way(ax, run, r, i, **_look(i, robots, r == first), label=name)
+            draw_way(ax, run, r, i, **_look(robots, i, r == first), label=name)
         draw_path(ax, run, i, name="reference")
         start = (run[axis][first, i, :1] for axis in "xy")
         ax.plot(*start, **START, zorder=5, label=None if i else "start")
     draw_surroundings(ax, run, first, last_move(run, first), ("reference", "start"), run.obstacles is not None)
 
 
-def _look(robot: int, robots: int, bold: bool) -> dict[str, Any]:
+def _look(robots: int, robot: int, bold: bool) -> dict[str, Any]:
     return robot_look(robot, robots, bold, thin=1.0 if bold else 0.5)
-
-
-def _draw_channel(
-    ax: Axes, run: Run, values: np.ndarray, order: list[int], target: np.ndarray | None, command: str
-) -> None:
-    """Draw one channel (runs, robots, samples) over time, with the reference (robots, samples) if there is one.
-
-    ``command`` names the channel of a command whose axis is cut where robots cannot follow, or is empty.
-    """
-    draw_robots(ax, run, values, order, lambda robot, bold: _look(robot, values.shape[1], bold), target)
-    if target is None:
-        ax.axhline(0.0, **TARGET)
-    ax.margins(x=0)
-    if command:
-        cut_to_what_robots_can(ax, run, order[0], command)

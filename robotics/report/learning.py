@@ -34,6 +34,7 @@ from robotics.measures.registry import headlines, measure_all
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid, Picture
 from robotics.report.paper import picture_count, write_paper
+from robotics.report.template import program
 from robotics.report.wording import shown
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -119,7 +120,7 @@ def write_learning_report(
         [*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
         chapters,
         command=command,
-        program=_program(networks, samples, check, folder, path),
+        program=program("learning", first=networks[0], samples=samples, check=check, folder=folder, path=path),
         advance=advance,
     )
 
@@ -482,29 +483,6 @@ def _drive(k: int, run: Run) -> Chapter:
             )
         ],
         films=[Film(f"{run.scenario}, seed {run.seeds[0]}, in motion.", partial(player_fragment, run))],
-    )
-
-
-def _program(networks: Sequence[Learnt], samples: Samples, check: Samples | None, folder: str, path: str | Path) -> str:
-    options = networks[0].training.options
-
-    def read(table: Samples, more: str = "") -> str:
-        return f'formation_table("{table.file}"{more}{", skip_bad=True" if table.skipped else ""})'
-
-    return (
-        "# Without the drives\n"
-        "import anfis\n"
-        "from robotics.experiments.learning.formationlearning import formation_table, learn_networks, write_networks\n"
-        "from robotics.report.learning import Samples, write_learning_report\n\n"
-        f"data = {read(samples)}\n"
-        + ("" if check is None else f"check = {read(check, ', data.names')}\n")
-        + f'options = anfis.Options(method="{options.method}", epochs={options.epochs})\n'
-        f"networks = learn_networks(data.names, data.values, {'None' if check is None else 'check.values'}, "
-        f"rules={networks[0].search.wanted}, options=options)\n"
-        f'write_networks(networks, "{folder}")\n'
-        f'samples = Samples("{samples.file}", data.names, data.values, {samples.skipped})\n'
-        + ("" if check is None else f'held = Samples("{check.file}", check.names, check.values, {check.skipped})\n')
-        + f'write_learning_report("{path}", networks, samples{"" if check is None else ", held"})\n'
     )
 
 

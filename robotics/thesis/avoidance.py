@@ -1,13 +1,13 @@
 """The report's chapter on avoidance: robots that would meet, and obstacles that are not known before; thesis 6."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
-from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
+from robotics.figures.laws import plot_turn
 from robotics.figures.meetings import plot_meetings
 from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
@@ -37,6 +37,14 @@ from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_tabl
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
+_SEEN = ("trajectories", "cross-track", "v", "sonar")
+
+
+def _figures(first: int, *rows: str) -> dict[str, str]:
+    """The thesis's figures of rows, one after the other."""
+    return {row: f"Fig 6.{number}" for number, row in enumerate(rows, first)}
+
+
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "two-meetings": (
@@ -61,22 +69,10 @@ CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
             "w": "Fig 6.18",
         },
     ),
-    "obstacles-on-two-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.28", "cross-track": "Fig 6.29", "v": "Fig 6.30", "sonar": "Fig 6.31"},
-    ),
-    "turn-into-neighbour": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.32", "cross-track": "Fig 6.33", "v": "Fig 6.34", "sonar": "Fig 6.35"},
-    ),
-    "trap-u": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.36", "cross-track": "Fig 6.37", "v": "Fig 6.38", "sonar": "Fig 6.39"},
-    ),
-    "obstacles-on-outer-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.40", "cross-track": "Fig 6.41", "v": "Fig 6.42", "w": "Fig 6.43"},
-    ),
+    "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
+    "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
+    "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),
+    "obstacles-on-outer-paths": (OBSTACLE_LAWS, _figures(40, "trajectories", "cross-track", "v", "w")),
 }
 
 
@@ -196,19 +192,19 @@ def _left_behind(run: Run) -> str:
 
 
 def _pictures(runs: Runs) -> list[Picture]:
-    pictures = [
+    return [
         Picture(
             "avoidance-eta",
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            partial(plot_crash_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "eta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            partial(plot_obstacle_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "theta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-states-crash",
@@ -235,33 +231,29 @@ def _pictures(runs: Runs) -> list[Picture]:
             )
             for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
+        *_pages(runs),
     ]
+
+
+def _pages(runs: Runs) -> Iterator[Picture]:
+    """Two pages a scenario: where robots were, and how they drove."""
     for scenario, (laws, figures) in CHAPTER_FIGURES.items():
-        crash = scenario in AVOIDANCE_TESTS
+        crash, columns = scenario in AVOIDANCE_TESTS, [runs[scenario, law] for law in laws]
         about = (
             "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
             "certainly in contact."
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
-        columns = [runs[scenario, law] for law in laws]
-        usual = CRASH_ROWS if crash else OBSTACLE_ROWS
-        for name, rows, what, said in (
-            (
-                f"avoidance-{scenario}",
-                WHERE,
-                "Trajectories and distances",
-                f"Robots in true size at equal times. {about}",
-            ),
-            (f"avoidance-{scenario}-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
+        where = f"Robots in true size at equal times. {about}"
+        for suffix, rows, what, said in (
+            ("", WHERE, "Trajectories and distances", where),
+            ("-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
         ):
-            chosen = [row for row in usual if row in rows]
-            pictures.append(
-                Picture(
-                    name,
-                    f"{load_scenario(scenario).title}. {said}",
-                    f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
-                )
+            chosen = [row for row in (CRASH_ROWS if crash else OBSTACLE_ROWS) if row in rows]
+            yield Picture(
+                f"avoidance-{scenario}{suffix}",
+                f"{load_scenario(scenario).title}. {said}",
+                f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
+                partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
             )
-    return pictures

@@ -63,6 +63,11 @@ VARIANTS = {
 THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
 
 
+# The pictures of networks over data: name, the thesis's figures, what the data are, their table and time in _Data
+_FITS = (
+    ("formation-fit", "Figs 5.8, 5.12", "the five formations' runs", ("along", "time")),
+    ("formation-fit-check", "Fig 5.9", "the checking formation, 1 m behind", ("check_along", "check_time")),
+)
 _DATA = "formation data, "  # and an output: what claims call the errors of learning it
 Kind = Literal["literal", "well-posed"]
 SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
@@ -94,10 +99,10 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
         ),
         Experiment(("fresh",), partial(_fresh, seed, networks)),
         *(
-            Experiment(
-                Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
-            )
-            for experiment, title in product(_EXPERIMENTS, VARIANTS.values())
+            Experiment(need, partial(_driven, need, law, effort.row(seed), networks))
+            for experiment in _EXPERIMENTS
+            for law, title in VARIANTS.items()
+            for need in [Needed(experiment, title, False)]
         ),
     ]
 
@@ -147,10 +152,9 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
     return fresh_errors(learnt, _recipe("well-posed", seed))
 
 
-def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -> Run:
-    specification = next(law for law, name in VARIANTS.items() if name == title)
+def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
     law = specification.replace("NETWORKS", str(networks))
-    return driven(Needed(experiment, title, False), load_scenario(experiment), law, seeds)
+    return driven(need, load_scenario(need.on), law, seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
@@ -278,7 +282,7 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
     posed, literal = learnt["well-posed"], data["literal"]
     first = posed[0]
     turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
-    pictures = [
+    return [
         Picture(
             "formation-paths",
             "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
@@ -322,54 +326,44 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
                 PAGE_WIDTH,
             ),
         ),
-    ]
-    for name, figures, which, time, where in (
-        ("formation-fit", "Figs 5.8, 5.12", "along", "time", "the five formations' runs"),
-        ("formation-fit-check", "Fig 5.9", "check_along", "check_time", "the checking formation, 1 m behind"),
-    ):
-        pictures.append(
+        *(
             Picture(
                 name,
                 f"The four networks after clustering and after learning, over {where} (thesis {figures}), one "
                 "after another. The networks of the well-posed set were not learnt from these samples.",
                 "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
-                partial(
-                    _fits,
-                    learnt,
-                    {kind: getattr(data[kind], which) for kind in SETS},
-                    {kind: getattr(data[kind], time) for kind in SETS},
-                ),
+                partial(_plot_fits, learnt, data, *fields),
             )
-        )
-    return pictures
+            for name, figures, where, fields in _FITS
+        ),
+    ]
 
 
-def _fits(
-    learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, FormationTable], times: dict[Kind, np.ndarray]
-) -> Figure:
+def _plot_fits(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data], table: str, time: str) -> Figure:
+    """Draw what all networks give over one of the tables of their data, over its times."""
     columns = {
-        f"{kind} set": [fit_of(network, tables[kind])._replace(time=times[kind]) for network in networks]
+        f"{kind} set": [
+            fit_of(network, getattr(data[kind], table))._replace(time=getattr(data[kind], time)) for network in networks
+        ]
         for kind, networks in learnt.items()
     }
     return plot_fits(columns, PAGE_WIDTH)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
-    pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     title = next(iter(VARIANTS.values()))
-    for experiment in _EXPERIMENTS:
-        run = runs[experiment, title]
-        pictures.append(
-            Picture(
-                f"{experiment}-1",
-                f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
-                "lines: commands.",
-                f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
-                partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
-            )
+    drawn = {experiment: runs[experiment, title] for experiment in _EXPERIMENTS}
+    return [
+        Picture(
+            f"{experiment}-1",
+            f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
+            "lines: commands.",
+            f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
+            partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
         )
-    return pictures
+        for experiment, run in drawn.items()
+    ]
 
 
 def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
