@@ -284,6 +284,11 @@ class Geometry(NamedTuple):
     segments: Floats3  # (runs, segments, 4) m: x, y of one end, x, y of the other
     counts: Ints1  # (runs,): the number of bodies of the run; those after it are padding
 
+    @classmethod
+    def nothing(cls) -> "Geometry":
+        """One world without obstacles."""
+        return cls(np.zeros((1, 0, 3)), np.zeros((1, 0, 4), np.int64), np.zeros((1, 0, 4)), np.zeros(1, np.int64))
+
 
 class Moving(NamedTuple):
     """How obstacles move, as columns, for :func:`place`; no worlds: none does."""
