@@ -18,11 +18,15 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.randomcases import cases
+
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
 
 # A busy machine is no fault of the code.
-settings.register_profile("without a clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "without a clock", max_examples=cases(100), deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("without a clock")
 
 # While tests are collected, nothing becomes garbage, and looking for it took a quarter of the time.
@@ -44,7 +48,7 @@ def pytest_collection_finish() -> None:
     """Look for garbage seldom, and not in what has been imported, which stays: it took a tenth of the time."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(20_000)
+    gc.set_threshold(200_000)
     gc.enable()
 
 
