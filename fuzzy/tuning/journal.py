@@ -7,6 +7,7 @@ all. After a stop, also of a killed process, the same search in the same folder 
 import csv
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +21,11 @@ from fuzzy.tuning.search import Cost, Evaluations, search
 ABOUT, HISTORY = "search.json", "history.csv"
 
 
+@dataclass(frozen=True)
 class Journal:
     """The folder of one search, which no other process may have; use :func:`open_journal`."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    folder: Path
 
     def known(self, names: tuple[str, ...]) -> np.ndarray | None:
         """The objectives (evaluations, objectives) called ``names`` that the folder has; None: it has none.

@@ -7,7 +7,6 @@ import logging
 import multiprocessing
 import os
 import pickle
-import queue
 import re
 import signal
 import threading
@@ -178,26 +177,26 @@ class _ProcessPool(ThreadPoolExecutor):
 
 
 def _work(connection: Connection) -> None:
-    """In a worker: do what comes, until the other end of ``connection`` is closed, even in the midst of work."""
-    pieces: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-
-    def listen() -> None:
-        try:
-            while True:
-                pieces.put(connection.recv_bytes())
-        except (EOFError, OSError):
-            os._exit(0)
-
-    threading.Thread(target=listen, daemon=True).start()
-    while True:
-        piece = pieces.get()
-        try:
-            fn, args, kwargs = pickle.loads(piece)
-            answer = pickle.dumps((True, fn(*args, **kwargs)))
-        except BaseException as error:
-            answer = _failure(error)
-        with suppress(OSError):
+    """In a worker: do what comes until the other end of ``connection`` is closed, or the process there has ended."""
+    threading.Thread(target=_follow_parent, daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            piece = connection.recv_bytes()
+            try:
+                fn, args, kwargs = pickle.loads(piece)
+                answer = pickle.dumps((True, fn(*args, **kwargs)))
+            except BaseException as error:
+                answer = _failure(error)
             connection.send_bytes(answer)
+    os._exit(0)  # nothing here is to be tidied up
+
+
+def _follow_parent() -> None:
+    """End this process when the one that began it has ended, even in the midst of work."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(0)
 
 
 def _failure(error: BaseException) -> bytes:
