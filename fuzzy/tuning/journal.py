@@ -5,8 +5,8 @@ all. After a stop, also of a killed process, the same search in the same folder 
 """
 
 import csv
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -18,56 +18,6 @@ from fuzzy.tuning.parameter import SearchParameter, TuningError
 from fuzzy.tuning.search import Cost, Evaluations, search
 
 ABOUT, HISTORY = "search.json", "history.csv"
-
-
-class Journal:
-    """The folder of one search, which no other process may have; use :func:`open_journal`."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def known(self, names: tuple[str, ...]) -> np.ndarray | None:
-        """The objectives (evaluations, objectives) called ``names`` that the folder has; None: it has none.
-
-        A single one stands in the column of the cost, whatever it is called. Raises TuningError where its history is
-        not one of this search.
-        """
-        path, names = self.folder / HISTORY, names if len(names) > 1 else ("cost",)
-        if not path.exists():
-            return None
-        try:
-            with path.open(encoding="utf-8", newline="") as file:
-                return np.array([[float(row[name]) for name in names] for row in csv.DictReader(file)])
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise TuningError(f"{path}: this is no history of this search: {error}; --fresh starts over") from None
-
-    def write(self, found: Evaluations) -> None:
-        """Write the history."""
-        write_frame(found.table(), self.folder / HISTORY)
-
-
-@contextmanager
-def open_journal(folder: Path, about: Mapping[str, Any], fresh: bool = False) -> Iterator[Journal]:
-    """Open the folder of a search, which is made where it is missing.
-
-    Args:
-        folder: The folder.
-        about: What determines the result, as JSON can hold it.
-        fresh: Whether to discard what the folder holds of a search.
-
-    Raises TuningError where the folder holds another search, or another process is at work there.
-    """
-    with claimed(
-        folder,
-        ABOUT,
-        about,
-        lambda: (folder / HISTORY).unlink(missing_ok=True),
-        kind="search",
-        fault=TuningError,
-        elsewhere="folder",
-        fresh=fresh,
-    ):
-        yield Journal(folder)
 
 
 class SearchInterrupt(KeyboardInterrupt):
@@ -105,20 +55,18 @@ def resumable_search(
         names: What the objectives are called.
         progress: Called after each generation with all evaluations so far; True ends the search.
 
-    Raises TuningError as :func:`open_journal` and the search do, and SearchInterrupt after Ctrl-C, if there is anything
-    to hand over.
+    Raises TuningError as the search does, where the folder holds another search, or a history that is not one of it,
+    and where another process is at work there; and SearchInterrupt after Ctrl-C, if there is anything to hand over.
     """
     so_far: list[Evaluations] = []
-    with ExitStack() as stack:
-        journal = stack.enter_context(open_journal(folder, about, fresh)) if folder is not None else None
 
-        def after(found: Evaluations) -> bool | None:
-            so_far[:] = [found]
-            if journal is not None:
-                journal.write(found)
-            return progress(found) if progress is not None else None
+    def after(found: Evaluations) -> bool | None:
+        so_far[:] = [found]
+        if folder is not None:
+            write_frame(found.table(), folder / HISTORY)
+        return progress(found) if progress is not None else None
 
-        known = journal.known(names) if journal is not None else None
+    with _claimed(folder, about, fresh) if folder is not None else nullcontext():
         try:
             return search(
                 cost,
@@ -127,10 +75,33 @@ def resumable_search(
                 seed=seed,
                 engine=engine,
                 names=names,
-                known=known,
+                known=_known(folder / HISTORY, names) if folder is not None else None,
                 after=after,
             )
         except KeyboardInterrupt:
             if not so_far:
                 raise
             raise SearchInterrupt(so_far[0]) from None
+
+
+def _claimed(folder: Path, about: Mapping[str, Any], fresh: bool) -> AbstractContextManager[None]:
+    def discard() -> None:
+        (folder / HISTORY).unlink(missing_ok=True)
+
+    return claimed(folder, ABOUT, about, discard, kind="search", fault=TuningError, elsewhere="folder", fresh=fresh)
+
+
+def _known(path: Path, names: tuple[str, ...]) -> np.ndarray | None:
+    """The objectives (evaluations, objectives) called ``names`` that a history has; None: there is none.
+
+    A single one stands in the column of the cost, whatever it is called. Raises TuningError where this is no history of
+    this search.
+    """
+    names = names if len(names) > 1 else ("cost",)
+    if not path.exists():
+        return None
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return np.array([[float(row[name]) for name in names] for row in csv.DictReader(file)])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise TuningError(f"{path}: this is no history of this search: {error}; --fresh starts over") from None

@@ -4,6 +4,7 @@ Every piece of work that is done stands in the folder, whole or not at all; afte
 same arena in the same folder goes on from there and ends with the same bytes.
 """
 
+import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
@@ -148,27 +149,26 @@ class _ArenaRun:
             ),
         ]
         tested = self.drives("testing", tests)
-        entries = []
-        for law, candidates in laws.items():
-            tables = {
-                part: pd.concat([t for d, t in tested.items() if (d.law, d.part) == (law, part)], ignore_index=True)
-                for part in (PUBLISHED, TUNED if places[law] else PUBLISHED, *CHANGES)
-            }
-            entries.append(
-                ArenaEntry(
-                    law=law,
-                    parameters=next((tuple(p.name for p in e.parameters) for e in candidates.searches.values()), ()),
-                    chosen=places[law],
-                    budgets=tuple(candidates.budgets),
-                    searches=tuple(candidates.searches),
-                    looked_at=candidates.looked_at,
-                    choosing=costs[law],
-                    runs={PUBLISHED: tables[PUBLISHED], TUNED: tables.get(TUNED, tables[PUBLISHED])},
-                    changed={change: tables[change] for change in CHANGES},
-                )
+
+        def runs(law: str, part: str) -> pd.DataFrame:
+            return pd.concat([t for d, t in tested.items() if (d.law, d.part) == (law, part)], ignore_index=True)
+
+        entries = tuple(
+            ArenaEntry(
+                law=law,
+                parameters=next((tuple(p.name for p in e.parameters) for e in candidates.searches.values()), ()),
+                chosen=places[law],
+                budgets=tuple(candidates.budgets),
+                searches=tuple(candidates.searches),
+                looked_at=candidates.looked_at,
+                choosing=costs[law],
+                runs={PUBLISHED: runs(law, PUBLISHED), TUNED: runs(law, TUNED if places[law] else PUBLISHED)},
+                changed={change: runs(law, change) for change in CHANGES},
             )
+            for law, candidates in laws.items()
+        )
         computing = {law: self.times[law].period for law in arena.laws}
-        return Outcome(arena, tuple(entries), computing, machine(), versions())
+        return Outcome(arena, entries, computing, machine(), versions())
 
     def searches(self) -> dict[Search, Evaluations]:
         """Do every search of every law, the longest first."""
@@ -235,10 +235,15 @@ def _run_costs(arena: Arena, drive: DriveJob, table: pd.DataFrame) -> np.ndarray
 def _read(path: Path, drive: DriveJob) -> pd.DataFrame | None:
     """The runs of a drive; None if they are not all there."""
     try:
-        table = pd.read_csv(path, dtype=dict.fromkeys(WHOLE, int), float_precision="round_trip")
-    except (OSError, ValueError):
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        columns = {  # Python reads a number as it was written, to the last bit
+            name: [int(row[name]) if name in WHOLE else float(row[name] or "nan") for row in rows]
+            for name in (rows or [{}])[0]
+        }
+    except (OSError, ValueError, TypeError, KeyError):
         return None
-    return table if len(table) == drive.count else None
+    return pd.DataFrame(columns) if len(rows) == drive.count else None
 
 
 def _times(arena: Arena, folder: Path, begin: Begin) -> dict[str, Timed]:

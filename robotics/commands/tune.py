@@ -63,11 +63,12 @@ def tune(
       robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
     from robotics.experiments.executors import workers_at
+    from robotics.experiments.forewarnings import forewarnings
     from robotics.laws.catalogue import make_controller
     from robotics.scenario.reading import load_scenario
     from robotics.tuning.file import TuningFile, load_tuning
     from robotics.tuning.results import write_tuned
-    from robotics.tuning.tune import TuningInterrupt, forewarned, with_noise
+    from robotics.tuning.tune import TuningInterrupt, with_noise
     from robotics.tuning.tune import tune as tuned_by
     from robotics.tuning.unseen import compared
 
@@ -79,7 +80,7 @@ def tune(
     moving, cost = tuning.space(make_controller(law)), tuning.made_cost()
     folder = out if out is not None else Path("out") / f"tune-{_plain(law)}"
     check_folder(folder)
-    print_forewarnings(forewarned(moving, settings, law))
+    print_forewarnings(sentence for s in settings for sentence in forewarnings(s.setting, moving.law, law))
     began = time.monotonic()
     try:
         with workers_at(address=dask) as crew, progress_bar(quiet, width=46) as begin:

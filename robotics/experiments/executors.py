@@ -7,14 +7,13 @@ import logging
 import multiprocessing
 import os
 import pickle
-import queue
 import re
 import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection
@@ -94,15 +93,8 @@ def processes(count: int, preload: Sequence[str] = ()) -> Iterator[Workers]:
     if _FORKSERVER in multiprocessing.get_all_start_methods():
         context = multiprocessing.get_context(_FORKSERVER)
         context.set_forkserver_preload(list(preload))
-    with _environment(dict.fromkeys(THREADS, "1")):
-        pool = _ProcessPool(count, context)
-        try:
-            yield Workers(pool, _AHEAD * count)
-        except BaseException:
-            pool.stop()
-            raise
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    with _environment(dict.fromkeys(THREADS, "1")), _ProcessPool(count, context) as pool:
+        yield Workers(pool, _AHEAD * count)
 
 
 def import_ahead(modules: Sequence[str]) -> None:
@@ -130,16 +122,14 @@ class _ProcessPool(ThreadPoolExecutor):
         with uninterrupted():  # the threads leave Ctrl-C and SIGTERM to the main one, and so do their processes
             return super().submit(self._done, pickle.dumps((fn, args, kwargs)))
 
-    def stop(self) -> None:
-        """End all processes at once, whatever they are doing."""
-        self.stopped.set()
-        with self.lock:
-            for process in self.running:
-                process.kill()
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """See :meth:`concurrent.futures.Executor.shutdown`; the processes end with their work."""
-        super().shutdown(wait, cancel_futures=cancel_futures)
+    def __exit__(self, fault: type[BaseException] | None, *_: object) -> None:
+        """Wait for what is being done, and end the processes; after an exception at once, whatever they are doing."""
+        if fault is not None:
+            self.stopped.set()
+            with self.lock:
+                for process in self.running:
+                    process.kill()
+        self.shutdown(cancel_futures=True)
         while self.running:
             self._ended(next(iter(self.running)))
 
@@ -178,26 +168,26 @@ class _ProcessPool(ThreadPoolExecutor):
 
 
 def _work(connection: Connection) -> None:
-    """In a worker: do what comes, until the other end of ``connection`` is closed, even in the midst of work."""
-    pieces: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-
-    def listen() -> None:
-        try:
-            while True:
-                pieces.put(connection.recv_bytes())
-        except (EOFError, OSError):
-            os._exit(0)
-
-    threading.Thread(target=listen, daemon=True).start()
-    while True:
-        piece = pieces.get()
-        try:
-            fn, args, kwargs = pickle.loads(piece)
-            answer = pickle.dumps((True, fn(*args, **kwargs)))
-        except BaseException as error:
-            answer = _failure(error)
-        with suppress(OSError):
+    """In a worker: do what comes until the other end of ``connection`` is closed, or the process there has ended."""
+    threading.Thread(target=_follow_parent, daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            piece = connection.recv_bytes()
+            try:
+                fn, args, kwargs = pickle.loads(piece)
+                answer = pickle.dumps((True, fn(*args, **kwargs)))
+            except BaseException as error:
+                answer = _failure(error)
             connection.send_bytes(answer)
+    os._exit(0)  # nothing here is to be tidied up
+
+
+def _follow_parent() -> None:
+    """End this process when the one that began it has ended, even in the midst of work."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(0)
 
 
 def _failure(error: BaseException) -> bytes:
@@ -228,8 +218,7 @@ def uninterrupted() -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         # The mask is this thread's alone: where there are others, the system gives one of them the signal, and Python
         # then runs the handler here.
-        before = {number: signal.getsignal(number) for number in stops}
-        before = {number: handler for number, handler in before.items() if callable(handler)}
+        before = {number: handler for number in stops if callable(handler := signal.getsignal(number))}
         for number in before:
             signal.signal(number, lambda number, frame: came.append(number))
     try:
@@ -277,7 +266,7 @@ def dask(address: str) -> Iterator[Workers]:
     except (OSError, ValueError, ImportError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise WorkerError(f"--dask {address}: no scheduler answers: {reason}") from None
-    try:
+    with closing(client):
         try:
             client.wait_for_workers(1, timeout=CONNECT)
         except TimeoutError:
@@ -289,16 +278,13 @@ def dask(address: str) -> Iterator[Workers]:
             return client.status == "running" and client.scheduler_comm is connection
 
         def idle() -> str:
-            try:
-                left = bool(client.nthreads())
-            except (OSError, TimeoutError):  # of which alive() tells
-                left = True
-            return "" if left else f"the cluster has no workers left; this waits until one comes: dask worker {address}"
+            with suppress(OSError, TimeoutError):  # of which alive() tells
+                if not client.nthreads():
+                    return f"the cluster has no workers left; this waits until one comes: dask worker {address}"
+            return ""
 
         try:
             yield Workers(executor, _AHEAD * sum(client.nthreads().values()), alive, idle, apart=True)
         except BaseException:
             executor.shutdown(wait=False)
             raise
-    finally:
-        client.close()

@@ -138,7 +138,9 @@ def simulate_many(
         raise PopulationError(expected(keep, ("runs", "metrics"), "way to keep runs"))
     drivers = _drivers(_true_setting(scenario, truth), laws, robots)
     names = _wanted(scenario, metrics, own) if keep == "metrics" else ()
-    found: list[Any] = [None] * len(laws)
+    found: list[list[Any]] = [
+        [] for _ in laws
+    ]  # of each law its runs, or the metrics of one stretch of them after the other
     told = Periods(len(laws), len(seeds), progress)
 
     def made(run: Run) -> Any:
@@ -149,7 +151,7 @@ def simulate_many(
         if jobs is None:
             for place in places:
                 setting, law = drivers[place]
-                found[place] = made(record_run(setting, law, seeds, name=_name(laws[place]), threads=threads))
+                found[place].append(made(record_run(setting, law, seeds, name=_name(laws[place]), threads=threads)))
                 told(len(seeds))
             continue
         opening = PreparedRuns.of([drivers[place] for place in places], seeds)
@@ -160,8 +162,12 @@ def simulate_many(
             return [(places[n], made(run)) for n, run in runs]
 
         for place, part in (pair for pairs in share_out(one, jobs, threads_for(threads)) for pair in pairs):
-            found[place] = part if found[place] is None else _joined(found[place], part)
-    return found if keep == "runs" else _population(scenario.name, seeds, found)
+            found[place].append(part)
+    if keep == "runs":
+        return [run for (run,) in found]
+    measured = {n: np.stack([np.concatenate([part[n] for part, _ in own]) for own in found]) for n in names}
+    stopped = np.stack([np.concatenate([gone for _, gone in own]) for own in found])
+    return Population(scenario.name, seeds, measured, stopped)
 
 
 class _Job(NamedTuple):
@@ -221,18 +227,6 @@ def _measured(run: Run, names: Sequence[str], own: OwnMetrics) -> tuple[dict[str
     """The metrics of a run, and whether its robots were stopped."""
     every = measure_all(run, own, only=names)
     return {name: every[name] for name in names}, run.stopped >= 0
-
-
-def _joined(one: Any, more: Any) -> Any:
-    """The metrics of a law's first runs and of those after them."""
-    (metrics, stopped), (others, gone) = one, more
-    return {name: np.concatenate([metrics[name], others[name]]) for name in metrics}, np.concatenate([stopped, gone])
-
-
-def _population(scenario: str, seeds: tuple[int, ...], found: Sequence[Any]) -> Population:
-    names = found[0][0]
-    metrics = {name: np.stack([measured[name] for measured, _ in found]) for name in names}
-    return Population(scenario, seeds, metrics, np.stack([stopped for _, stopped in found]))
 
 
 def _true_setting(scenario: Scenario, truth: TrueParameters | None) -> Setting:

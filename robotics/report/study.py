@@ -412,5 +412,5 @@ def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
 
 def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:
     """The same study with another number of seeds, or another first one."""
-    asked = {"seeds": seeds, "first_seed": first}
+    asked: dict[str, Any] = {"seeds": seeds, "first_seed": first}
     return replace(plan, **{name: value for name, value in asked.items() if value is not None})

@@ -63,8 +63,9 @@ def judging(
 
         def judged() -> list[Chapter]:
             found = [chapter for _, chapter in sorted(made, key=itemgetter(0))]
-            for message in (message for _, caught in found for message in caught):
-                warnings.warn(message, stacklevel=2)
+            for _, caught in found:
+                for message in caught:
+                    warnings.warn(message, stacklevel=2)
             return [chapter for chapter, _ in found]
 
         try:

@@ -23,7 +23,6 @@ from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from robotics.experiments.executors import Workers
-from robotics.experiments.forewarnings import forewarnings
 from robotics.experiments.pieces import run_pieces
 from robotics.experiments.versions import digest_of, versions
 from robotics.laws.catalogue import as_law, files_of
@@ -264,8 +263,3 @@ def _about(
 def with_noise(scenario: Scenario) -> Scenario:
     """The scenario with postures measured as in a laboratory (3 mm, 3 mrad) if nothing in it is random."""
     return scenario if noises(scenario) else replace(scenario, sensing=LABORATORY)
-
-
-def forewarned(space: LawSpace, scenarios: Sequence[Scenario], name: str) -> list[str]:
-    """Sentences that say what can be told before to go wrong in ``scenarios``."""
-    return [sentence for s in scenarios for sentence in forewarnings(s.setting, space.law, name)]

@@ -176,22 +176,18 @@ def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
 def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
     """Put ``value`` where ``keys`` lead in tables and lists; "*" is every entry of a list."""
     key, rest = keys[0], keys[1:]
-    if isinstance(node, dict):
-        if rest:
-            _assign(node.setdefault(key, {}), rest, value, name)
-        else:
-            node[key] = copy.deepcopy(value)
-    elif isinstance(node, list):
-        known = key == "*" or (key.isdecimal() and int(key) < len(node))
-        if not known:
+    places: Sequence[Any] = [key]
+    if isinstance(node, list):
+        if not (key == "*" or (key.isdecimal() and int(key) < len(node))):
             raise SweepError(f"{name}: {key!r} is no entry of a list of {len(node)}: 0 to {len(node) - 1}, or *")
-        for i in range(len(node)) if key == "*" else [int(key)]:
-            if rest:
-                _assign(node[i], rest, value, name)
-            else:
-                node[i] = copy.deepcopy(value)
-    else:
+        places = range(len(node)) if key == "*" else [int(key)]
+    elif not isinstance(node, dict):
         raise SweepError(f"{name}: {key!r} stands below {node!r}, which is neither a table nor a list")
+    for place in places:
+        if not rest:
+            node[place] = copy.deepcopy(value)
+        else:
+            _assign(node.setdefault(place, {}) if isinstance(node, dict) else node[place], rest, value, name)
 
 
 def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:

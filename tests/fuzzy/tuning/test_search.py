@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fuzzy.tuning.engines import ENGINES, engine_of
-from fuzzy.tuning.journal import open_journal
-from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of, values_at
-from fuzzy.tuning.search import Evaluations, pareto_front, search
+from fuzzy.tuning.journal import resumable_search
+from fuzzy.tuning.parameter import SearchParameter, TuningError, values_at
+from fuzzy.tuning.search import pareto_front, search
 
 SPACE = (
     SearchParameter(name="a", start=1.0, lower=0.1, upper=10.0, scale="log"),
@@ -180,22 +180,27 @@ def test_a_front_is_what_nothing_beats(objectives):
     assert sorted(front.tolist()) == brute
 
 
-def test_a_journal_is_that_of_one_search(tmp_path):
-    found = Evaluations(SPACE, values_at(SPACE, start_of(SPACE)[None]), np.array([[1 / 3]]))
-    with open_journal(tmp_path / "one", {"law": "a", "seed": 1}) as journal:
-        assert journal.known(("cost",)) is None
-        journal.write(found)
-        with pytest.raises(TuningError, match="another search is at work"), open_journal(tmp_path / "one", {}):
-            pass
-    with open_journal(tmp_path / "one", {"law": "a", "seed": 1}) as journal:
-        assert journal.known(("cost",))[0, 0] == 1 / 3
-    with pytest.raises(TuningError, match="seed changed"), open_journal(tmp_path / "one", {"law": "a", "seed": 2}):
-        pass
-    with open_journal(tmp_path / "one", {"law": "a", "seed": 2}, fresh=True) as journal:
-        assert journal.known(("cost",)) is None
+def test_a_folder_is_that_of_one_search(tmp_path):
+    asked: list[int] = []
+
+    def cost(values):
+        asked.append(len(values))
+        if len(asked) == 1:
+            with pytest.raises(TuningError, match="another search is at work"):
+                once({"law": "a", "seed": 1})
+        return np.full(len(values), 1 / 3)
+
+    def once(about, fresh=False):
+        options = {"evaluations": 1, "seed": 0, "engine": "random"}
+        return resumable_search(cost, SPACE, about=about, folder=tmp_path / "one", fresh=fresh, **options)
+
+    assert once({"law": "a", "seed": 1}).costs.tolist() == [1 / 3]
+    assert once({"law": "a", "seed": 1}).costs.tolist() == [1 / 3]
+    assert asked == [1]  # the second time it was known
+    with pytest.raises(TuningError, match="seed changed"):
+        once({"law": "a", "seed": 2})
+    once({"law": "a", "seed": 2}, fresh=True)
+    assert asked == [1, 1]
     (tmp_path / "one" / "history.csv").write_text("evaluation,cost\n1,what\n")
-    with (
-        open_journal(tmp_path / "one", {"law": "a", "seed": 2}) as journal,
-        pytest.raises(TuningError, match="history"),
-    ):
-        journal.known(("cost",))
+    with pytest.raises(TuningError, match="history"):
+        once({"law": "a", "seed": 2})
