@@ -42,10 +42,6 @@ class Judgement:
     least: np.ndarray  # (runs, robots) m: least signed clearance to another robot or an obstacle; < 0: how deep
     episodes: np.ndarray  # (contacts, 7): the columns of robotics.environment.swept, by run and time
 
-    def measured(self) -> dict[str, np.ndarray]:
-        """The metrics of CONTACT_METRICS, each (runs, robots)."""
-        return {"contacts": self.counts.astype(float), "min_clearance_m": self.least}
-
 
 def can_touch(run: Run) -> bool:
     """Whether there is something to touch in a run: several robots, or obstacles."""
@@ -157,7 +153,7 @@ def until_contact(run: Run, first: np.ndarray) -> Run:
 
 CONTACT_METRICS: dict[str, Metric] = {
     "contacts": Metric(
-        lambda run: judge(run).measured()["contacts"],
+        lambda run: judge(run).counts.astype(float),
         "1",
         "contacts with other robots and obstacles",
         of_run="max",
@@ -167,7 +163,7 @@ CONTACT_METRICS: dict[str, Metric] = {
         needs_others=True,
     ),
     "min_clearance_m": Metric(
-        lambda run: judge(run).measured()["min_clearance_m"],
+        lambda run: judge(run).least,
         "m",
         "least clearance to a robot or an obstacle, surface to surface; below 0: overlap",
         of_run="min",

@@ -57,13 +57,5 @@ def disturbed_crossing(
         disturbance: What is wrong in every run.
         advance: Called after every crossing that is drawn.
     """
-    ensemble = crossing_ensemble(
-        robots,
-        seeds,
-        kind,
-        radio=disturbance.radio,
-        factor=StressOutcome.limit,
-        extra=disturbance.extra,
-        advance=advance,
-    )
+    ensemble = crossing_ensemble(robots, seeds, kind, radio=disturbance.radio, extra=disturbance.extra, advance=advance)
     return ensemble, disturbance.faults(ensemble, seeds)

@@ -7,22 +7,17 @@ thesis has its two tests only; the classes are a choice.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.experiments.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
+from robotics.experiments.stress.ensemble import evenly_timed
+from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.setting import Setting
-from robotics.paths.joined import join_tables
-from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import fill, tabulated
-from robotics.paths.references import EvenTiming
-from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
-from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import LABORATORY
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
@@ -30,7 +25,6 @@ ASPECT = 4 / 3  # ratio of the field's sides
 APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
 _BEND = 0.7  # rad: the most by which a path begins or ends aslant to the straight line between its ends
 SHORTEST, SHORTEST_SHARE = 2.0, 0.5  # of that line: m, and of the field's mean side
-SPEED = 0.22  # m/s: mean speed on the longest path
 _PATHS = 400  # drawn for each robot of a team, at most
 _DRAWS = 64  # paths for each robot whose numbers are drawn at a time
 
@@ -41,7 +35,7 @@ def crossing_ensemble(
     kind: Literal["A", "B"] = "A",
     *,
     radio: Radio | None = None,
-    factor: float = 4.0,
+    factor: float = StressOutcome.limit,
     extra: float = 0.0,
     advance: Callable[[], None] | None = None,
 ) -> Setting:
@@ -61,23 +55,7 @@ def crossing_ensemble(
         drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
         if advance is not None:
             advance()
-    paths = join_tables(drawn)
-    durations = paths.lengths.max(axis=1) / SPEED
-    starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
-    shared = Member(
-        start=(0.0, 0.0, 0.0),
-        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
-        timing=Timing(duration=float(np.ceil(durations.max()))),
-    )
-    scenario = Scenario(
-        name=f"crossing-{robots}-{kind}",
-        robots=(shared,) * robots,
-        duration=float(np.ceil(factor * durations.max() + extra)),
-        kind="team",
-        sensing=LABORATORY,
-        radio=radio or Radio(),
-    )
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))
+    return evenly_timed(f"crossing-{robots}-{kind}", "team", drawn, radio, factor, extra)
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:

@@ -14,6 +14,7 @@ import numpy as np
 from robotics.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.experiments.stress.ensemble import SPEED, evenly_timed
 from robotics.experiments.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
@@ -21,19 +22,16 @@ from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
-from robotics.paths.joined import join_tables, table_length
-from robotics.paths.path import Line, Path, Quintic
+from robotics.paths.joined import table_length
+from robotics.paths.path import Line, Path
 from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import Radio
 from robotics.radio.faults import Faults
-from robotics.scenario.description import Member, Scenario, ScenarioError
-from robotics.sensing.posture import LABORATORY
+from robotics.scenario.description import ScenarioError
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
 Kind = Literal["A", "B", "U"]
-_SPEED = 0.22  # m/s: mean speed on the longest lane
 FASTEST_DISC = 0.2  # m/s
 EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
 DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
@@ -68,25 +66,10 @@ def obstacle_ensemble(
     if lanes == "crossing" and robots < 2:
         raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
-    tables = [course[0] for course in drawn]
-    paths = join_tables(tables)
-    durations = paths.lengths.max(axis=1) / _SPEED
-    starts = np.array([[t[:3, 0] for t in row] for row in tables])
-    shared = Member(
-        start=(0.0, 0.0, 0.0),
-        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
-        timing=Timing(duration=float(np.ceil(durations.max()))),
-    )
-    scenario = Scenario(
-        name=f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else ""),
-        robots=(shared,) * robots,
-        duration=float(np.ceil(ObstacleOutcome.limit * durations.max() + extra)),
-        kind="team" if robots > 1 else "tracking",
-        sensing=LABORATORY,
-        radio=radio or Radio(),
-    )
-    worlds = compile_worlds([course[1] for course in drawn])
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations), world=worlds)
+    name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
+    limit, tables = ObstacleOutcome.limit, [course[0] for course in drawn]
+    setting = evenly_timed(name, "team" if robots > 1 else "tracking", tables, radio, limit, extra)
+    return replace(setting, world=compile_worlds([course[1] for course in drawn]))
 
 
 def random_course(
@@ -112,7 +95,7 @@ def random_course(
                 world = random_field(rng, paths, gap=GAP if kind == "A" else None)
         except WorldError:  # no place: another course
             continue
-        nominal = max(path.length for path in paths) / _SPEED
+        nominal = max(path.length for path in paths) / SPEED
         discs = [_crossing_disc(rng, paths[int(rng.integers(robots))], nominal) for _ in range(moving)]
         return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
 

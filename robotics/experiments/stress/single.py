@@ -85,11 +85,12 @@ def single_run(
     outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
     tally = Tally(ensemble, outcomes.longest(ensemble, wrong.extra), 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
-    message_ages = message_ages and robots > 1
-    kept: dict[str, bool] = {"message_ages": message_ages} | dict.fromkeys(("torques", "encoders", "messages"), logged)
+    besides = {"torques", "encoders", "messages"} if logged else set()
+    besides |= {"message_ages"} if message_ages and robots > 1 else set()
     run = record_run(
-        ensemble, controller, [seed], name=name, **kept, faults=faults, progress=advance, observer=tally.observer
-    )
+        ensemble, controller, [seed], name=name, besides=besides, faults=faults, progress=advance,
+        observer=tally.observer,
+    )  # fmt: skip
     tally.guards = run.recorded.get("guarded") is not None
     outcome = judged(outcomes, [tally], [seed])
     if stress == "crossing" and outcome.refused[0]:

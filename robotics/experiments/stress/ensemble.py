@@ -1,0 +1,49 @@
+"""The setting of many random runs: each with paths of its own, which all robots of a run drive in one time."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robotics.laws.setting import Kind, Setting
+from robotics.paths.joined import join_tables
+from robotics.paths.path import Quintic
+from robotics.paths.references import EvenTiming
+from robotics.paths.trajectory import Timing
+from robotics.radio.description import Radio
+from robotics.scenario.description import Member, Scenario
+from robotics.sensing.posture import LABORATORY
+
+SPEED = 0.22  # m/s: mean speed on the longest path of a run
+
+
+def evenly_timed(
+    name: str, kind: Kind, tables: Sequence[Sequence[np.ndarray]], radio: Radio | None, factor: float, extra: float
+) -> Setting:
+    """An ensemble of one run for each sequence of paths, with the laboratory's noise.
+
+    Args:
+        name: The scenario's.
+        kind: Of scenario.
+        tables: The tables of the paths of each run, one for each robot.
+        radio: The radio over which the robots talk, by default a perfect one.
+        factor: The longest a run takes, in times the longest nominal duration, and
+        extra: this many seconds more.
+    """
+    paths = join_tables(tables)
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[t[:3, 0] for t in row] for row in tables])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=name,
+        robots=(shared,) * len(tables[0]),
+        duration=float(np.ceil(factor * durations.max() + extra)),
+        kind=kind,
+        sensing=LABORATORY,
+        radio=radio or Radio(),
+    )
+    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))
