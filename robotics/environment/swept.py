@@ -98,7 +98,10 @@ class Watch:
             poses: x [m], y [m], heading [rad], v [m/s], ω [rad/s] (5, runs, robots); not-a-number: nowhere.
             geometry: The obstacles; the first axis is the runs, or 1 for a world that all runs share.
         """
-        nowhere, known = np.full(poses.shape, np.nan), ContactNotes.nothing(*poses.shape[1:3], body_spans(geometry))
+        nowhere, known = (
+            np.full(poses.shape, np.nan),
+            ContactNotes.nothing(poses.shape[1], poses.shape[2], body_spans(geometry)),
+        )
         watch = cls(tuple(robots), time, nowhere, geometry, known)
         # A robot that was nowhere has nothing to come from: the sample alone is looked at.
         return watch.to(time, poses, geometry)[0]

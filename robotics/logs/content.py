@@ -41,7 +41,6 @@ class LogRecord(NamedTuple):
 
     time: float  # s since the run's start
     topic: str
-    kind: str  # its type, such as nav_msgs/Odometry
     message: Any
     once: bool = False  # it holds for the whole run: whoever comes later gets it too
 
@@ -97,9 +96,7 @@ class _Log:
         for k, time in enumerate(self.run.time.tolist()):
             yield self._transforms(k, time)
             if k and self.run.obstacles is not None and len(self.run.obstacles.circles) > 1:
-                yield LogRecord(
-                    time, SCENE, "visualization_msgs/MarkerArray", bodies(self.run, self.robots, self.make, k, time)
-                )
+                yield LogRecord(time, SCENE, bodies(self.run, self.robots, self.make, k, time))
             for robot in range(len(self.robots)):
                 yield from self._of(robot, k, time)
 
@@ -118,7 +115,7 @@ class _Log:
             robots=[names.namespace for names in self.robots if names.namespace],
             message=list(run.about.message),
         )
-        yield LogRecord(0.0, INFO, "fuzzyfleet_msgs/RunInfo", info, once=True)
+        yield LogRecord(0.0, INFO, info, once=True)
         for each, system in zip(self.fired, (run.about.rule_bases or {}).values(), strict=False):
             base = make.make(
                 "fuzzyfleet_msgs/RuleBase",
@@ -128,14 +125,12 @@ class _Log:
                 rules=list(each.sentences),
                 fis=_as_fis(system),
             )
-            yield LogRecord(0.0, rule_base(each.task), "fuzzyfleet_msgs/RuleBase", base, once=True)
-        yield LogRecord(
-            0.0, STATIC_TRANSFORMS, "tf2_msgs/TFMessage", make.transforms([*mounts(run, self.robots, make)]), once=True
-        )
-        yield LogRecord(0.0, SCENE, "visualization_msgs/MarkerArray", bodies(run, self.robots, make, 0, 0.0), once=True)
+            yield LogRecord(0.0, rule_base(each.task), base, once=True)
+        yield LogRecord(0.0, STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
+        yield LogRecord(0.0, SCENE, bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
-            yield LogRecord(0.0, names.topic("path"), "nav_msgs/Path", make.path(header, _points(nodes)), once=True)
+            yield LogRecord(0.0, names.topic("path"), make.path(header, _points(nodes)), once=True)
 
     # What is said in every period -------------------------------------------------------------------------------
 
@@ -149,13 +144,13 @@ class _Log:
             if np.isfinite(true).all():
                 rows.append(make.transform(header, names.frame("base_link"), *seen))
                 rows.append(make.transform(world, names.frame("base_link_true"), *true))
-        return LogRecord(time, TRANSFORMS, "tf2_msgs/TFMessage", make.transforms(rows))
+        return LogRecord(time, TRANSFORMS, make.transforms(rows))
 
     def _of(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """The messages of one robot."""
         run, names, make = self.run, self.robots[robot], self.make
         frame = {name: float(values[robot, k]) for name, values in self.frame.items()}
-        yield LogRecord(time, names.topic("state"), "fuzzyfleet_msgs/RobotState", self._state(robot, k, time, frame))
+        yield LogRecord(time, names.topic("state"), self._state(robot, k, time, frame))
         if not np.isfinite(frame["x"]):
             return
         odom, base = make.header(time, names.frame("odom")), make.header(time, names.frame("base_link"))
@@ -169,14 +164,13 @@ class _Log:
         }  # fmt: skip
         children = {"odom": "base_link", "ground_truth": "base_link_true", "reference": "reference"}
         for name, (posture, v, w) in postures.items():
-            message = make.odometry(odom, names.frame(children[name]), posture, v, w)
-            yield LogRecord(time, names.topic(name), "nav_msgs/Odometry", message)
+            yield LogRecord(time, names.topic(name), make.odometry(odom, names.frame(children[name]), posture, v, w))
         ordered = ("command_1", "command_2") if run.level == "velocity" else ("v_demand", "w_demand")
         twist = make.twist(*(frame[name] for name in ordered))
         stamped = make.make("geometry_msgs/TwistStamped", header=base, twist=twist)
-        yield LogRecord(time, names.topic("cmd_vel"), "geometry_msgs/TwistStamped", stamped)
+        yield LogRecord(time, names.topic("cmd_vel"), stamped)
         if run.encoders is not None:
-            yield LogRecord(time, names.topic("joint_states"), "sensor_msgs/JointState", self._joints(robot, k, base))
+            yield LogRecord(time, names.topic("joint_states"), self._joints(robot, k, base))
         yield from self._ranges(robot, k, time)
         yield from self._radio(robot, k, time, base)
         yield from self._rules(robot, k, time, base)
@@ -229,7 +223,7 @@ class _Log:
                     most=sensor.range,
                     reading=float(run.ranges[k, 0, robot, place]),
                 )
-                yield LogRecord(time, names.reading(name), "sensor_msgs/Range", message)
+                yield LogRecord(time, names.reading(name), message)
 
     def _radio(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
         """What the robot broadcasts, and how old what it has heard is."""
@@ -244,11 +238,11 @@ class _Log:
                     sender=robot + 1,
                     values=[make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told],
                 )
-                yield LogRecord(time, names.topic("radio"), "fuzzyfleet_msgs/RadioMessage", message)
+                yield LogRecord(time, names.topic("radio"), message)
         if run.message_ages is not None:
             ages = run.message_ages[k, 0, robot].astype(float)
             message = make.make("fuzzyfleet_msgs/RadioAges", header=header, age=ages)
-            yield LogRecord(time, names.topic("radio_ages"), "fuzzyfleet_msgs/RadioAges", message)
+            yield LogRecord(time, names.topic("radio_ages"), message)
 
     def _rules(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
         """How the rules of each rule base fired that was asked."""
@@ -267,7 +261,7 @@ class _Log:
                 strongest=best + 1,
                 strongest_rule=each.sentences[best] if best >= 0 else "",
             )
-            yield LogRecord(time, firing(self.robots[robot], each.task), "fuzzyfleet_msgs/RuleFiring", message)
+            yield LogRecord(time, firing(self.robots[robot], each.task), message)
 
 
 def _fired(run: Run) -> tuple[Fired, ...]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 _NONE = np.zeros(36)  # no covariance is known
+_EMPTY = np.zeros(0, np.uint8)
 
 
 def nanoseconds(time: float) -> int:
@@ -108,36 +109,32 @@ class Composer:
         """
         red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
         x, y, z, heading = place
-        fields: dict[str, Any] = {
-            "header": header,
-            "ns": group,
-            "id": number,
-            "type": kind,
-            "action": 0,
-            "pose": self.make("geometry_msgs/Pose", position=self.point(x, y, z), orientation=self.turn(heading)),
-            "scale": self.vector(*scale),
-            "color": self.make("std_msgs/ColorRGBA", r=red, g=green, b=blue, a=0.9),
-            "lifetime": self.make("builtin_interfaces/Duration", sec=0, nanosec=0),
-            "frame_locked": carried,
-            "points": [self.point(*p) for p in points],
-            "colors": [],
-            "texture_resource": "",
-            "uv_coordinates": [],
-            "text": "",
-            "mesh_resource": "",
-            "mesh_use_embedded_materials": False,
-        }
-        of = dict(self.store.fielddefs["visualization_msgs/msg/Marker"][1])
-        if "texture" in of:
-            empty = self.header(0.0, "")
-            picture = {"header": empty, "format": "", "data": np.zeros(0, np.uint8)}
-            fields["texture"] = self.make("sensor_msgs/CompressedImage", **picture)
-            fields["mesh_file"] = self.make("visualization_msgs/MeshFile", filename="", data=np.zeros(0, np.uint8))
-        return self.make("visualization_msgs/Marker", **{name: fields[name] for name in of})
+        picture = self.make("sensor_msgs/CompressedImage", header=self.header(0.0, ""), format="", data=_EMPTY)
+        return self.make(
+            "visualization_msgs/Marker",
+            header=header,
+            ns=group,
+            id=number,
+            type=kind,
+            action=0,
+            pose=self.make("geometry_msgs/Pose", position=self.point(x, y, z), orientation=self.turn(heading)),
+            scale=self.vector(*scale),
+            color=self.make("std_msgs/ColorRGBA", r=red, g=green, b=blue, a=0.9),
+            lifetime=self.make("builtin_interfaces/Duration", sec=0, nanosec=0),
+            frame_locked=carried,
+            points=[self.point(*p) for p in points],
+            colors=[],
+            texture_resource="",
+            texture=picture,
+            uv_coordinates=[],
+            text="",
+            mesh_resource="",
+            mesh_file=self.make("visualization_msgs/MeshFile", filename="", data=_EMPTY),
+            mesh_use_embedded_materials=False,
+        )
 
     def range(self, header: Any, *, cone: float, least: float, most: float, reading: float) -> Any:
         """What a range sensor reads, in single precision; infinite: it sees nothing."""
-        name = "sensor_msgs/Range"
         fields = {
             "header": header,
             "radiation_type": 0 if cone > 0 else 1,  # a cone of sound, or a beam of light
@@ -147,5 +144,5 @@ class Composer:
             "range": float(reading),
             "variance": 0.0,  # from Iron on; 0: unknown
         }
-        of = dict(self.store.fielddefs["sensor_msgs/msg/Range"][1])
-        return self.make(name, **{field: fields[field] for field in of})
+        known = dict(self.store.fielddefs["sensor_msgs/msg/Range"][1])
+        return self.make("sensor_msgs/Range", **{name: fields[name] for name in known})

@@ -163,7 +163,7 @@ def _write(
         connections: dict[str, Any] = {}
         reached = 0.0
         for record in records(run, seed, Composer(store)):
-            kind = record.kind.replace("/", "/msg/")
+            kind = record.message.__msgtype__
             if record.topic not in connections:
                 quality = [_quality(record)]
                 connections[record.topic] = writer.add_connection(

@@ -6,6 +6,7 @@ its recorded motion. A robot that was stopped is measured up to then.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -41,10 +42,6 @@ class Judgement:
     counts: np.ndarray  # (runs, robots) int: contacts of each robot
     least: np.ndarray  # (runs, robots) m: least signed clearance to another robot or an obstacle; < 0: how deep
     episodes: np.ndarray  # (contacts, 7): the columns of robotics.environment.swept, by run and time
-
-    def measured(self) -> dict[str, np.ndarray]:
-        """The metrics of CONTACT_METRICS, each (runs, robots)."""
-        return {"contacts": self.counts.astype(float), "min_clearance_m": self.least}
 
 
 def can_touch(run: Run) -> bool:
@@ -155,27 +152,22 @@ def until_contact(run: Run, first: np.ndarray) -> Run:
     return run.with_recorded(**arrays)
 
 
+_of_contacts = partial(Metric, headline=SCENARIO_KINDS, tried=("tracking", "team"), needs_others=True)
 CONTACT_METRICS: dict[str, Metric] = {
-    "contacts": Metric(
-        lambda run: judge(run).measured()["contacts"],
+    "contacts": _of_contacts(
+        lambda run: judge(run).counts.astype(float),
         "1",
         "contacts with other robots and obstacles",
         of_run="max",
-        headline=SCENARIO_KINDS,
         short="contacts",
-        tried=("tracking", "team"),
-        needs_others=True,
     ),
-    "min_clearance_m": Metric(
-        lambda run: judge(run).measured()["min_clearance_m"],
+    "min_clearance_m": _of_contacts(
+        lambda run: judge(run).least,
         "m",
         "least clearance to a robot or an obstacle, surface to surface; below 0: overlap",
         of_run="min",
-        headline=SCENARIO_KINDS,
         short="least clearance",
-        tried=("tracking", "team"),
         larger=True,
-        needs_others=True,
     ),
 }
 

@@ -6,6 +6,8 @@ path's nearest point, which is followed from the start on. The places of two rob
 their references are at one time.
 """
 
+from functools import partial
+
 import numpy as np
 
 from robotics.measures.once import CachedPerRun
@@ -155,46 +157,22 @@ def rms_place_error(run: Run) -> np.ndarray:
 
 
 _FORMATION = ("formation",)
+_headline = partial(Metric, kinds=_FORMATION, headline=_FORMATION)
+_tried = partial(Metric, kinds=_FORMATION, tried=_FORMATION)
 FORMATION_METRICS: dict[str, Metric] = {
-    "alignment_time_s": Metric(
-        same_for_all(alignment_time),
-        "s",
-        "leader level with followers (10 cm) for good",
-        kinds=_FORMATION,
-        headline=_FORMATION,
-        short="alignment",
+    "alignment_time_s": _headline(
+        same_for_all(alignment_time), "s", "leader level with followers (10 cm) for good", short="alignment"
     ),
-    "final_spread_m": Metric(
-        same_for_all(final_spread),
-        "m",
-        "spread of x when the leader ends",
-        kinds=_FORMATION,
-        headline=_FORMATION,
-        short="spread at the end",
+    "final_spread_m": _headline(
+        same_for_all(final_spread), "m", "spread of x when the leader ends", short="spread at the end"
     ),
-    "max_lateral_error_m": Metric(
-        lateral_error,
-        "m",
-        "largest distance from the own path until then",
-        kinds=_FORMATION,
-        headline=_FORMATION,
-        short="largest lateral",
+    "max_lateral_error_m": _headline(
+        lateral_error, "m", "largest distance from the own path until then", short="largest lateral"
     ),
-    "max_place_error_m": Metric(
-        largest_place_error,
-        "m",
-        "largest distance from the own place beside the leader, after 10 s",
-        kinds=_FORMATION,
-        tried=_FORMATION,
-        of_run="max",
+    "max_place_error_m": _tried(
+        largest_place_error, "m", "largest distance from the own place beside the leader, after 10 s", of_run="max"
     ),
-    "rms_place_error_m": Metric(
-        rms_place_error,
-        "m",
-        "RMS of that distance",
-        kinds=_FORMATION,
-        tried=_FORMATION,
-    ),
+    "rms_place_error_m": _tried(rms_place_error, "m", "RMS of that distance"),
 }
 
 

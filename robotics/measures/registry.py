@@ -107,16 +107,16 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] 
         MetricError: One of these cannot be used, or fails.
     """
     own = own_metrics(metrics)
-    counted, whole = run.time_innermost(), {}
+    counted = run.time_innermost()
     wanted = metrics_of(run.about.kind, can_touch(run), run.guarded is not None, own)
     if only is not None:
         wanted = {name: metric for name, metric in wanted.items() if name in only}
     if can_touch(run):
-        judged = judge(run)
-        whole, counted = judged.measured(), until_contact(counted, judged.first)
-    return {
-        name: whole[name]
-        if name in whole
-        else (measured(name, metric, counted) if name in own else metric.measure(counted))
-        for name, metric in wanted.items()
-    }
+        counted = until_contact(counted, judge(run).first)
+    found = {}
+    for name, metric in wanted.items():
+        if name in own:
+            found[name] = measured(name, metric, counted)
+        else:
+            found[name] = metric.measure(run if name in CONTACT_METRICS else counted)
+    return found

@@ -1,5 +1,7 @@
 """Metrics of teams, whose robots shall arrive together."""
 
+from functools import partial
+
 import numpy as np
 
 from robotics.measures.arrival import arrival_time, end_time, spread
@@ -25,49 +27,25 @@ def nearest_distance(run: Run) -> np.ndarray:
 
 
 _TEAM = ("team",)
+_of_team = partial(Metric, kinds=_TEAM)
+_shown = partial(_of_team, headline=_TEAM, tried=_TEAM)
 TEAM_METRICS: dict[str, Metric] = {
-    "arrival_time_s": Metric(
-        arrival_time,
-        "s",
-        "arrival: 99.5 % of the path, within 10 cm of it",
-        kinds=_TEAM,
-        headline=_TEAM,
-        short="arrival",
-        tried=_TEAM,
+    "arrival_time_s": _shown(arrival_time, "s", "arrival: 99.5 % of the path, within 10 cm of it", short="arrival"),
+    "arrival_spread_s": _shown(
+        same_for_all(lambda r: spread(arrival_time(r))), "s", "spread of the arrivals", short="arrival spread"
     ),
-    "arrival_spread_s": Metric(
-        same_for_all(lambda r: spread(arrival_time(r))),
-        "s",
-        "spread of the arrivals",
-        kinds=_TEAM,
-        headline=_TEAM,
-        short="arrival spread",
-        tried=_TEAM,
+    "end_spread_s": _of_team(
+        same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end"
     ),
-    "end_spread_s": Metric(
-        same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end", kinds=_TEAM
-    ),
-    "max_progress_gap": Metric(
+    "max_progress_gap": _shown(
         same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)),
         "1",
         "largest s_i − s_j, by the true places",
-        kinds=_TEAM,
-        headline=_TEAM,
         short="largest s_i − s_j",
-        tried=_TEAM,
     ),
-    "mean_progress_gap": Metric(
-        same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j", kinds=_TEAM
-    ),
-    "min_distance_m": Metric(
-        nearest_distance,
-        "m",
-        "smallest distance to another robot's center",
-        kinds=_TEAM,
-        headline=_TEAM,
-        short="least distance",
-        tried=_TEAM,
-        larger=True,
+    "mean_progress_gap": _of_team(same_for_all(lambda r: np.nanmean(progress_gap(r), axis=1)), "1", "mean s_i − s_j"),
+    "min_distance_m": _shown(
+        nearest_distance, "m", "smallest distance to another robot's center", short="least distance", larger=True
     ),
 }
 

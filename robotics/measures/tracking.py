@@ -6,6 +6,7 @@ the controller saw only the measured posture. A robot that was stopped is measur
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -226,27 +227,22 @@ def _late_turning(run: Run) -> np.ndarray:
     return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
 
 
+_headline = partial(Metric, headline=("tracking",))
+_tried = partial(Metric, tried=("tracking",))
+_both = partial(_headline, tried=("tracking",))
 METRICS: dict[str, Metric] = {
     # The totals of thesis (2.26), named for what they are
     "mean_abs_x_error_m": Metric(lambda r: tracking_errors(r).x, "m", "mean |x_err|"),
     "mean_abs_y_error_m": Metric(lambda r: tracking_errors(r).y, "m", "mean |y_err|"),
-    "mean_abs_heading_error_rad": Metric(
-        lambda r: tracking_errors(r).heading, "rad", "mean |ψ_err|", tried=("tracking",)
+    "mean_abs_heading_error_rad": _tried(lambda r: tracking_errors(r).heading, "rad", "mean |ψ_err|"),
+    "mean_error_norm": _headline(
+        lambda r: tracking_errors(r).norm, "m, rad", "mean error norm: 1 rad counted as 1 m", short="error norm"
     ),
-    "mean_error_norm": Metric(
-        lambda r: tracking_errors(r).norm,
-        "m, rad",
-        "mean error norm: 1 rad counted as 1 m",
-        headline=("tracking",),
-        short="error norm",
-    ),
-    "mean_speed_error_mps": Metric(
+    "mean_speed_error_mps": _both(
         lambda r: _mean(np.abs(r["v_demand"] - r["v"])),
         "m/s",
         "mean speed error: demanded minus driven",
-        headline=("tracking",),
         short="speed error",
-        tried=("tracking",),
     ),
     # What the field reports
     "rms_cross_track_m": Metric(
@@ -257,51 +253,32 @@ METRICS: dict[str, Metric] = {
         short="RMS cross-track",
         tried=("tracking", "team"),
     ),
-    "rms_cross_track_under_way_m": Metric(
+    "rms_cross_track_under_way_m": _headline(
         _rms_under_way,
         "m",
         "RMS cross-track error under way: from 6 s until the reference stands",
-        headline=("tracking",),
         short="RMS under way",
     ),
-    "max_cross_track_m": Metric(
-        lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1),
-        "m",
-        "largest cross-track error",
-        tried=("tracking",),
+    "max_cross_track_m": _tried(
+        lambda r: np.nanmax(np.abs(cross_track_error(r)), axis=-1), "m", "largest cross-track error"
     ),
-    "settling_time_s": Metric(
+    "settling_time_s": _both(
         lambda r: tracking_errors(r).settled,
         "s",
         "settling time: distance to the reference below 5 cm for good",
-        headline=("tracking",),
         short="settling",
-        tried=("tracking",),
     ),
-    "path_settling_time_s": Metric(
-        lambda r: settling_time(r, cross_track_error(r)),
-        "s",
-        "settling time: cross-track error below 5 cm for good",
-        tried=("tracking",),
+    "path_settling_time_s": _tried(
+        lambda r: settling_time(r, cross_track_error(r)), "s", "settling time: cross-track error below 5 cm for good"
     ),
-    "final_error_m": Metric(
-        lambda r: tracking_errors(r).final,
-        "m",
-        "distance to the reference at the end",
-        tried=("tracking",),
+    "final_error_m": _tried(lambda r: tracking_errors(r).final, "m", "distance to the reference at the end"),
+    "control_effort": _headline(
+        lambda r: _rate(r, _last(r["effort"])), "N² m²", "mean square torque, both wheels", short="effort"
     ),
-    "control_effort": Metric(
-        lambda r: _rate(r, _last(r["effort"])),
-        "N² m²",
-        "mean square torque, both wheels",
-        headline=("tracking",),
-        short="effort",
-    ),
-    "torque_variation_nmps": Metric(
+    "torque_variation_nmps": _headline(
         lambda r: _rate(r, _last(r["torque_variation"])),
         "N m/s",
         "total variation of the torques a second: chatter",
-        headline=("tracking",),
         short="torque variation",
         tried=("tracking", "team"),
     ),

@@ -6,7 +6,7 @@ by its own seed, and no lane's arithmetic depends on another run: a run's result
 which runs are beside it, nor on how many threads share them out.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import count
 from multiprocessing import parent_process
 from threading import Lock
@@ -31,7 +31,7 @@ from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
 from robotics.simulation.observer import Moment, Observer, moment_of
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
-from robotics.simulation.recorder import Recorder
+from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.state import State
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
@@ -348,10 +348,11 @@ def simulate(
     """
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
-    setting = scenario.setting
+    asked = dict(zip(OPTIONAL, (message_ages, torques, encoders, messages), strict=True))
+    besides = [what for what, kept in asked.items() if kept]
     return record_run(
-        setting, law, seeds, name=name, message_ages=message_ages, torques=torques, encoders=encoders,
-        messages=messages, faults=faults, progress=progress, threads=threads, observer=observer,
+        scenario.setting, law, seeds, name=name, besides=besides, faults=faults, progress=progress, threads=threads,
+        observer=observer,
     )  # fmt: skip
 
 
@@ -361,10 +362,7 @@ def record_run(
     seeds: Sequence[int],
     *,
     name: str = "",
-    message_ages: bool = False,
-    torques: bool = False,
-    encoders: bool = False,
-    messages: bool = False,
+    besides: Collection[str] = (),
     faults: Faults | None = None,
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
@@ -372,11 +370,11 @@ def record_run(
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run.
 
-    An ``observer`` looks at all runs, as one chunk; the run ends where it wants.
+    ``besides`` names what is kept of :data:`robotics.simulation.recorder.OPTIONAL`. An ``observer`` looks at all runs,
+    as one chunk; the run ends where it wants.
     """
     seeds, name = checked_seeds(seeds), name or type(law).__name__
-    kept = {"message_ages": message_ages, "torques": torques, "encoders": encoders, "messages": messages}
-    recorder = Recorder(setting, law, len(seeds), **kept)
+    recorder = Recorder(setting, law, len(seeds), besides=besides)
     if not has_equation(law):
         simulation = Simulation(setting, law, seeds, faults, recorder, name, [observer] if observer else [])
         for _ in simulation.periods():

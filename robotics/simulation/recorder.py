@@ -1,6 +1,6 @@
 """The recorder: the observer that keeps the samples of a simulation, and the runs made of them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,8 @@ from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle import plant as p
 from robotics.vehicle.plant import TruthColumns, within
+
+OPTIONAL = ("message_ages", "torques", "encoders", "messages")  # of RECORDS: kept where somebody asks for them
 
 
 class Recording(NamedTuple):
@@ -107,16 +109,13 @@ class Recorder:
         law: Law[Any],
         runs: int,
         *,
-        message_ages: bool = False,
-        torques: bool = False,
-        encoders: bool = False,
-        messages: bool = False,
+        besides: Collection[str] = (),
         nothing: bool = False,
     ) -> None:
         """Room for all samples of ``runs`` runs of ``setting``.
 
-        ``message_ages`` keeps the ages of messages too, ``torques`` those of the wheels, ``encoders`` what these tell,
-        ``messages`` what robots broadcast. Where ``nothing`` is kept there is no room.
+        ``besides`` names what is kept of OPTIONAL: the ages of messages, the wheels' torques, what encoders tell, what
+        robots broadcast. Where ``nothing`` is kept there is no room.
         """
         self.setting, self.law, self.runs = setting, law, runs
         self.rule_bases: Mapping[str, Sugeno] = dict(law.fuzzy_systems)
@@ -127,14 +126,10 @@ class Recorder:
         self._room("samples", len(CHANNELS))
         if setting.kind == "team":
             self._room("team", len(TEAM_CHANNELS))
-        if message_ages:
-            self._room("message_ages")
-        if torques:
-            self._room("torques", 2)
-        if encoders:
-            self._room("encoders", len(ENCODER_CHANNELS))
-        if messages and law.message:
-            self._room("messages", len(law.message))
+        lengths = {"torques": 2, "encoders": len(ENCODER_CHANNELS), "messages": len(law.message)}
+        for name in OPTIONAL:
+            if name in besides and (name != "messages" or law.message):
+                self._room(name, lengths.get(name, 0))
         if self.rule_bases:
             self._room("inputs", law.rule_inputs)
         if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:

@@ -13,7 +13,7 @@ import numpy as np
 
 from robotics.statistics.aggregates import IQM, QuantileMean
 from robotics.statistics.costs import StatisticsError, checked
-from robotics.statistics.intervals import Interval
+from robotics.statistics.intervals import LEVEL, Interval
 
 Statistic = Callable[[np.ndarray], np.ndarray]  # costs (..., scenarios, seeds) to (...)
 Method = Literal["percentile", "studentised"]
@@ -63,7 +63,6 @@ def interval(
     statistic: Statistic = IQM,
     *,
     generator: np.random.Generator,
-    level: float = 0.95,
     draws: int = 2000,
     method: Method | None = None,
 ) -> Interval:
@@ -73,7 +72,6 @@ def interval(
         costs: The costs (laws, scenarios, seeds).
         statistic: What is estimated, such as IQM or CVAR of robotics.statistics.aggregates.
         generator: Where the resamples come from.
-        level: How often such intervals hold the true value.
         draws: The number of resamples.
         method: "percentile"; or "studentised", by the resamples' own standard errors [Hall 1988], of the logarithm
             where all costs are > 0, for a :class:`QuantileMean` only. By default the latter for one that reaches the
@@ -88,10 +86,10 @@ def interval(
     value, drawn = statistic(costs), resampled(costs, statistic, counts)
     own = _studentises(statistic, method)
     if own is None:
-        return Interval(value, *_percentiles(drawn, level))
+        return Interval(value, *_percentiles(drawn, LEVEL))
     logarithmic = bool((costs > 0).all())
     errors = [np.sqrt(np.diagonal(part, axis1=1, axis2=2)) for part in _both(costs, own, counts, logarithmic)]
-    return Interval(value, *_studentised(value, drawn, errors[0][0], errors[1], level, logarithmic))
+    return Interval(value, *_studentised(value, drawn, errors[0][0], errors[1], LEVEL, logarithmic))
 
 
 def contrasts(
@@ -100,7 +98,7 @@ def contrasts(
     kind: Literal["ratio", "difference"] = "ratio",
     *,
     generator: np.random.Generator,
-    level: float = 0.95,
+    level: float = LEVEL,
     draws: int = 2000,
     method: Method | None = None,
 ) -> Interval:

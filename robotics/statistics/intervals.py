@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+LEVEL = 0.95  # how often an interval holds the true value
+
 
 @dataclass(frozen=True, eq=False)
 class Interval:
@@ -23,7 +25,7 @@ class Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 
-def wilson(count: np.ndarray | int, trials: np.ndarray | int, level: float = 0.95) -> Interval:
+def wilson(count: np.ndarray | int, trials: np.ndarray | int, level: float = LEVEL) -> Interval:
     """A rate of which ``count`` of ``trials`` are seen, with Wilson's interval [Wilson 1927].
 
     Args:

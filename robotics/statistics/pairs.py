@@ -3,7 +3,7 @@
 import numpy as np
 
 from robotics.statistics.aggregates import IQM
-from robotics.statistics.bootstrap import Method, Statistic, contrasts
+from robotics.statistics.bootstrap import Statistic, contrasts
 from robotics.statistics.costs import StatisticsError, checked
 
 MARGIN = 0.05  # of the cost: what is less makes no difference to whoever chooses a controller
@@ -67,7 +67,6 @@ def verdicts(
     generator: np.random.Generator,
     margin: float = MARGIN,
     draws: int = 2000,
-    method: Method | None = None,
     p_values: np.ndarray | None = None,
 ) -> np.ndarray:
     """What can be said of the row's law against the column's: a :data:`PairVerdict` in each place (laws, laws).
@@ -85,7 +84,6 @@ def verdicts(
         generator: Where the resamples come from.
         margin: The share of the cost that makes no difference.
         draws: The number of resamples.
-        method: As for :func:`robotics.statistics.bootstrap.contrasts`.
         p_values: Adjusted p-values (laws, laws), of :func:`holm`; if given, "better" and "worse" ask for p < 0.05, too.
     """
     if not 0 < margin < 1:
@@ -93,7 +91,7 @@ def verdicts(
     # Both intervals come from the same resamples, so that the narrower one lies inside the wider.
     seed = int(generator.integers(2**63))
     narrow, wide = (
-        contrasts(costs, statistic, generator=np.random.default_rng(seed), level=level, draws=draws, method=method)
+        contrasts(costs, statistic, generator=np.random.default_rng(seed), level=level, draws=draws)
         for level in (0.90, 0.95)
     )
     told = np.full(narrow.value.shape, True) if p_values is None else np.asarray(p_values) < 0.05

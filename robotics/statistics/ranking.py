@@ -8,7 +8,7 @@ import numpy as np
 from robotics.statistics.aggregates import IQM
 from robotics.statistics.bootstrap import Statistic, resampled, resamples
 from robotics.statistics.costs import StatisticsError, checked
-from robotics.statistics.intervals import Interval
+from robotics.statistics.intervals import LEVEL, Interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,6 @@ def gap_closed(
     statistic: Statistic = IQM,
     *,
     generator: np.random.Generator,
-    level: float = 0.95,
     draws: int = 2000,
 ) -> Interval:
     """The share of the gap to a reference law that tuning closes, (before − after)/(before − reference), arrays
@@ -78,7 +77,6 @@ def gap_closed(
         reference: The costs (scenarios, seeds) of the reference law, on the same seeds.
         statistic: What is compared.
         generator: Where the resamples come from.
-        level: How often such an interval holds the true share.
         draws: The number of resamples.
     """
     costs = checked(np.concatenate([before, after, reference[None]]))
@@ -88,7 +86,7 @@ def gap_closed(
     first, second, third = found[:, :laws], found[:, laws : 2 * laws], found[:, -1:]
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(first > third, (first - second) / (first - third), np.nan)
-    unknown, tail = np.isnan(share[1:]), (1 - level) / 2
+    unknown, tail = np.isnan(share[1:]), (1 - LEVEL) / 2
     low = np.quantile(np.where(unknown, -np.inf, share[1:]), tail, axis=0, method="lower")
     high = np.quantile(np.where(unknown, np.inf, share[1:]), 1 - tail, axis=0, method="higher")
     return Interval(share[0], low, high)

@@ -59,7 +59,7 @@ def held(name: str, seeds: int, experiments: int, seed: int, **options: Any) -> 
     """The share of experiments whose 95 % interval holds the truth, in percent."""
     random, count = np.random.default_rng(seed), 0
     statistics = {"iqm": IQM, "scenario-iqm": SCENARIO_IQM, "cvar": CVAR, "mean": MEAN}
-    known = {"paired": chance(COMMON), "unpaired": chance(0.0)}
+    known = {"paired": chance(COMMON)}
     known["profile"] = float(np.mean(norm.cdf((np.log(LIMIT) - CENTRES[0]) / SPREADS[0])))
     true = ratio(statistics[name]) if name in statistics else known[name]
     for _ in range(experiments):
@@ -69,7 +69,7 @@ def held(name: str, seeds: int, experiments: int, seed: int, **options: Any) -> 
         elif name == "profile":
             found = performance_profile(costs, np.array([LIMIT]), generator=random, **options)[0, 0]
         else:
-            found = probability_of_improvement(costs, paired=name == "paired", generator=random, **options)[0, 1]
+            found = probability_of_improvement(costs, generator=random, **options)[0, 1]
         count += bool(found.low <= true <= found.high)
     return 100 * count / experiments
 
@@ -91,8 +91,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say(name):
     assert FEWEST <= held(name, 30, 100, 1, draws=400) <= MOST
 
 
-MANY = [("iqm", 200), ("scenario-iqm", 200), ("paired", 200), ("unpaired", 200), ("profile", 200)]
-FEW = [(name, 30) for name in ("iqm", "scenario-iqm", "mean", "cvar", "paired", "unpaired", "profile")]
+MANY = [("iqm", 200), ("scenario-iqm", 200), ("paired", 200), ("profile", 200)]
+FEW = [(name, 30) for name in ("iqm", "scenario-iqm", "mean", "cvar", "paired", "profile")]
 
 
 @pytest.mark.long

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binomtest, mannwhitneyu
+from scipy.stats import binomtest
 
 from robotics.statistics.intervals import wilson
 from robotics.statistics.shares import failure_rate, performance_profile, probability_of_improvement
@@ -35,10 +35,9 @@ def test_failures_are_counted_over_all_scenarios():
         assert rates.high[law] == pytest.approx(binomtest(count, 80).proportion_ci(method="wilson").high)
 
 
-def test_the_paired_probability_counts_seeds_and_the_unpaired_one_is_mann_and_whitneys():
+def test_the_probability_counts_seeds():
     found, random = costs(), np.random.default_rng(1)
     paired = probability_of_improvement(found, generator=random, draws=50).value
-    unpaired = probability_of_improvement(found, paired=False, generator=random, draws=50).value
     for a in range(3):
         for b in range(3):
             scores = [
@@ -46,39 +45,26 @@ def test_the_paired_probability_counts_seeds_and_the_unpaired_one_is_mann_and_wh
                 for x, y in zip(found[a].ravel(), found[b].ravel(), strict=True)
             ]
             assert paired[a, b] == pytest.approx(np.mean(scores), abs=1e-12)
-            # Of U, which counts all 20 · 20 pairs, those at the same seed are left out.
-            u = sum(mannwhitneyu(y, x).statistic for x, y in zip(found[a], found[b], strict=True))
-            assert unpaired[a, b] == pytest.approx((u - sum(scores)) / (4 * 20 * 19), abs=1e-12)
     assert paired + paired.T == pytest.approx(np.ones((3, 3)))
 
 
-@pytest.mark.parametrize("paired", [True, False])
-def test_intervals_are_those_of_resampling_by_hand(paired):
+def test_intervals_are_those_of_resampling_by_hand():
     found = costs(laws=2, seeds=12)
-    own = probability_of_improvement(found, paired=paired, generator=np.random.default_rng(2), draws=4000)[0, 1]
+    own = probability_of_improvement(found, generator=np.random.default_rng(2), draws=4000)[0, 1]
     random, by_hand = np.random.default_rng(3), []
     for _ in range(4000):
         chosen = random.integers(0, 12, size=(4, 11))
         first, second = np.take_along_axis(found, chosen[None], axis=2)
-        if paired:
-            by_hand.append(np.mean((first < second) + 0.5 * (first == second)))
-            continue
-        won = (first[:, :, None] < second[:, None]) + 0.5 * (first[:, :, None] == second[:, None])
-        others = chosen[:, :, None] != chosen[:, None]
-        by_hand.append(np.mean((won * others).sum(axis=(1, 2)) / others.sum(axis=(1, 2))))
+        by_hand.append(np.mean((first < second) + 0.5 * (first == second)))
     assert (own.low, own.high) == pytest.approx(tuple(np.quantile(by_hand, [0.025, 0.975])), abs=0.013)
 
 
 def test_pairing_tells_a_small_lead_that_noise_hides():
     common = np.random.default_rng(4).normal(size=(1, 4, 30))
     found = np.exp(common + np.array([0.0, 0.01])[:, None, None])
-    paired, unpaired = (
-        probability_of_improvement(found, paired=p, generator=np.random.default_rng(5))[0, 1] for p in (True, False)
-    )
+    paired = probability_of_improvement(found, generator=np.random.default_rng(5))[0, 1]
     assert paired.value == 1.0
     assert float(paired.low) == pytest.approx(binomtest(120, 120).proportion_ci(method="wilson").low)  # never [1, 1]
-    assert unpaired.value == pytest.approx(0.5, abs=0.01)
-    assert unpaired.low <= unpaired.value <= unpaired.high
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -86,12 +72,8 @@ def test_probabilities_hang_on_the_order_of_costs_only_and_not_on_that_of_seeds(
     found, random = costs(seeds=6, seed=seed), np.random.default_rng(seed)
     chosen = random.permuted(np.broadcast_to(np.arange(6), (4, 6)), axis=1)[None]
     changed = np.take_along_axis(np.log1p(found) ** 3, np.broadcast_to(chosen, found.shape), axis=2)
-    for paired in (True, False):
-        values = [
-            probability_of_improvement(each, paired=paired, generator=random, draws=2).value
-            for each in (found, changed)
-        ]
-        assert values[0] == pytest.approx(values[1], abs=1e-12)
+    values = [probability_of_improvement(each, generator=random, draws=2).value for each in (found, changed)]
+    assert values[0] == pytest.approx(values[1], abs=1e-12)
 
 
 def test_the_profile_is_the_share_of_runs_below_each_limit():
