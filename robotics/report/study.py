@@ -225,8 +225,9 @@ def _written(folder: Path, work: _Work, begin: Begin, workers: Workers | None, k
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
-        advance = begin("drawing", figure_count(comparisons)) if work.report else None
-        sections = draw_sections(comparisons, advance, first) if work.report else []
+        sections = []
+        if work.report:
+            sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
         front = work.front(begin, folder) if work.front is not None and work.report else None
         made = wait()
     all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
