@@ -128,8 +128,15 @@ def _draw_cost(ax: Axes, row: float, cost: Interval, look: _Look, right: float, 
     value, low, high = float(cost.value), float(cost.low), float(cost.high)
     if value <= right:
         ax.plot([low, min(high, right)], [row, row], color=look.color, linestyle="-", linewidth=1.0, zorder=3)
-        fill = "white" if hollow else look.color
-        ax.plot([value], [row], marker=look.marker, color=look.color, markerfacecolor=fill, markersize=3.8, zorder=4)
+        _mark(ax, (value, row), look, 3.8, hollow, zorder=4)
+
+
+def _mark(
+    ax: Axes, at: Sequence[float] | np.ndarray, look: _Look, size: float, hollow: bool = False, zorder: float = 3
+) -> None:
+    """Draw a law's mark at a point, filled or ``hollow``."""
+    fill = "white" if hollow else look.color
+    ax.plot(*at, marker=look.marker, color=look.color, markerfacecolor=fill, markersize=size, zorder=zorder)
 
 
 def _beyond(published: float, tuned: float, right: float) -> str:
@@ -449,16 +456,9 @@ def plot_pareto(
             look = _FAMILIES[law.family]
             if published is not None and known[k] and np.isfinite(published[k]).all():
                 ax.plot(*np.stack([published[k], tuned[k]]).T, color=look.color, linestyle=":", linewidth=0.7)
-                ax.plot(
-                    *published[k],
-                    marker=look.marker,
-                    color=look.color,
-                    markerfacecolor="white",
-                    markersize=3.8,
-                    zorder=3,
-                )
+                _mark(ax, published[k], look, 3.8, hollow=True)
             if known[k]:
-                ax.plot(*tuned[k], marker=look.marker, color=look.color, markersize=5, zorder=3)
+                _mark(ax, tuned[k], look, 5)
         points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
         _round_axes(ax, points)

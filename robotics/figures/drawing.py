@@ -349,12 +349,11 @@ def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
 
 def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """The outlines that return to their first point, which enclose a solid; and the others, which are walls."""
-    listed = list(lines)
-    closed = [len(points) > 2 and bool(np.allclose(points[0], points[-1])) for points in listed]
-    return (
-        [points for points, solid in zip(listed, closed, strict=True) if solid],
-        [points for points, solid in zip(listed, closed, strict=True) if not solid],
-    )
+    found: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+    for points in lines:
+        solid = len(points) > 2 and np.allclose(points[0], points[-1])
+        found[0 if solid else 1].append(points)
+    return found
 
 
 def rectangles(x: np.ndarray, y: np.ndarray, heading: np.ndarray, length: float, width: float) -> np.ndarray:

@@ -3,7 +3,7 @@
 These are the thesis's Figs 2.3, 2.19, 2.20, 2.23, 2.24, 6.4, 6.5, 6.20 and 6.21.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -16,41 +16,33 @@ from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 
+_ALPHA, _REACH = 3.0, 2.0  # s/m: α in the exponent of Q(S); m/s: the largest |S|
 # The turns: what they are called, and what they are over
 _TURNS = {"lateral": ("λ", "y_err"), "eta": ("η", "d_ij"), "theta": ("Θ", "ro")}
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
 _SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
 
 
-def plot_switching(
-    settings: Sequence[Sequence[tuple[float, float]]] = _SETTINGS,
-    alpha: float = 3.0,
-    reach: float = 2.0,
-    width: float = DOUBLE,
-) -> Figure:
+def plot_switching(width: float = DOUBLE) -> Figure:
     """Draw the push K/Q(S) sign S of (2.22) over S, thesis Fig 2.3.
 
-    Args:
-        settings: The pairs (K [m/s²], μ0) of each panel; μ0 = 1 is the conventional law.
-        alpha: The factor α [s/m] in the exponent of Q(S).
-        reach: The largest |S| [m/s].
-        width: The width of the figure in inches; narrow ones have the panels below each other.
+    ``width`` is that of the figure in inches; narrow ones have the panels below each other.
     """
     # Both sides of 0 are on the grid, so that the jump is drawn upright.
-    half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
+    half = np.concatenate([[1e-9], np.linspace(0, _REACH, 201)[1:]])
     s = np.concatenate([-half[::-1], half])
-    steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
-    rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
+    steep = list(dict.fromkeys(pair for group in _SETTINGS for pair in group if pair[1] < 1))
+    rows, columns = (1, len(_SETTINGS)) if width > PAGE_WIDTH else (len(_SETTINGS), 1)
     with styled_figure(width, 2.6 * rows) as figure:
-        for n, group in enumerate(settings):
+        for n, group in enumerate(_SETTINGS):
             ax = figure.add_subplot(rows, columns, n + 1)
             for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
-                push = k / attraction(s, mu0, alpha) * np.sign(s)
+                push = k / attraction(s, mu0, _ALPHA) * np.sign(s)
                 i = steep.index((k, mu0)) if mu0 < 1 else -1
                 color, line = (COLORS[i % 6], LINES[1 + i % 6]) if mu0 < 1 else ("black", "-")
                 name = f"K = {number(k)}, μ₀ = {number(mu0)}" + ("" if mu0 < 1 else ": conventional")
                 ax.plot(s, push, color=color, linestyle=line, label=name)
-            ax.set(xlabel="S [m/s]", ylabel="push K/Q(S) sign S [m/s²]", xlim=(-reach, reach))
+            ax.set(xlabel="S [m/s]", ylabel="push K/Q(S) sign S [m/s²]", xlim=(-_REACH, _REACH))
             ax.legend(loc="upper left", handlelength=2.8, borderaxespad=0.2)  # a push never opposes S: nothing is there
         return figure
 

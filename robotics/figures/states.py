@@ -36,18 +36,14 @@ def plot_states(specifications: Sequence[str]) -> Figure:
         ControllerError: A law that does not exist.
         PlotError: A law without states.
     """
-    drawn: list[tuple[StateDiagram, list[str]]] = []
+    users: dict[int, tuple[StateDiagram, list[str]]] = {}  # of each diagram, by its identity
     for name in specifications:
         diagrams = make_controller(name).diagrams
         if not diagrams:
             raise PlotError(f"{name} has no states to draw")
         for diagram in diagrams:
-            users = next((names for other, names in drawn if other is diagram), None)
-            if users is None:
-                drawn.append((diagram, [law_title(name)]))
-            else:
-                users.append(law_title(name))
-    drawn.sort(key=lambda pair: len(pair[1]))  # what several laws share comes last
+            users.setdefault(id(diagram), (diagram, []))[1].append(law_title(name))
+    drawn = sorted(users.values(), key=lambda pair: len(pair[1]))  # what several laws share comes last
     heights = [_height(diagram) for diagram, _ in drawn]
     total = sum(heights)
     with styled_figure(DOUBLE, total, constrained=False) as figure:

@@ -485,27 +485,25 @@ def results_table(outcome: Outcome) -> pd.DataFrame:
 
 def summary_table(outcome: Outcome) -> pd.DataFrame:
     """A row a law, from the least cost up."""
-    rows, means = [], outcome.term_means("tuned")
-    for k in outcome.order:
-        entry = outcome.entries[k]
-        row: dict[str, Any] = {
-            "law": entry.law,
-            "sort": sort_of(outcome.made[k]),
-            "chosen": entry.by or "published",
-        }
-        for name, found in (
-            ("cost", outcome.cost),
-            ("tuned_ratio", outcome.tuned_ratio),
-            ("published_ratio", outcome.published_ratio),
-            ("gap_closed", outcome.closed),
-            ("worst_tenth", outcome.tail),
-            ("failed", outcome.failures),
-        ):
-            row |= {name: found.value[k], f"{name}_low": found.low[k], f"{name}_high": found.high[k]}
-        row |= {"numbers_tuned": len(entry.parameters), "evaluations": outcome.arena.budget(entry.law)}
-        row |= {term.metric: v for term, v in zip(outcome.arena.made_cost.terms, means[:, k], strict=True)}
-        rows.append(row)
-    return pd.DataFrame(rows)
+    columns: dict[str, Any] = {
+        "law": outcome.laws,
+        "sort": [sort_of(made) for made in outcome.made],
+        "chosen": [entry.by or "published" for entry in outcome.entries],
+    }
+    for name, found in (
+        ("cost", outcome.cost),
+        ("tuned_ratio", outcome.tuned_ratio),
+        ("published_ratio", outcome.published_ratio),
+        ("gap_closed", outcome.closed),
+        ("worst_tenth", outcome.tail),
+        ("failed", outcome.failures),
+    ):
+        columns |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
+    columns["numbers_tuned"] = [len(entry.parameters) for entry in outcome.entries]
+    columns["evaluations"] = [outcome.arena.budget(law) for law in outcome.laws]
+    terms = [term.metric for term in outcome.arena.made_cost.terms]
+    columns |= dict(zip(terms, outcome.term_means("tuned"), strict=True))
+    return pd.DataFrame(columns).iloc[outcome.order].reset_index(drop=True)
 
 
 def pairs_table(outcome: Outcome) -> pd.DataFrame:

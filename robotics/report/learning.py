@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from anfis.plot import plot_premises
 from fuzzy.errors import InputError
+from fuzzy.files.atomic import write_whole
 from fuzzy.fitting.search import SearchResult
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.system import Sugeno
@@ -33,8 +34,8 @@ from robotics.measures.evidence import mean_of
 from robotics.measures.registry import headlines, measure_all
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid, Picture
-from robotics.report.paper import picture_count, write_paper
-from robotics.report.template import program
+from robotics.report.plates import plates_of
+from robotics.report.template import program, rendered
 from robotics.report.wording import shown
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -99,6 +100,8 @@ def write_learning_report(
 ) -> Path:
     """Write the page about ``networks`` to ``path``, whole or not at all, and return the path.
 
+    The folder of the page is made if it is missing.
+
     Args:
         path: The file.
         networks: The networks, one for each output.
@@ -113,16 +116,20 @@ def write_learning_report(
     Raises LearningReportError for a table without the networks' columns, OSError.
     """
     chapters = learning_chapters(networks, samples, check, runs)
-    advance = (begin or unwatched)("drawing", picture_count(chapters))
-    return write_paper(
-        path,
-        title or f"Networks learnt from {samples.file}",
-        [*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
+    pictures = [picture for chapter in chapters for picture in chapter.pictures]
+    page = rendered(
+        "paper.html.j2",
         chapters,
+        plates_of(pictures, (begin or unwatched)("drawing", len(pictures))),
+        (),
+        title=title or f"Networks learnt from {samples.file}",
+        lead=[*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
         command=command,
         program=program("learning", first=networks[0], samples=samples, check=check, folder=folder, path=path),
-        advance=advance,
     )
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, page)
+    return Path(path)
 
 
 def drive_networks(

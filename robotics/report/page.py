@@ -6,6 +6,7 @@ The file is the same, byte for byte, whenever the same comparison is reported by
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -22,7 +23,7 @@ from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
 from robotics.measures.leading import Lead
 from robotics.report.answer import answer
 from robotics.report.chapter import Chapter, Claim, Front, Picture, Plate
-from robotics.report.plates import plate
+from robotics.report.plates import plates_of
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
 from robotics.report.template import program, rendered
 from robotics.report.wording import reading
@@ -94,7 +95,7 @@ def write_report(
     first_pictures = [head] if front is None else [front.picture, head]
     drawn = [picture for section in sections for picture in section.pictures]
     pictures = [*first_pictures, *drawn, *(picture for chapter in chapters for picture in chapter.pictures)]
-    plates = [plate(picture) for picture in pictures]
+    plates = plates_of(pictures)
     for picture in plates:
         write_whole(folder / "figures" / f"{picture.name}.png", picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
@@ -138,7 +139,7 @@ def write_report(
 
 def draw_sections(
     comparison: Comparison | Sequence[Comparison],
-    advance: Callable[[], None] | None = None,
+    advance: Callable[[], None] = lambda: None,
     first: Sequence[str] = (),
 ) -> list[ScenarioSection]:
     """Draw the sections on the scenarios of one or several comparisons.
@@ -146,8 +147,16 @@ def draw_sections(
     ``advance`` is called after every figure; the metrics ``first`` come before the others.
     """
     comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
-    places = _places([s.name for each in comparisons for s in each.scenarios])
-    return [_section(each, s, places[s.name], advance, first) for each in comparisons for s in each.scenarios]
+    shown = [(each, scenario) for each in comparisons for scenario in each.scenarios]
+    places = _places([scenario.name for _, scenario in shown])
+    sections = []
+    for each, scenario in shown:
+        place = places[scenario.name]
+        plates = plates_of(_pictures(each, scenario, place, first), advance)
+        table = summary_table(each, scenario.name, first)
+        stops = [line for name in each.controllers for line in each.runs[scenario.name, name].divergences()]
+        sections.append(ScenarioSection(scenario, place, _facts(scenario), table, stops, plates))
+    return sections
 
 
 def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
@@ -175,29 +184,6 @@ def _leads(found: Sequence[Lead]) -> Picture:
 # What is drawn -------------------------------------------------------------------------------------------------
 
 
-def _section(
-    comparison: Comparison,
-    scenario: Scenario,
-    place: str,
-    advance: Callable[[], None] | None,
-    first: Sequence[str],
-) -> ScenarioSection:
-    runs = [comparison.runs[scenario.name, name] for name in comparison.controllers]
-    plates = []
-    for picture in _pictures(comparison, scenario, place, first):
-        plates.append(plate(picture))
-        if advance is not None:
-            advance()
-    return ScenarioSection(
-        scenario,
-        place,
-        _facts(scenario),
-        summary_table(comparison, scenario.name, first),
-        [line for run in runs for line in run.divergences()],
-        plates,
-    )
-
-
 def _places(names: Sequence[str]) -> dict[str, str]:
     """The scenarios' names with nothing in them that a file name or an anchor cannot have; no two are the same."""
     slugs = [re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-").lower() for name in names]
@@ -221,14 +207,14 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
             f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
             f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
-            lambda: plot_comparison(comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),
+            partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),
         ),
         Picture(
             f"{slug}-paths",
             f"Driven paths on {name}, seed {seed}; below, how far each controller was off the path over time: median "
             "and band of all seeds. ▲, ▼: so far beyond the axis.",
             f"Top view of the reference and of the paths that {who} drove on {name}, and cross-track errors over time.",
-            lambda: plot_paths(runs, looks=looked, width=PAGE_WIDTH),
+            partial(plot_paths, runs, looks=looked, width=PAGE_WIDTH),
         ),
     ]
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
@@ -239,16 +225,14 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame.",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
-                lambda i=i: plot_errors(runs, robot=i, looks=looked, width=PAGE_WIDTH),  # type: ignore[misc]
+                partial(plot_errors, runs, robot=i, looks=looked, width=PAGE_WIDTH),
             ),
             Picture(
                 f"{slug}-speeds{suffix}",
                 f"Speeds on {name}{of}, seed {seed}, with the reference's. Changes: total variation of the demanded "
                 "turn rate a second, without the start. ▲, ▼: so far beyond the axis.",
                 f"Speed, turn rate and demanded turn rate over time of {who} on {name}{of}, one row a controller.",
-                lambda i=i, m=member: plot_velocities(  # type: ignore[misc]
-                    runs, robot=i, machine=m.robot, looks=looked, width=PAGE_WIDTH
-                ),
+                partial(plot_velocities, runs, robot=i, machine=member.robot, looks=looked, width=PAGE_WIDTH),
             ),
         ]
     return pictures

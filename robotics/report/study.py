@@ -205,8 +205,9 @@ def _written(
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
-        advance = begin("drawing", figure_count(comparisons)) if report else None
-        sections = draw_sections(comparisons, advance, first) if report else []
+        sections = []
+        if report:
+            sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
         opening = front(begin, folder) if front is not None and report else None
         made = wait()
     all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]

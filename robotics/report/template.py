@@ -17,6 +17,7 @@ from robotics.report.chapter import Chapter, Plate
 from robotics.report.glossary import SIDES, Linker, law_term, terms, terms_in, words_of
 
 _HERE = resources.files("robotics") / "report"
+_SPELLED = {"numpy": "NumPy", "python": "Python"}
 _GLOSSARY = "<!-- glossary -->"  # stands in the page until it is known which words it has
 
 
@@ -55,7 +56,7 @@ def rendered(
         linked=linked,
         glossary=Markup(_GLOSSARY),
         script=player_script(),
-        versions=_versions(),
+        versions=[(_SPELLED.get(name, name), version) for name, version in versions().items()],
         **values,
     )
     words = words_of(part for part in page.split('"') if not part.startswith("data:image"))
@@ -86,8 +87,3 @@ def _image(plate: Plate) -> dict[str, Any]:
     data = base64.b64encode(plate.webp).decode("ascii")
     narrow = plate.narrow and _image(plate.narrow)
     return {"data": data, "width": plate.width, "height": plate.height, "narrow": narrow}
-
-
-def _versions() -> list[tuple[str, str]]:
-    spelled = {"numpy": "NumPy", "python": "Python"}
-    return [(spelled.get(name, name), version) for name, version in versions().items()]

@@ -161,19 +161,16 @@ def _recoveries(results: Results) -> list[Recovery]:
 
 
 def _recovery(results: Results) -> Grid:
-    rows = []
-    for law in RECOVERERS:
-        found = [results["recovery", law, outage] for outage in OUTAGES]
-        cells = [
-            f"{shown(rate_of(r.recovered), '1')} of {len(r.recovered)} runs, {shown(mean_of(r.deviation), 'm')}"
-            for r in found
-        ]
-        rows.append((label(law), *cells))
-    return Grid(
+    def cell(law: str, outage: float) -> str:
+        found: Recovery = results["recovery", law, outage]
+        share = f"{shown(rate_of(found.recovered), '1')} of {len(found.recovered)} runs"
+        return f"{share}, {shown(mean_of(found.deviation), 'm')}"
+
+    return Grid.of(
         "Failure of robot 2 and delay of robot 3 at random times: share of the runs that recover, with Wilson's 95 % "
         "interval, and the mean of the largest distance from the path. The thesis prints one number: up to 15 s.",
-        ("controller", *(f"{o:g} s" for o in OUTAGES)),
-        rows,
+        RECOVERERS,
+        {"controller": label} | {f"{outage:g} s": partial(cell, outage=outage) for outage in OUTAGES},
     )
 
 

@@ -262,9 +262,10 @@ def test_equal_seeds_are_one_dot_without_an_interval(comparison: Comparison) -> 
 
 
 def test_switching_law_is_the_controllers() -> None:
-    figure = plot_switching([[(0.2, 1.0), (0.2, 0.1)], [(1.0, 0.5)]], alpha=3.0, reach=1.5)
-    assert [len(ax.lines) for ax in figure.axes] == [2, 1]
-    for ax, curves in zip(figure.axes, ([(0.2, 0.1), (0.2, 1.0)], [(1.0, 0.5)]), strict=True):
+    figure = plot_switching()
+    alike = [(0.2, 0.1), (0.2, 0.2), (0.2, 0.5), (0.2, 1.0)]
+    others = [(0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)]
+    for ax, curves in zip(figure.axes, (alike, others), strict=True):
         assert ax.get_xlabel() == "S [m/s]"
         assert "[m/s²]" in ax.get_ylabel()
         for line, (k, mu0) in zip(ax.lines, curves, strict=True):  # the highest end first
