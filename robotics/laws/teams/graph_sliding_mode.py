@@ -44,7 +44,7 @@ from robotics.paths.road import share
 from robotics.quantity import quantity
 from robotics.radio.channel import predicted
 from robotics.radio.graph import weights
-from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
+from robotics.vehicle.inverse_dynamics import DynamicsColumns, effective_dynamics, wheel_torques
 from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
@@ -223,7 +223,7 @@ class GraphSlidingMode(EquationLaw):
         sign = -1.0 if self.form == "literal" else 1.0
         return {
             "limit": velocity_limits(setting.robots),
-            "dynamics": InverseDynamics.effective(setting.robots),
+            "dynamics": effective_dynamics(setting.robots),
             "a_ij": sign * self.coupling * links.max(axis=1),
         }
 
