@@ -12,6 +12,9 @@ from robotics.environment.world import Point, Polygon, World, WorldError, u_shap
 from robotics.paths.path import Path
 
 GAP = 0.7  # m between the obstacles of class A: more than twice a robot's diagonal
+_MOST = 6  # polygons; 1 or more are drawn
+_RADIUS = (0.15, 0.45)  # m, from and to: of the circles that they fill
+_SPREAD = 0.8  # m: how far beside a path their centers may lie
 _CLEAR = 0.6  # m: the least distance from where a path begins or ends
 _WIDTH, _DEPTH = (0.7, 1.4), (0.4, 1.2)  # m, from and to: the free width between a trap's arms, and its free depth
 _TURN = 0.4  # rad: the largest angle by which a trap is turned, either way
@@ -19,38 +22,23 @@ _THICKNESS = 0.06  # m, of its walls
 _TRIES = 64  # the number of places tried for an obstacle before it is left out
 
 
-def random_field(
-    generator: np.random.Generator,
-    paths: Sequence[Path],
-    *,
-    gap: float | None = GAP,
-    most: int = 6,
-    radius: tuple[float, float] = (0.15, 0.45),
-    spread: float = 0.8,
-) -> World:
+def random_field(generator: np.random.Generator, paths: Sequence[Path], *, gap: float | None = GAP) -> World:
     """Draw convex polygons along the middle 80 % of paths.
 
-    Polygons that find no place are left out. Raises WorldError where none finds one, and for measures that cannot be.
+    Polygons that find no place are left out. Raises WorldError where none finds one.
 
     Args:
         generator: The source of all randomness.
         paths: The paths, at least one.
         gap: The least distance between two polygons [m] (class A); None lets them overlap (class B).
-        most: The largest number of polygons; 1 or more are drawn.
-        radius: The range (from, to) of the radii of the circles that they fill [m].
-        spread: How far beside a path their centers may lie [m].
     """
-    if not 1 <= most <= 1000:
-        raise WorldError(f"most must be a whole number >= 1 and <= 1000, got {most!r}")
-    if not 0 < radius[0] <= radius[1]:
-        raise WorldError(f"radius must be two numbers in m, > 0, the smaller first; got {radius!r}")
     if not paths:
         raise WorldError("paths: at least one is needed to put obstacles on")
     ends = np.array([path.table[:2, k] for path in paths for k in (0, -1)])
     placed = np.empty((0, 3))
     polygons = []
-    for _ in range(int(generator.integers(1, most, endpoint=True))):
-        candidates = _candidates(generator, paths, radius, spread)
+    for _ in range(int(generator.integers(1, _MOST, endpoint=True))):
+        candidates = _candidates(generator, paths)
         free = _distances(candidates, ends) - candidates[:, 2:] >= _CLEAR
         good = free.all(axis=1)
         if gap is not None:
@@ -86,14 +74,12 @@ def random_trap(generator: np.random.Generator, path: Path) -> World:
     )
 
 
-def _candidates(
-    generator: np.random.Generator, paths: Sequence[Path], radius: tuple[float, float], spread: float
-) -> np.ndarray:
+def _candidates(generator: np.random.Generator, paths: Sequence[Path]) -> np.ndarray:
     """Places where an obstacle might be (tries, 3): x, y and the radius around it [m]."""
     path = paths[int(generator.integers(len(paths)))]
-    place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-spread, spread, _TRIES)
+    place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-_SPREAD, _SPREAD, _TRIES)
     on = path.at(place * path.length)
-    size = generator.uniform(*radius, _TRIES)
+    size = generator.uniform(*_RADIUS, _TRIES)
     return np.stack([on.x - beside * np.sin(on.heading), on.y + beside * np.cos(on.heading), size], axis=1)
 
 

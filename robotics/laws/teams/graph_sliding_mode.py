@@ -49,8 +49,7 @@ from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 Form = Literal["cross-coupled", "thesis", "literal"]
-Realisation = Literal["velocity", "torque"]
-_FORM, _REALISATION = codes(Form), codes(Realisation)
+_FORM, _REALISATION = codes(Form), codes(Level)
 
 
 class ErrorColumns(Columns):
@@ -206,7 +205,7 @@ class GraphSlidingMode(EquationLaw):
     mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0
     alpha: float = quantity(3.0, "s/m", above=0)  # α
     hand: float = quantity(0.1, "m", above=0)  # b
-    realisation: Realisation = "velocity"
+    realisation: Level = "velocity"
 
     equation = graph_sliding_mode
     says, remembers, derived = SurfaceMessage, SurfaceMemory, SurfaceDerived
