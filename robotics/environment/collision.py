@@ -29,8 +29,7 @@ def robot_contacts(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.
         heading: (runs, robots) [rad].
         sizes: Those of :func:`footprints` (3, robots).
     """
-    x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_robot_gaps(x, y, heading, sizes)[0])
+    return np.asarray(_robot_gaps(*as_poses(x, y, heading), sizes)[0])
 
 
 def obstacle_contacts(
@@ -41,8 +40,7 @@ def obstacle_contacts(
     Poses and sizes are as of :func:`robot_contacts`; ``geometry`` has as many runs, or one world for all of them.
     Raises ValueError for another number of runs.
     """
-    x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_obstacle_gaps(x, y, heading, sizes, *for_runs(geometry, len(x)))[0])
+    return np.asarray(_obstacle_gaps(*as_poses(x, y, heading), sizes, *for_runs(geometry, len(x)))[0])
 
 
 def robot_clearance(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -50,8 +48,7 @@ def robot_clearance(x: np.ndarray, y: np.ndarray, heading: np.ndarray, sizes: np
 
     The arguments are as of :func:`robot_contacts`.
     """
-    x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_robot_gaps(x, y, heading, sizes)[1])
+    return np.asarray(_robot_gaps(*as_poses(x, y, heading), sizes)[1])
 
 
 def obstacle_clearance(
@@ -61,8 +58,7 @@ def obstacle_clearance(
 
     The arguments are as of :func:`obstacle_contacts`. Raises ValueError for another number of runs.
     """
-    x, y, heading = as_poses(x, y, heading)
-    return np.asarray(_obstacle_gaps(x, y, heading, sizes, *for_runs(geometry, len(x)))[1])
+    return np.asarray(_obstacle_gaps(*as_poses(x, y, heading), sizes, *for_runs(geometry, len(x)))[1])
 
 
 def as_poses(*values: np.ndarray) -> list[np.ndarray]:

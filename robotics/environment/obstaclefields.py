@@ -12,46 +12,34 @@ from robotics.environment.world import Point, Polygon, World, WorldError, u_shap
 from robotics.paths.path import Path
 
 GAP = 0.7  # m between the obstacles of class A: more than twice a robot's diagonal
+_MOST = 6  # polygons; 1 or more are drawn
+_RADIUS = (0.15, 0.45)  # m, from and to: of the circles that they fill
+_SPREAD = 0.8  # m: how far beside a path their centers may lie
+_CLEAR = 0.6  # m: the least distance from where a path begins or ends
+_WIDTH, _DEPTH = (0.7, 1.4), (0.4, 1.2)  # m, from and to: the free width between a trap's arms, and its free depth
+_TURN = 0.4  # rad: the largest angle by which a trap is turned, either way
+_THICKNESS = 0.06  # m, of its walls
 _TRIES = 64  # the number of places tried for an obstacle before it is left out
 
 
-def random_field(
-    generator: np.random.Generator,
-    paths: Sequence[Path],
-    *,
-    gap: float | None = GAP,
-    most: int = 6,
-    radius: tuple[float, float] = (0.15, 0.45),
-    spread: float = 0.8,
-    clear: float = 0.6,
-    known: bool = False,
-) -> World:
+def random_field(generator: np.random.Generator, paths: Sequence[Path], *, gap: float | None = GAP) -> World:
     """Draw convex polygons along the middle 80 % of paths.
 
-    Polygons that find no place are left out. Raises WorldError where none finds one, and for measures that cannot be.
+    Polygons that find no place are left out. Raises WorldError where none finds one.
 
     Args:
         generator: The source of all randomness.
         paths: The paths, at least one.
         gap: The least distance between two polygons [m] (class A); None lets them overlap (class B).
-        most: The largest number of polygons; 1 or more are drawn.
-        radius: The range (from, to) of the radii of the circles that they fill [m].
-        spread: How far beside a path their centers may lie [m].
-        clear: The least distance from where a path begins or ends [m].
-        known: Whether the robots know them.
     """
-    if not 1 <= most <= 1000:
-        raise WorldError(f"most must be a whole number >= 1 and <= 1000, got {most!r}")
-    if not 0 < radius[0] <= radius[1]:
-        raise WorldError(f"radius must be two numbers in m, > 0, the smaller first; got {radius!r}")
     if not paths:
         raise WorldError("paths: at least one is needed to put obstacles on")
     ends = np.array([path.table[:2, k] for path in paths for k in (0, -1)])
     placed = np.empty((0, 3))
     polygons = []
-    for _ in range(int(generator.integers(1, most, endpoint=True))):
-        candidates = _candidates(generator, paths, radius, spread)
-        free = _distances(candidates, ends) - candidates[:, 2:] >= clear
+    for _ in range(int(generator.integers(1, _MOST, endpoint=True))):
+        candidates = _candidates(generator, paths)
+        free = _distances(candidates, ends) - candidates[:, 2:] >= _CLEAR
         good = free.all(axis=1)
         if gap is not None:
             between = _distances(candidates, placed[:, :2]) - candidates[:, 2:] - placed[:, 2]
@@ -62,57 +50,36 @@ def random_field(
             placed = np.concatenate([placed, [[x, y, size]]])
             polygons.append(Polygon(corners=tuple((size * a, size * b) for a, b in corners), position=(x, y)))
     if not polygons:
-        raise WorldError(f"no obstacle finds a place {clear:g} m clear of where the paths begin and end")
-    return World(obstacles=tuple(polygons), known=known)
+        raise WorldError(f"no obstacle finds a place {_CLEAR:g} m clear of where the paths begin and end")
+    return World(obstacles=tuple(polygons), known=False)
 
 
-def random_trap(
-    generator: np.random.Generator,
-    path: Path,
-    *,
-    width: tuple[float, float] = (0.7, 1.4),
-    depth: tuple[float, float] = (0.4, 1.2),
-    turn: float = 0.4,
-    thickness: float = 0.06,
-    clear: float = 0.6,
-    known: bool = False,
-) -> World:
+def random_trap(generator: np.random.Generator, path: Path) -> World:
     """Draw a U about the middle of a path, its mouth towards the robot that comes.
 
-    Raises WorldError where the path is too short to begin and end ``clear`` metres away from the U.
-
-    Args:
-        generator: The source of all randomness.
-        path: The path.
-        width: The range (from, to) of the free width between its arms [m].
-        depth: The range (from, to) of its free depth [m].
-        turn: The largest angle by which it is turned, either way [rad].
-        thickness: The thickness of its walls [m].
-        clear: The least distance from where the path begins and ends [m].
-        known: Whether the robots know it.
+    Raises WorldError where the path is too short to begin and end 0.6 m away from the U. ``generator`` is the source of
+    all randomness.
     """
-    wide, deep, angle = generator.uniform(*width), generator.uniform(*depth), generator.uniform(-turn, turn)
+    wide, deep, angle = generator.uniform(*_WIDTH), generator.uniform(*_DEPTH), generator.uniform(-_TURN, _TURN)
     on = path.at(generator.uniform(0.45, 0.55) * path.length)
-    size = float(np.hypot(wide / 2 + thickness, deep / 2 + thickness))
+    size = float(np.hypot(wide / 2 + _THICKNESS, deep / 2 + _THICKNESS))
     for k in (0, -1):
         away = float(np.hypot(path.table[0, k] - on.x, path.table[1, k] - on.y)) - size
-        if away < clear:
-            raise WorldError(f"a path must begin and end {clear:g} m or more from a trap on it, got {away:.3g} m")
+        if away < _CLEAR:
+            raise WorldError(f"a path must begin and end {_CLEAR:g} m or more from a trap on it, got {away:.3g} m")
     heading = float(np.arctan2(np.sin(on.heading + angle), np.cos(on.heading + angle)))
-    corners = u_shape(wide, deep, thickness)
+    corners = u_shape(wide, deep, _THICKNESS)
     return World(
-        obstacles=(Polygon(corners=corners, position=(float(on.x), float(on.y)), heading=heading),), known=known
+        obstacles=(Polygon(corners=corners, position=(float(on.x), float(on.y)), heading=heading),), known=False
     )
 
 
-def _candidates(
-    generator: np.random.Generator, paths: Sequence[Path], radius: tuple[float, float], spread: float
-) -> np.ndarray:
+def _candidates(generator: np.random.Generator, paths: Sequence[Path]) -> np.ndarray:
     """Places where an obstacle might be (tries, 3): x, y and the radius around it [m]."""
     path = paths[int(generator.integers(len(paths)))]
-    place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-spread, spread, _TRIES)
+    place, beside = generator.uniform(0.1, 0.9, _TRIES), generator.uniform(-_SPREAD, _SPREAD, _TRIES)
     on = path.at(place * path.length)
-    size = generator.uniform(*radius, _TRIES)
+    size = generator.uniform(*_RADIUS, _TRIES)
     return np.stack([on.x - beside * np.sin(on.heading), on.y + beside * np.cos(on.heading), size], axis=1)
 
 

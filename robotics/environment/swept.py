@@ -106,22 +106,19 @@ class Watch:
         # A robot that was nowhere has nothing to come from: the sample alone is looked at.
         return watch.to(time, poses, geometry)[0]
 
-    def to(
-        self, time: float, poses: np.ndarray, geometry: Geometry | None = None, going: np.ndarray | None = None
-    ) -> tuple[Self, np.ndarray]:
+    def to(self, time: float, poses: np.ndarray, geometry: Geometry | None = None) -> tuple[Self, np.ndarray]:
         """Carry the watch on to the next sample; return it with the contacts that ended meanwhile.
 
         Args:
             time: Of the sample [s].
             poses: As of :meth:`opened`.
             geometry: The obstacles at that time; the same object as before says that none moves.
-            going: The runs that are watched (runs,) bool; of the others nothing changes. By default all.
 
         The contacts that ended are (contacts, ContactColumns).
         """
         times, both = np.array([self.time, time]), np.stack([self.poses, poses], axis=-1)
         worlds = [geometry] if geometry is self.geometry else [self.geometry, geometry]
-        return self._carried(times, both, stacked(worlds), going, geometry)
+        return self._carried(times, both, stacked(worlds), geometry)
 
     def along(self, times: np.ndarray, poses: np.ndarray, geometry: Geometry | None) -> tuple[Self, np.ndarray]:
         """Carry the watch on through many samples, of which the first is the watch's own; as :meth:`to`.
@@ -132,18 +129,18 @@ class Watch:
             geometry: The obstacles; the first axis is the samples, or 1 if all rest.
         """
         if geometry is None:
-            return self._carried(times, poses, stacked([None]), None, None)
+            return self._carried(times, poses, stacked([None]), None)
         circles, bodies, segments, counts = geometry
         world = Geometry(circles[:, None], bodies[:1], segments[:, None], counts[:1])
         last = Geometry(*(part[-1:] for part in geometry))
-        return self._carried(times, poses, world, None, last)
+        return self._carried(times, poses, world, last)
 
     def _carried(
-        self, times: np.ndarray, poses: np.ndarray, world: Geometry, going: np.ndarray | None, last: Geometry | None
+        self, times: np.ndarray, poses: np.ndarray, world: Geometry, last: Geometry | None
     ) -> tuple[Self, np.ndarray]:
         known = ContactNotes(self.known.spans, *(part.copy() for part in self.known[1:]))
-        going = np.ones(poses.shape[1], dtype=np.bool_) if going is None else going
-        poses, sizes = np.ascontiguousarray(poses, dtype=float), footprints(self.robots)
+        going, sizes = np.ones(poses.shape[1], dtype=np.bool_), footprints(self.robots)
+        poses = np.ascontiguousarray(poses, dtype=float)
         ended = sweep(times, poses, *world, sizes, going, True, known)
         return replace(self, time=float(times[-1]), poses=poses[..., -1], geometry=last, known=known), ended
 
@@ -511,9 +508,10 @@ def sweep(  # type: ignore[no-untyped-def]
 ):
     """Carry what is ``known`` through all samples, as of :class:`ContactNotes`; return the contacts that ended.
 
-    Poses, obstacles and ``going`` are as of :meth:`Watch.along` and :meth:`Watch.to`, ``sizes`` those of
-    :func:`robotics.environment.collision.footprints`. Without ``each_robot`` clearances are those of whole runs: the
-    least of all robots is as with it, and those of single robots are no less than they should be.
+    Poses and obstacles are as of :meth:`Watch.along`, ``sizes`` those of
+    :func:`robotics.environment.collision.footprints`; of runs that are not ``going`` (runs,) nothing changes. Without
+    ``each_robot`` clearances are those of whole runs: the least of all robots is as with it, and those of single robots
+    are no less than they should be.
     """
     runs, robots, samples = poses.shape[1:]
     spans, least, ends, floor = known.spans, known.least, known.ends, known.floor

@@ -283,7 +283,9 @@ def preset_of(specification: str) -> Preset:
     """
     about = Specification.of(specification)
     if about.file:
-        return _of_rule_base(about) if about.file.endswith(".fis") else law_in_file(about.file, about.name)
+        if about.file.endswith(".fis"):
+            return Preset(OwnRules, {"rule_base": about.file}, about.short, f"the rule base {about.short}")
+        return law_in_file(about.file, about.name)
     known = presets()
     if about.name in unusable_laws():
         raise ControllerError(unusable_laws()[about.name])
@@ -292,11 +294,6 @@ def preset_of(specification: str) -> Preset:
             f"{expected(about.name, known, 'controller')}; or a file: mylaw.py:MyLaw, or mine.fis for a rule base"
         )
     return known[about.name]
-
-
-def _of_rule_base(about: Specification) -> Preset:
-    """The law ``fuzzy`` with the rule base of a file."""
-    return Preset(OwnRules, {"rule_base": about.file}, about.short, f"the rule base {about.short}")
 
 
 def located(specification: str, folder: str | Path) -> str:

@@ -314,10 +314,9 @@ class EquationLaw(Law[Memory]):
                 found[name] = value.gain_rows(setting) if isinstance(value, EquationLaw) else float(value)
         return gain_columns(law).stacked(found)
 
-    def gain_array(self, setting: Setting | None = None) -> np.ndarray:
+    def gain_array(self) -> np.ndarray:
         """The same as a column (numbers, 1), of a law that reads nothing of its setting."""
-        rows: Any = self.gain_rows(cast(Setting, setting))
-        return np.array(rows, dtype=float)[:, None]
+        return np.array(self.gain_rows(cast(Setting, None)), dtype=float)[:, None]
 
     @property
     def message(self) -> tuple[str, ...]:

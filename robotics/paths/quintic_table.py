@@ -8,20 +8,21 @@ from fuzzy.compiled.jit import kernel
 from robotics.paths.path import PathColumns, Quintic
 
 _ROWS = PathColumns.size
+_SPACING = 0.02  # m: between nodes, at most
 _CELLS = 800  # of the parameter, between which the length is measured
 
 
-def quintic_table(shape: Quintic, spacing: float = 0.02) -> np.ndarray:
+def quintic_table(shape: Quintic) -> np.ndarray:
     """Make the table of :class:`robotics.paths.path.Path` for a quintic, to about 1e-6 m.
 
-    Nodes are at most ``spacing`` [m] apart. :func:`robotics.paths.path.compile_path` is slower and more exact.
+    :func:`robotics.paths.path.compile_path` is slower and more exact.
     """
-    return tabulated(coefficients(shape), spacing)
+    return tabulated(coefficients(shape))
 
 
-def tabulated(shape: np.ndarray, spacing: float = 0.02) -> np.ndarray:
+def tabulated(shape: np.ndarray) -> np.ndarray:
     """:func:`quintic_table` of a quintic by its :func:`coefficients`."""
-    table, (dx, dy, cross) = _measured(shape, spacing)
+    table, (dx, dy, cross) = _measured(shape)
     nodes = PathColumns(table)
     # By numpy, not in the compiled function: their last bits are others, and crossings shall stay what they were.
     _unwrapped(np.arctan2(dy, dx), nodes.heading)
@@ -68,7 +69,7 @@ def bend(row, u):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def _measured(shape, spacing):  # type: ignore[no-untyped-def]
+def _measured(shape):  # type: ignore[no-untyped-def]
     """Tables of places at equal shares of the length (PathColumns, nodes), without heading and curvature, and of p' and
     p' × p'' (3, nodes)."""
     x, y = shape[0], shape[1]
@@ -83,7 +84,7 @@ def _measured(shape, spacing):  # type: ignore[no-untyped-def]
         measured[k + 1] = measured[k] + h / 12 * (5 * a + 8 * b - c)
         measured[k + 2] = measured[k + 1] + h / 12 * (-a + 8 * b + 5 * c)
     length = measured[_CELLS]
-    cells = max(32, math.ceil(length / spacing))
+    cells = max(32, math.ceil(length / _SPACING))
     found, bends = np.empty((_ROWS, cells + 1)), np.empty((3, cells + 1))
     k = 0
     for n in range(cells + 1):

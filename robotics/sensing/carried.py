@@ -212,20 +212,13 @@ def _periods(sensor: RangeSensor, tick: float) -> int:
 
 def _column(sensor: RangeSensor, tick: float) -> np.ndarray:
     start, end = (np.inf if at is None else at for at in (sensor.failure_start, sensor.failure_end))
-    rows = {
-        "x": sensor.x,
-        "y": sensor.y,
+    own = "x", "y", "range", "minimum", "noise", "relative_noise", "dropout", "crosstalk"
+    rows = {name: getattr(sensor, name) for name in own} | {
         "cos_axis": np.cos(sensor.axis),
         "sin_axis": np.sin(sensor.axis),
         "cos_half": np.cos(sensor.half_cone),
         "sin_half": np.sin(sensor.half_cone),
-        "range": sensor.range,
         "cos_incidence": np.cos(sensor.incidence) if sensor.incidence < pi / 2 else 0.0,
-        "minimum": sensor.minimum,
-        "noise": sensor.noise,
-        "relative": sensor.relative_noise,
-        "dropout": sensor.dropout,
-        "crosstalk": sensor.crosstalk,
         "fails_from": start / tick - 1e-9,
         "fails_until": end / tick - 1e-9,
     }
@@ -306,8 +299,8 @@ def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-unt
     if sensor.dropout > 0 and looks.draws[_DRAWN.loss, run, drawn] < sensor.dropout:
         d = np.inf
     if d < np.inf:
-        if sensor.noise > 0 or sensor.relative > 0:
-            d += np.sqrt(sensor.noise**2 + (sensor.relative * d) ** 2) * looks.draws[_DRAWN.noise, run, drawn]
+        if sensor.noise > 0 or sensor.relative_noise > 0:
+            d += np.sqrt(sensor.noise**2 + (sensor.relative_noise * d) ** 2) * looks.draws[_DRAWN.noise, run, drawn]
         d = min(max(d, sensor.minimum), sensor.range)
     if sensor.fails_from <= k < sensor.fails_until:
         d = np.inf

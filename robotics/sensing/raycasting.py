@@ -28,7 +28,7 @@ class SensorColumns(Columns):
     cos_incidence = column("1", "the largest angle of incidence at which an echo comes back")
     minimum = column("m", "the shortest reading")
     noise = column("m", "standard deviation")
-    relative = column("1", "standard deviation over the distance")
+    relative_noise = column("1", "standard deviation over the distance")
     dropout = column("1", "the probability that an echo is lost")
     crosstalk = column("1", "the probability that another's ping is heard")
     fails_from = column("periods")

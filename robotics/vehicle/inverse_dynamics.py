@@ -1,47 +1,36 @@
 """The inverse dynamics of many robots: the wheel torques that give an acceleration."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
-
-import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
 from robotics.vehicle.robot import Robot
 
 
-class InverseDynamics(NamedTuple):
-    """The inverse dynamics (2.19) for a center of mass on the axle (d = 0); each field is (robots,)."""
-
-    mass: np.ndarray  # kg
-    inertia: np.ndarray  # kg m²
-    radius: np.ndarray  # m, of the wheels
-    half_axle: np.ndarray  # m
-
-    @classmethod
-    def nominal(cls, robots: Sequence[Robot]) -> "InverseDynamics":
-        """Take the mass and the inertia of thesis (2.3) for d = 0, as in (2.10); the laws of chapter 2 know these."""
-        inertia = [r.body_inertia + 2 * r.wheel_mass * r.half_axle**2 + 2 * r.wheel_inertia for r in robots]
-        return cls._of(robots, [r.mass for r in robots], inertia)
-
-    @classmethod
-    def effective(cls, robots: Sequence[Robot]) -> "InverseDynamics":
-        """Take all that the wheels' torques accelerate and turn: also the spinning wheels, and d in the inertia."""
-        return cls._of(robots, [r.effective_mass for r in robots], [r.effective_inertia for r in robots])
-
-    @classmethod
-    def _of(cls, robots: Sequence[Robot], mass: Sequence[float], inertia: Sequence[float]) -> "InverseDynamics":
-        radii, axles = [r.wheel_radius for r in robots], [r.half_axle for r in robots]
-        return cls(*(np.array(row) for row in (mass, inertia, radii, axles)))
-
-
 class DynamicsColumns(Columns):
-    """The same of one robot, for compiled functions."""
+    """The inverse dynamics (2.19) of a robot for a center of mass on the axle (d = 0)."""
 
     mass = column("kg")
     inertia = column("kg m²")
     radius = column("m", "of the wheels")
     half_axle = column("m")
+
+
+def nominal_dynamics(robots: Sequence[Robot]) -> dict[str, list[float]]:
+    """Take the mass and the inertia of thesis (2.3) for d = 0, as in (2.10); the laws of chapter 2 know these."""
+    inertia = [r.body_inertia + 2 * r.wheel_mass * r.half_axle**2 + 2 * r.wheel_inertia for r in robots]
+    return _dynamics(robots, [r.mass for r in robots], inertia)
+
+
+def effective_dynamics(robots: Sequence[Robot]) -> dict[str, list[float]]:
+    """Take all that the wheels' torques accelerate and turn: also the spinning wheels, and d in the inertia."""
+    return _dynamics(robots, [r.effective_mass for r in robots], [r.effective_inertia for r in robots])
+
+
+def _dynamics(robots: Sequence[Robot], mass: list[float], inertia: list[float]) -> dict[str, list[float]]:
+    """The columns of DynamicsColumns, each of all robots."""
+    radius, half_axle = [r.wheel_radius for r in robots], [r.half_axle for r in robots]
+    return {"mass": mass, "inertia": inertia, "radius": radius, "half_axle": half_axle}
 
 
 @compiled_only

@@ -153,30 +153,19 @@ def parameters(robot: Robot, step: float = 0.01, believed: Robot | None = None) 
     radius and the axle of that one.
     """
     believed = believed or robot
-    b0, b1, b2, a1, a2 = _low_pass(robot.filter_frequency, step)
-    values = {
+    low_pass = zip(("b0", "b1", "b2", "a1", "a2"), _low_pass(robot.filter_frequency, step), strict=True)
+    own = "half_axle", "torque_limit", "friction_speed", "kp", "ki", "kd", "v_max", "w_max"
+    values = {name: getattr(robot, name) for name in own} | dict(low_pass)
+    values |= {
         "mass": robot.effective_mass,
         "inertia": robot.effective_inertia,
         "coupling": robot.body_mass * robot.mass_offset,  # m_c d, not m d: the wheels sit on the axle
         "radius": robot.wheel_radius,
-        "half_axle": robot.half_axle,
         "voltage": robot.supply_voltage,
         "kt": robot.torque_constant,
         "ke": robot.back_emf,
-        "torque_limit": robot.torque_limit,
         "friction": robot.friction_torque,
-        "friction_speed": robot.friction_speed,
         "count": robot.counts_per_turn / (2 * pi),
-        "kp": robot.kp,
-        "ki": robot.ki,
-        "kd": robot.kd,
-        "b0": b0,
-        "b1": b1,
-        "b2": b2,
-        "a1": a1,
-        "a2": a2,
-        "v_max": robot.v_max,
-        "w_max": robot.w_max,
         "wheel_max": robot.wheel_speed_max,
         "odometry": (believed.wheel_radius, believed.wheel_radius, believed.half_axle),
         "v_rate": _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,

@@ -10,6 +10,7 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
 from robotics.scenario.robots import RobotModel
 
+_SETTLE = 2.0  # s that a robot may take after the reference has arrived
 _NEAREST = 1e-3  # m: points closer than this to the one before are taken for the same
 
 
@@ -35,8 +36,6 @@ def setting_along(
     ramp: float = 1.0,
     spacing: float = 0.05,
     period: float = 0.05,
-    latency: float = 0.0,
-    settle: float = 2.0,
 ) -> Setting:
     """Compile the task of following a spline through way-points at a constant speed.
 
@@ -47,8 +46,6 @@ def setting_along(
         ramp: The time in which the speed rises at the start, and in which it falls at the end [s].
         spacing: Points closer than this to the one before are left out [m].
         period: The control period, a multiple of 10 ms [s].
-        latency: From deciding on a command to its effect, a multiple of 10 ms [s].
-        settle: How long the robot may take after the reference has arrived [s].
 
     Raises PathError, or ScenarioError where no command of the robot can follow.
     """
@@ -61,6 +58,6 @@ def setting_along(
         robot=model.robot,
         model=model,
     )
-    described = Scenario(name="path", robots=(member,), period=period, latency=latency)
-    end = float(described.trajectory.ends[0]) + settle
+    described = Scenario(name="path", robots=(member,), period=period)
+    end = float(described.trajectory.ends[0]) + _SETTLE
     return replace(described, duration=max(period, round(end / period) * period)).setting

@@ -40,18 +40,18 @@ class Controller(Node):
         super().__init__("controller", **options)
         values = self.values = declared(self, PARAMETERS)
         check(values)
-        self.law = make_controller(values.text("law"))
-        self.path_task = None if values.text("scenario") else PathTask.of(values, self.law)
+        self.law = make_controller(values["law"])
+        self.path_task = None if values["scenario"] else PathTask.of(values, self.law)
         self.task: Onboard | None = None if self.path_task else scenario_task(values, self.law)
         if self.path_task:
             self.path_task.rehearse()
-        self.lockstep, self.done = values.flag("lockstep"), False
-        self.standing = CommandWatchdog(values.number("odom_timeout"), values.number("range_timeout"), clocks.monotonic)
+        self.lockstep, self.done = values["lockstep"], False
+        self.standing = CommandWatchdog(values["odom_timeout"], values["range_timeout"], clocks.monotonic)
         robots = len(self.task.setting.robots) if self.task else 1
         self.own = self.task.robot if self.task else 0
         inside = prefix(self.own, robots)
-        self.odom_frame = values.text("odom_frame") or f"{inside}odom"
-        self.base_frame = values.text("base_frame") or f"{inside}base_link"
+        self.odom_frame = values["odom_frame"] or f"{inside}odom"
+        self.base_frame = values["base_frame"] or f"{inside}base_link"
         self.known: dict[int, OwnState] = {}  # of each robot, from 0, as odometry says
         self.stamps: dict[str, int] = {}  # ns: of the last message, by what it is
         self.ranges: dict[str, float] = {}  # m, by the sensor's name
@@ -65,25 +65,25 @@ class Controller(Node):
         self._open()
         if self.task:
             self._take(self.task)
-        self.get_logger().info(f"{values.text('law')} drives {self.resolve_topic_name(values.text('cmd_vel_topic'))}")
+        self.get_logger().info(f"{values['law']} drives {self.resolve_topic_name(values['cmd_vel_topic'])}")
 
     # What comes and goes -----------------------------------------------------------------------------------------
 
     def _open(self) -> None:
         """Open the topics that do not depend on the task, and the clocks."""
         values = self.values
-        kind = TwistStamped if values.flag("stamped") else Twist
+        kind = TwistStamped if values["stamped"] else Twist
         once = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.velocity = self.create_publisher(kind, values.text("cmd_vel_topic"), 1)
+        self.velocity = self.create_publisher(kind, values["cmd_vel_topic"], 1)
         self.radio = self.create_publisher(JointState, "radio", 10) if self.law.message else None
         self.plan = self.create_publisher(PathMessage, "plan", once)
         self.target = self.create_publisher(PoseStamped, "target", 1)
         # Whoever publishes odometry reliably or not is heard; in lockstep nothing may be lost
         policy = ReliabilityPolicy.RELIABLE if self.lockstep else ReliabilityPolicy.BEST_EFFORT
         self.sensed = QoSProfile(depth=10, reliability=policy)
-        self.create_subscription(Odometry, values.text("odom_topic"), self._on_odometry, self.sensed)
+        self.create_subscription(Odometry, values["odom_topic"], self._on_odometry, self.sensed)
         if self.path_task:
-            self.create_subscription(PathMessage, values.text("path_topic"), self._on_path, 1)
+            self.create_subscription(PathMessage, values["path_topic"], self._on_path, 1)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         if self.standing.odom_timeout:
             self.create_timer(self.standing.odom_timeout / 4, self._watch, clock=steady)
@@ -91,7 +91,7 @@ class Controller(Node):
             self.ticker = self.create_timer(self._period(), self._tick)
 
     def _period(self) -> float:
-        return self.task.setting.period if self.task else 1 / (self.values.number("rate") or 20.0)
+        return self.task.setting.period if self.task else 1 / (self.values["rate"] or 20.0)
 
     def _take(self, task: Onboard) -> None:
         """Take up a task, which begins with the next odometry."""
@@ -100,11 +100,11 @@ class Controller(Node):
         self.begin, self.waited, self.order, self.ended = None, 0, None, ""
         self.wanted = list(self.law.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
-            self._listen(Range, f"{self.values.text('range_topic')}/{token(name)}", self._on_range(name))
+            self._listen(Range, f"{self.values['range_topic']}/{token(name)}", self._on_range(name))
         for other in range(len(task.setting.robots)) if task.sees_others else ():
             if other != task.robot:
-                self._listen(Odometry, f"/{robot_name(other)}/{self.values.text('odom_topic')}", self._on_other(other))
-        if self.law.message and self.values.text("radio") == "relayed":
+                self._listen(Odometry, f"/{robot_name(other)}/{self.values['odom_topic']}", self._on_other(other))
+        if self.law.message and self.values["radio"] == "relayed":
             self._listen(JointState, "heard", self._on_heard)
         elif self.law.message:
             for other in task.senders:
@@ -232,7 +232,7 @@ class Controller(Node):
         assert self.begin is not None
         if came_back := self.standing.moves():
             self.get_logger().info(came_back)
-            if self.values.flag("reference_waits"):
+            if self.values["reference_waits"]:
                 self.waited += max(0, now - self.last - round(task.setting.period * messages.NANOSECONDS))
         time, period = (now - self.begin - self.waited) / messages.NANOSECONDS, task.setting.period
         if self.lockstep:
@@ -263,7 +263,7 @@ class Controller(Node):
         """Begin the task where the robot is now."""
         assert self.task is not None
         self.begin, self.last, known = now, now, self.known[self.own]  # what it stood for before is no waiting
-        if self.values.text("origin") == "start":
+        if self.values["origin"] == "start":
             frame = self.task.start.frame_of(known.posture)
             self.frame = frame.inside(self.frame) if self.frame != HERE else frame
             posture = known.posture.inside(frame)
@@ -289,7 +289,7 @@ class Controller(Node):
         self.target.publish(messages.posed(now, self.odom_frame, self._in_odometry(order.target)))
 
     def _command(self, now: int, v: float, w: float) -> None:
-        stamped = self.values.flag("stamped")
+        stamped = self.values["stamped"]
         self.velocity.publish(messages.twist_stamped(now, self.base_frame, v, w) if stamped else messages.twist(v, w))
 
     def _stand(self, reason: str, now: int) -> None:

@@ -1,6 +1,6 @@
 """The parameters of the controller, and the tasks that they describe: a scenario's, or along a path that comes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 from fuzzyfleet_ros.alongpath import setting_along
 from fuzzyfleet_ros.names import scenario_of
 from fuzzyfleet_ros.onboard import Onboard
-from fuzzyfleet_ros.parameters import Parameter, ParameterError, Values
+from fuzzyfleet_ros.parameters import Parameter, ParameterError
 from robotics.laws.law import Law
 from robotics.scenario.robots import RobotModel, load_robot, standard_robot
 
@@ -42,37 +42,37 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def check(values: Values) -> None:
+def check(values: Mapping[str, Any]) -> None:
     """Raise ParameterError for parameters that do not suit each other."""
-    if values.flag("lockstep") and not values.flag("stamped"):
+    if values["lockstep"] and not values["stamped"]:
         raise ParameterError("lockstep needs stamped, because the simulator tells commands by their time")
-    if values.flag("lockstep") and values.text("radio") == "direct":
+    if values["lockstep"] and values["radio"] == "direct":
         raise ParameterError("lockstep needs radio relayed, because only the simulator knows when messages arrive")
-    if values.flag("lockstep") and not values.text("scenario"):
+    if values["lockstep"] and not values["scenario"]:
         raise ParameterError("lockstep needs a scenario")
-    if not values.text("scenario") and values.whole("member") != 1:
+    if not values["scenario"] and values["member"] != 1:
         raise ParameterError("member names a robot of a scenario, and no scenario is given")
-    if rate := values.number("rate"):
+    if rate := values["rate"]:
         steps = 100 / rate
         if abs(steps - round(steps)) > 1e-6:
             raise ParameterError(f"rate must be 100 Hz divided by a whole number, such as 20 or 50; got {rate:g}")
 
 
-def scenario_task(values: Values, law: Law[Any]) -> Onboard:
+def scenario_task(values: Mapping[str, Any], law: Law[Any]) -> Onboard:
     """The task of a scenario's robot. Raises what a scenario that cannot be read raises, and OnboardError."""
-    scenario = scenario_of(values.text("scenario"), values.text("robot"), values.number("rate"))
+    scenario = scenario_of(values["scenario"], values["robot"], values["rate"])
     return _onboard(scenario.setting, law, values)
 
 
-def _onboard(setting: Any, law: Law[Any], values: Values) -> Onboard:
+def _onboard(setting: Any, law: Law[Any], values: Mapping[str, Any]) -> Onboard:
     return Onboard.of(
         setting,
         law,
-        values.whole("member") - 1,
-        v_max=values.number("v_max") or inf,
-        w_max=values.number("w_max") or inf,
-        torque_as_velocity=values.flag("torque_as_velocity"),
-        scales=not values.flag("lockstep"),
+        values["member"] - 1,
+        v_max=values["v_max"] or inf,
+        w_max=values["w_max"] or inf,
+        torque_as_velocity=values["torque_as_velocity"],
+        scales=not values["lockstep"],
     )
 
 
@@ -80,24 +80,24 @@ def _onboard(setting: Any, law: Law[Any], values: Values) -> Onboard:
 class PathTask:
     """How to follow a path that comes."""
 
-    values: Values
+    values: Mapping[str, Any]
     law: Law[Any]
     model: RobotModel
 
     @classmethod
-    def of(cls, values: Values, law: Law[Any]) -> "PathTask":
+    def of(cls, values: Mapping[str, Any], law: Law[Any]) -> "PathTask":
         """As the parameters say. Raises RobotError for the robot."""
-        return cls(values, law, load_robot(values.text("robot")) if values.text("robot") else standard_robot())
+        return cls(values, law, load_robot(values["robot"]) if values["robot"] else standard_robot())
 
     def along(self, points: Sequence[tuple[float, float]]) -> Onboard:
         """The task of following ``points`` [m]. Raises PathError, ScenarioError, OnboardError or ControllerError."""
         setting = setting_along(
             points,
             self.model,
-            self.values.number("path_speed"),
-            ramp=self.values.number("path_ramp"),
-            spacing=self.values.number("path_spacing"),
-            period=1 / (self.values.number("rate") or 20.0),
+            self.values["path_speed"],
+            ramp=self.values["path_ramp"],
+            spacing=self.values["path_spacing"],
+            period=1 / (self.values["rate"] or 20.0),
         )
         return _onboard(setting, self.law, self.values)
 

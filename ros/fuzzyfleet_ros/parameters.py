@@ -1,6 +1,6 @@
 """The parameters of a node: each declared with its type, its bounds and its sentence; wrong ones are one sentence."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -29,31 +29,8 @@ class Parameter(NamedTuple):
     one_of: tuple[str, ...] = ()
 
 
-class Values:
-    """The values of a node's parameters, by name: ``values.text("law")``, ``values.number("rate")``."""
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        self._values = dict(values)
-
-    def text(self, name: str) -> str:
-        """A text."""
-        return str(self._values[name])
-
-    def number(self, name: str) -> float:
-        """A number."""
-        return float(self._values[name])
-
-    def whole(self, name: str) -> int:
-        """A whole number."""
-        return int(self._values[name])
-
-    def flag(self, name: str) -> bool:
-        """Whether it is true."""
-        return bool(self._values[name])
-
-
-def declared(node: Node, parameters: Sequence[Parameter]) -> Values:
-    """Declare ``parameters`` on a node that has none yet, and return their values.
+def declared(node: Node, parameters: Sequence[Parameter]) -> dict[str, Any]:
+    """Declare ``parameters`` on a node that has none yet, and return their values by name, each of its default's type.
 
     Raises ParameterError for one that is given and not known, or of the wrong type or size.
     """
@@ -62,12 +39,12 @@ def declared(node: Node, parameters: Sequence[Parameter]) -> Values:
     for name in given:
         if name not in known and name not in _OWN and not name.startswith("qos_overrides."):
             raise ParameterError(expected(name, known, "parameter of this node"))
-    values = {}
+    values: dict[str, Any] = {}
     for parameter in parameters:
         value = given[parameter.name].value if parameter.name in given else parameter.default
         values[parameter.name] = checked = _checked(parameter, value)
         node.declare_parameter(parameter.name, checked, _descriptor(parameter), ignore_override=True)
-    return Values(values)
+    return values
 
 
 def _checked(parameter: Parameter, value: Any) -> bool | int | float | str:

@@ -54,23 +54,21 @@ class Simulator(Node):
         """Open it; ``options`` are those of a node, such as its namespace."""
         super().__init__("simulator", **options)
         values = self.values = declared(self, _PARAMETERS)
-        self.lockstep, self.done = values.flag("lockstep"), False
-        self.own_clock = self.lockstep or values.flag("clock")
-        if self.lockstep and not values.flag("stamped"):
+        self.lockstep, self.done = values["lockstep"], False
+        self.own_clock = self.lockstep or values["clock"]
+        if self.lockstep and not values["stamped"]:
             raise ParameterError("lockstep needs stamped, because commands are told by their time")
-        if (file := values.text("save")) and not file.endswith(".npz"):
+        if (file := values["save"]) and not file.endswith(".npz"):
             raise ParameterError(f"save must be a file that ends in .npz, got {file}")
-        rate = values.number("rate")
-        scenario = scenario_of(values.text("scenario"), values.text("robot"), rate, values.number("duration"))
-        law = make_controller(values.text("law")) if values.text("law") else None
-        patience = values.number("cmd_vel_timeout") or float("inf")
-        self.loop = Loopback(
-            scenario.setting, law, values.whole("seed"), patience=patience, keeps=bool(values.text("save"))
-        )
+        rate = values["rate"]
+        scenario = scenario_of(values["scenario"], values["robot"], rate, values["duration"])
+        law = make_controller(values["law"]) if values["law"] else None
+        patience = values["cmd_vel_timeout"] or float("inf")
+        self.loop = Loopback(scenario.setting, law, values["seed"], patience=patience, keeps=bool(values["save"]))
         self.robots, self.words = len(scenario.robots), self.loop.outside.words
         self.needs = law.needs if law else ()
         self.complained: set[str] = set()
-        self.began = not values.flag("waits")
+        self.began = not values["waits"]
         self.idle = 0.0  # s: how long it has waited for commands
         self.answered: set[int] = set()  # robots whose command for this period has come
         self.spoken: set[int] = set()  # likewise their message
@@ -110,7 +108,7 @@ class Simulator(Node):
             self.eyes.append(
                 {n: self.create_publisher(Range, f"{inside}range/{token(n)}", 10) for n in seen if n in sensors[i]}
             )
-            kind = TwistStamped if self.values.flag("stamped") else Twist
+            kind = TwistStamped if self.values["stamped"] else Twist
             self.create_subscription(kind, f"{inside}cmd_vel", partial(self._on_command, i), 10)
         self.transforms = Transforms(self, self.robots, [self._mounts(i) for i in range(self.robots)])
         if self.lockstep:
@@ -169,7 +167,7 @@ class Simulator(Node):
         if self.done:
             return
         now = clocks.monotonic()
-        if self.began and now - self.since > self.values.number("step_timeout"):
+        if self.began and now - self.since > self.values["step_timeout"]:
             for i in set(range(self.robots)) - self.answered:
                 self._complain(f"{robot_name(i)} sent no command within step_timeout: it does not wait for it any more")
             self._advance()
@@ -240,9 +238,9 @@ class Simulator(Node):
 
     def leave(self) -> None:
         """Write the run, where that is asked for."""
-        file = self.values.text("save")
+        file = self.values["save"]
         if file and self.loop.k:
-            self.loop.run(self.values.text("law") or "outside").save(Path(file))
+            self.loop.run(self.values["law"] or "outside").save(Path(file))
             self.get_logger().info(f"wrote {file}")
 
 

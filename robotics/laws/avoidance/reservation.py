@@ -23,6 +23,9 @@ from fuzzy.compiled.jit import kernel
 from robotics.paths.road import CELLS  # of each path, and ticks of the nominal duration
 
 _FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
+# Orders that are tried for each horizon: at first robot 1 has precedence; then random ones, beside those that a failure
+# suggests
+_ORDERS = 12
 PARKED = 0.035  # m: a robot nearer to its end may count as arrived
 _STOP = 2e-4  # cost of a tick at rest, in squared shares of the path
 
@@ -41,8 +44,6 @@ def plan_right_of_way(
     nodes: np.ndarray,
     clearance: float = 0.5,
     margin: float | np.ndarray = 0.05,
-    orders: int = 12,
-    seed: int = 0,
     together: np.ndarray | None = None,
 ) -> Plan:
     """Plan the robots of every run so that they keep clear of each other.
@@ -51,14 +52,12 @@ def plan_right_of_way(
         nodes: The paths at equal shares of their lengths (runs, robots, CELLS + 1, 2) [m].
         clearance: The least distance between the robots' centers [m].
         margin: How far two robots' clocks may differ, as a share of the nominal duration, () or (runs,).
-        orders: The number of orders that are tried for each horizon. In the first, robot 1 has precedence.
-        seed: Of the random orders, which are tried beside those that a failure suggests.
         together: The share of the nominal duration, at the end of the plan, within which all arrive (runs,); without
             it they may arrive earlier.
     """
     runs, robots = nodes.shape[:2]
-    rng = np.random.default_rng(seed)
-    tried = np.stack([np.arange(robots), *(rng.permutation(robots) for _ in range(orders - 1))])
+    rng = np.random.default_rng(0)
+    tried = np.stack([np.arange(robots), *(rng.permutation(robots) for _ in range(_ORDERS - 1))])
     longest = ceil(CELLS * _FACTORS[-1])
     cells = np.zeros((runs, robots, longest + 1), dtype=np.int32)
     ticks = np.zeros(runs, dtype=np.int64)

@@ -42,13 +42,13 @@ from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
+from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.road import moving
 from robotics.quantity import quantity, whole
 from robotics.vehicle.plant import velocity_limits
 
 Smoothing = Literal["savitzky-golay", "none"]
-FeedForward = Literal["full", "none"]
-_SMOOTHING, _FEED_FORWARD = codes(Smoothing), codes(FeedForward)
+_SMOOTHING = codes(Smoothing)
 _BLOCK = 16  # samples that are simulated side by side, which the compiler turns into vector instructions
 STRIDE = 17  # rows by which the noise moves on from a period to the next
 WEIGHTLESS = 1e-17  # a weight that is less changes no sum
@@ -249,7 +249,7 @@ def _remember(memory, steps, smoothing, full, led, plan):  # type: ignore[no-unt
 def average_plans(robot, aim, gain, memory, command, work, road, path, rules, time, dt):  # type: ignore[no-untyped-def]
     """Command the beginning of the average of the sampled plans, whose noise stands in the rules."""
     steps, sent, noise = int(gain.steps), int(gain.sent), rules
-    full = 1.0 if gain.feed_forward == _FEED_FORWARD.full else 0.0
+    full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
     blocks = len(noise) // (steps * 2 * _BLOCK)
     ahead, rest = work.rest[: _AHEAD * steps], work.rest[_AHEAD * steps :]
     led, rest = rest[: 2 * steps], rest[2 * steps :]

@@ -224,12 +224,12 @@ class FuzzyTeam(Law[_Memory]):
         ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
         due = now.seen.references.each_at(ahead)
         target, behind, phase = held(now.seen, due, now.place, self.reach)
-        v, w, asked = self.tracker.toward_with_inputs(now.seen, target, behind)
+        v, w, asked = self.tracker.toward(now.seen, target, behind)
         joins = phase == JOINING
         if joins.any():
             # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target
             # that is beside it.
-            _, steep, asked_then = self.joiner.toward_with_inputs(now.seen, target, behind)
+            _, steep, asked_then = self.joiner.toward(now.seen, target, behind)
             e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
             w = np.where(joins, steep, w)
             v = np.where(joins, np.minimum(v, in_time) * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)

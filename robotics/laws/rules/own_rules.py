@@ -139,7 +139,7 @@ class OwnRules(FuzzyTracking):
         now = self.situation(seen, memory, dt)
         target = now.target
         said, inputs = self.own.asked(now, _NEUTRAL)
-        v, w = self.toward(seen, target)
+        v, w, _ = self.toward(seen, target)
         # A rule base of pairs tells a robot that hears nobody nothing
         tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)
         wish_v = said.get("v", v * said.get("speed_factor", 1.0))

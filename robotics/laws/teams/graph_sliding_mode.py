@@ -44,13 +44,12 @@ from robotics.paths.road import share
 from robotics.quantity import quantity
 from robotics.radio.channel import predicted
 from robotics.radio.graph import weights
-from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
+from robotics.vehicle.inverse_dynamics import DynamicsColumns, effective_dynamics, wheel_torques
 from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 Form = Literal["cross-coupled", "thesis", "literal"]
-Realisation = Literal["velocity", "torque"]
-_FORM, _REALISATION = codes(Form), codes(Realisation)
+_FORM, _REALISATION = codes(Form), codes(Level)
 
 
 class ErrorColumns(Columns):
@@ -206,7 +205,7 @@ class GraphSlidingMode(EquationLaw):
     mu0: float = quantity(0.1, "1", above=0, most=1)  # μ0
     alpha: float = quantity(3.0, "s/m", above=0)  # α
     hand: float = quantity(0.1, "m", above=0)  # b
-    realisation: Realisation = "velocity"
+    realisation: Level = "velocity"
 
     equation = graph_sliding_mode
     says, remembers, derived = SurfaceMessage, SurfaceMemory, SurfaceDerived
@@ -223,7 +222,7 @@ class GraphSlidingMode(EquationLaw):
         sign = -1.0 if self.form == "literal" else 1.0
         return {
             "limit": velocity_limits(setting.robots),
-            "dynamics": InverseDynamics.effective(setting.robots),
+            "dynamics": effective_dynamics(setting.robots),
             "a_ij": sign * self.coupling * links.max(axis=1),
         }
 

@@ -100,8 +100,6 @@ class TowardColumns(SeenColumns):
     """The arguments of :func:`toward`: a robot, an aim, and what follows."""
 
     x_err = column("m")
-    turn = column("rad")
-    no_lateral = column("", "1: y_err is taken as 0")
 
 
 @compiled_only
@@ -261,45 +259,20 @@ class FuzzyTracking(EquationLaw):
     def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
         return self.gain_array(), np.concatenate(self.rule_rows())
 
-    def toward(
-        self,
-        seen: Observation,
-        target: Reference,
-        x_err: np.ndarray | None = None,
-        turn: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return v [m/s] and ω [rad/s], each (runs, robots), by which a robot drives towards a target.
-
-        The arguments are those of :meth:`toward_with_inputs`.
-        """
-        v, w, _ = self.toward_with_inputs(seen, target, x_err, turn)
-        return v, w
-
-    def toward_with_inputs(
-        self,
-        seen: Observation,
-        target: Reference,
-        x_err: np.ndarray | None = None,
-        turn: np.ndarray | None = None,
-        no_lateral: np.ndarray | None = None,
-    ) -> Toward:
+    def toward(self, seen: Observation, target: Reference, x_err: np.ndarray | None = None) -> Toward:
         """Evaluate the rule bases for robots that drive towards a target, as the equation does.
 
         Args:
             seen: What the robots know.
             target: Each field (robots,) or (runs, robots).
             x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
-            turn: Added to α (runs, robots) [rad], such as η of (6.4); none by default.
-            no_lateral: Robots whose y_err is taken as 0, so that λ turns them nowhere (runs, robots) bool; none by
-                default.
         """
         shape = seen.x.shape
         given = TowardColumns.zeros(*shape)
         robot, aim = given.robot, given.aim
         robot.x, robot.y, robot.heading = seen.x, seen.y, seen.heading
         aim.x, aim.y, aim.heading, aim.v, aim.w = target[:5]
-        given.x_err, given.turn = np.nan if x_err is None else x_err, 0.0 if turn is None else turn
-        given.no_lateral = no_lateral is not None and no_lateral
+        given.x_err = np.nan if x_err is None else x_err
         rows, (gains, rules) = given.array.reshape(given.size, -1), self._numbers
         out = np.empty((2 + len(self.inputs) + (self.lateral != "none"), rows.shape[1]))
         if _toward_all(rows, gains, rules, np.empty(self.working), out):
@@ -317,9 +290,7 @@ def _toward_all(rows, gains, rules, work, out):  # type: ignore[no-untyped-def]
     wrong, gain, places = 0, Gain(gains, 0), TrackingWork(work)
     for i in range(rows.shape[1]):
         one = TowardColumns(rows, i)
-        out[0, i], out[1, i], told = toward(
-            one.robot, one.aim, one.x_err, one.turn, one.no_lateral > 0, gain, rules, places
-        )
+        out[0, i], out[1, i], told = toward(one.robot, one.aim, one.x_err, 0.0, False, gain, rules, places)
         wrong |= told
         tell_inputs(out[2:, i], gain, places)
     return wrong

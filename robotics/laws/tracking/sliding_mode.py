@@ -38,7 +38,7 @@ from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import Lyapunov, track
 from robotics.quantity import quantity
-from robotics.vehicle.inverse_dynamics import DynamicsColumns, InverseDynamics, wheel_torques
+from robotics.vehicle.inverse_dynamics import DynamicsColumns, nominal_dynamics, wheel_torques
 from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 Mode = Literal["csm", "assm", "qssm", "esm"]
@@ -220,7 +220,7 @@ class SlidingMode(EquationLaw):
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """The limits, and the nominal dynamics with d = 0."""
-        return {"limit": velocity_limits(setting.robots), "dynamics": InverseDynamics.nominal(setting.robots)}
+        return {"limit": velocity_limits(setting.robots), "dynamics": nominal_dynamics(setting.robots)}
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with the integrals at 0, and nothing known of a period before."""

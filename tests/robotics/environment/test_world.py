@@ -224,8 +224,8 @@ def test_a_polygon_is_taken_exactly_if_it_is_simple(corners):
 # Random fields --------------------------------------------------------------------------------------------------
 
 
-def field_of(seed, **options):
-    return random_field(np.random.default_rng([seed, 6]), LANES[:1], **options)
+def field_of(seed, gap=GAP):
+    return random_field(np.random.default_rng([seed, 6]), LANES[:1], gap=gap)
 
 
 def test_class_a_keeps_its_gaps_and_the_ends_clear():
@@ -308,17 +308,14 @@ def test_a_trap_stands_across_the_path_and_opens_towards_its_beginning():
         assert high - 0.1 * (high - low) < max(values) <= high + 0.01
 
 
-def test_what_does_not_fit_is_refused():
+def test_what_does_not_fit_is_refused(monkeypatch):
     short = compile_path(Line(start=(0.0, 0.0), end=(1.0, 0.0)))
     rng = np.random.default_rng(0)
+    monkeypatch.setattr("robotics.environment.obstaclefields._SPREAD", 0.1)
     with pytest.raises(WorldError, match=r"no obstacle finds a place 0.6 m clear"):
-        random_field(rng, [short], spread=0.1)
+        random_field(rng, [short])
     with pytest.raises(WorldError, match=r"begin and end 0.6 m or more from a trap"):
         random_trap(rng, short)
-    with pytest.raises(WorldError, match="most must be a whole number >= 1"):
-        random_field(rng, LANES, most=0)
-    with pytest.raises(WorldError, match="radius must be two numbers"):
-        random_field(rng, LANES, radius=(0.4, 0.2))
     with pytest.raises(WorldError, match="paths: at least one"):
         random_field(rng, [])
 

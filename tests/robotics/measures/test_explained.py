@@ -115,7 +115,7 @@ class Forgetful(Law[None]):
         """Remember nothing."""
 
     def control(self, seen, memory, dt):
-        v, w, inputs = FuzzyTracking().toward_with_inputs(seen, seen.reference)
+        v, w, inputs = FuzzyTracking().toward(seen, seen.reference)
         return Command(v, w, v, w, inputs=inputs), None
 
 
