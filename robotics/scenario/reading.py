@@ -18,7 +18,7 @@ from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
 from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
-from robotics.tables.build import Builder, Keys, numbers
+from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import reading
 
@@ -152,13 +152,7 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | No
                 *keys, key
             )
 
-    def refuse(_: str) -> InputError:
-        what = "offset must be 2 finite numbers [ahead, left] in m, from the virtual robot"
-        return ScenarioError(f"{what}; got {value!r}").about(*at)
-
-    value = table.pop("offset")
-    ahead, left = numbers(value, 2, refuse)
-    path = Offset(path=virtual.path, offset=(ahead, left))
+    path: Offset = _BUILDER.build(Offset, {"offset": table.pop("offset")}, keys, path=virtual.path)
     try:
         start = offset_start(path, virtual.timing)
     except PathError as error:
