@@ -119,6 +119,11 @@ class Placed:
     shape: str  # of its table: "" where the key belongs to all shapes
     key: Key
 
+    @property
+    def header(self) -> str:
+        """The header of the table under the key, such as "[[robots]]"."""
+        return f"[[{self.path}]]" if self.key.holds == "tables" else f"[{self.path}]"
+
 
 Special = Callable[[str], Key]  # the key of a given name that a field of a certain type is
 Specials = Mapping[Any, Special]  # by the type of the field
@@ -243,10 +248,10 @@ def walk(table: KeyTable, path: str = "", header: str = "") -> Iterator[Placed]:
 
 
 def _placed(key: Key, path: str, header: str, shape: str) -> Iterator[Placed]:
-    here = f"{path}{key.name}"
-    yield Placed(here, f"{header} {key.name}".strip(), shape, key)
+    placed = Placed(f"{path}{key.name}", f"{header} {key.name}".strip(), shape, key)
+    yield placed
     if key.table is not None:
-        yield from walk(key.table, f"{here}.", f"[[{here}]]" if key.holds == "tables" else f"[{here}]")
+        yield from walk(key.table, f"{placed.path}.", placed.header)
 
 
 def find(table: KeyTable, name: str) -> list[Placed]:
