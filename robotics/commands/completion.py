@@ -5,38 +5,21 @@ The controllers' names are read off the catalogue's text, because importing the 
 
 import ast
 import tomllib
+from collections.abc import Callable
 from importlib import resources
 from importlib.metadata import entry_points
 
 from fuzzy.commands.completion import completed, last_of_list
 from robotics.tables.files import names_in
 
-_TOML = (".toml",)
+
+def _packaged(folder: str) -> Callable[[str], list[str]]:
+    """The continuations of a packaged file's name, or of the path of a .toml file."""
+    return lambda incomplete: completed(incomplete, names_in(folder), (".toml",))
 
 
-def scenarios(incomplete: str) -> list[str]:
-    """Packaged scenarios, and .toml files."""
-    return completed(incomplete, names_in("scenarios"), _TOML)
-
-
-def robots(incomplete: str) -> list[str]:
-    """Packaged robots, and .toml files."""
-    return completed(incomplete, names_in("robots"), _TOML)
-
-
-def studies(incomplete: str) -> list[str]:
-    """Packaged studies, and .toml files."""
-    return completed(incomplete, names_in("studies"), _TOML)
-
-
-def sweeps(incomplete: str) -> list[str]:
-    """Packaged sweeps, and .toml files."""
-    return completed(incomplete, names_in("sweeps"), _TOML)
-
-
-def arenas(incomplete: str) -> list[str]:
-    """Packaged arenas, and .toml files."""
-    return completed(incomplete, names_in("arena"), _TOML)
+scenarios, robots, studies, sweeps = map(_packaged, ("scenarios", "robots", "studies", "sweeps"))
+arenas = _packaged("arena")
 
 
 def controllers(incomplete: str) -> list[str]:

@@ -3,7 +3,6 @@
 import os
 import shlex
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -102,6 +101,10 @@ def formation(
             from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
             from robotics.report.learning import Samples, drive_networks, write_learning_report
 
+            words = ["robotics", "learn", "formation", str(data), *([] if check is None else ["--check", str(check)])]
+            words += ["-o", str(out), f"--rules={rules}", f"--method={options.method}", f"--epochs={options.epochs}"]
+            words += [f"--report={report}", *([] if title is None else [f"--title={title}"])]
+            words += [f"--drive={name}" for name in drive or []]
             if drive is None and {network.output for network in networks} == set(FORMATION_OUTPUTS):
                 scenarios = [load_scenario(name) for name in DRIVES]
             write_learning_report(
@@ -112,7 +115,7 @@ def formation(
                 runs=drive_networks(out, scenarios, range(seeds), begin),
                 title=title,
                 folder=str(out),
-                command=_command(data, check, out, rules, options, report, title, drive, seeds, skip_bad),
+                command=shlex.join([*words, *["--skip-bad"] * skip_bad, f"--seeds={seeds}"]),
                 begin=begin,
             )
     rows = []
@@ -152,23 +155,3 @@ def formation(
         )
     if report is not None:
         print(report)
-
-
-def _command(
-    data: Path,
-    check: Path | None,
-    out: Path,
-    rules: int,
-    options: "Options",
-    report: Path,
-    title: str | None,
-    drive: Sequence[str] | None,
-    seeds: int,
-    skip_bad: bool,
-) -> str:
-    """The command line that makes the same page."""
-    words = ["robotics", "learn", "formation", str(data), *(["--check", str(check)] if check else []), "-o", str(out)]
-    words += [f"--rules={rules}", f"--method={options.method}", f"--epochs={options.epochs}", f"--report={report}"]
-    words += [*([f"--title={title}"] if title is not None else []), *(f"--drive={name}" for name in drive or [])]
-    words += ["--skip-bad"] if skip_bad else []
-    return shlex.join([*words, f"--seeds={seeds}"])

@@ -2,8 +2,8 @@
 
 import sys
 import textwrap
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
@@ -14,15 +14,7 @@ if TYPE_CHECKING:
 _WIDTH = 100  # characters in a line
 
 
-class Section(StrEnum):
-    """What can be listed."""
-
-    scenarios = "scenarios"
-    robots = "robots"
-    controllers = "controllers"
-    rule_bases = "rule-bases"
-    studies = "studies"
-    metrics = "metrics"
+Section = Literal["scenarios", "robots", "controllers", "rule-bases", "studies", "metrics"]
 
 
 def list_(
@@ -39,17 +31,17 @@ def list_(
       robotics list
       robotics list rule-bases
     """
-    wanted = [section] if section is not None else list(Section)
-    rows = {each: _ROWS[each]() for each in wanted}
+    wanted = [section] if section is not None else [*_LISTINGS]
+    rows = {each: _LISTINGS[each].rows() for each in wanted}
     if json:
-        print_json({each.name: found for each, found in rows.items()})
+        print_json({each.replace("-", "_"): found for each, found in rows.items()})
         return
     for place, (each, found) in enumerate(rows.items()):
-        print("\n" * (place > 0) + _HEADINGS[each])
-        _print_section(each, found)
+        print("\n" * (place > 0) + _LISTINGS[each].heading)
+        _print_section(found, _LISTINGS[each].lines)
 
 
-def _print_section(section: Section, rows: list[dict[str, Any]]) -> None:
+def _print_section(rows: list[dict[str, Any]], lines: Callable[[dict[str, Any]], list[str]]) -> None:
     """Print the entries of a section, in their groups if they have any; the names' column is as wide as the longest."""
     from robotics.scenario.conditions import CONDITION_GROUPS
 
@@ -61,7 +53,7 @@ def _print_section(section: Section, rows: list[dict[str, Any]]) -> None:
             print(f"  {group}")
         for row in rows:
             if row.get("group", "") == group:
-                _print_entry(indent + row["name"], _LINES[section](row), column)
+                _print_entry(indent + row["name"], lines(row), column)
 
 
 def _print_entry(start: str, lines: list[str], column: int) -> None:
@@ -114,19 +106,17 @@ def _rule_bases() -> list[dict[str, Any]]:
 
     for reason in unusable_rule_bases():
         print(f"robotics: {reason}", file=sys.stderr)
-    rows = []
-    for name, file in rule_base_files().items():
-        fis = read_fis(file)
-        rows.append(
-            {
-                "name": name,
-                "title": fis_title(file),
-                "inputs": [_variable(v) for v in fis.inputs],
-                "outputs": [_variable(v) for v in fis.outputs],
-                "rules": len(fis.rules),
-            }
-        )
-    return rows
+    return [
+        {
+            "name": name,
+            "title": fis_title(file),
+            "inputs": [_variable(v) for v in fis.inputs],
+            "outputs": [_variable(v) for v in fis.outputs],
+            "rules": len(fis.rules),
+        }
+        for name, file in rule_base_files().items()
+        for fis in [read_fis(file)]
+    ]
 
 
 def _studies() -> list[dict[str, Any]]:
@@ -169,30 +159,35 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
     return [row["title"] or "(no comment)", f"{inputs} → {outputs}; {row['rules']} rules"]
 
 
-_HEADINGS = {
-    Section.scenarios: "Scenarios (a name, or the path of a .toml file)",
-    Section.robots: "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)",
-    Section.controllers: "Controllers (a name, or name:gain=value,gain=value; your own: mylaw.py:MyLaw, mine.fis)",
-    Section.rule_bases: "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
-    Section.studies: "Studies (a name, or the path of a .toml file, for `robotics study`)",
-    Section.metrics: "Metrics (measured in scenarios of these kinds; your own: --metric mymetric.py:NAME)",
-}
-_ROWS = {
-    Section.scenarios: _scenarios,
-    Section.robots: _robots,
-    Section.controllers: _controllers,
-    Section.rule_bases: _rule_bases,
-    Section.studies: _studies,
-    Section.metrics: _metrics,
-}
-_LINES = {
-    Section.scenarios: lambda row: [row["title"]],
-    Section.robots: lambda row: [row["title"]],
-    Section.controllers: _controller_lines,
-    Section.rule_bases: _rule_base_lines,
-    Section.studies: lambda row: [
-        row["title"],
-        f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}",
-    ],
-    Section.metrics: _metric_line,
+class Listing(NamedTuple):
+    """What can be listed."""
+
+    heading: str
+    rows: Callable[[], list[dict[str, Any]]]
+    lines: Callable[[dict[str, Any]], list[str]] = lambda row: [row["title"]]  # what is said of an entry
+
+
+_LISTINGS: dict[Section, Listing] = {
+    "scenarios": Listing("Scenarios (a name, or the path of a .toml file)", _scenarios),
+    "robots": Listing(
+        "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)", _robots
+    ),
+    "controllers": Listing(
+        "Controllers (a name, or name:gain=value,gain=value; your own: mylaw.py:MyLaw, mine.fis)",
+        _controllers,
+        _controller_lines,
+    ),
+    "rule-bases": Listing(
+        "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
+        _rule_bases,
+        _rule_base_lines,
+    ),
+    "studies": Listing(
+        "Studies (a name, or the path of a .toml file, for `robotics study`)",
+        _studies,
+        lambda row: [row["title"], f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}"],
+    ),
+    "metrics": Listing(
+        "Metrics (measured in scenarios of these kinds; your own: --metric mymetric.py:NAME)", _metrics, _metric_line
+    ),
 }

@@ -93,13 +93,15 @@ def _print_tables(table: "KeyTable", found: list["Placed"], whole: bool) -> None
     from rich.console import Console
     from rich.table import Table as Grid
 
+    from robotics.tables.keys import walk
+
     width = None if sys.stdout.isatty() else 132
     console = Console(width=width, highlight=False, markup=False)
     printed: dict[str, str] = {}
     groups: dict[str, list[Placed]] = {}
     for p in found:
         groups.setdefault(p.marked.removesuffix(p.key.name).strip(), []).append(p)
-    names = _tables_by_header(table)
+    names = {"": table.name} | {p.header: p.key.table.name for p in walk(table) if p.key.table is not None}
     for header, rows in groups.items():
         name = names[header]
         if whole and name in printed:
@@ -116,15 +118,3 @@ def _print_tables(table: "KeyTable", found: list["Placed"], whole: bool) -> None
         with console.capture() as text:
             console.print(grid)
         print("\n".join(line.rstrip() for line in text.get().splitlines()))
-
-
-def _tables_by_header(table: "KeyTable") -> dict[str, str]:
-    """The names of tables by their headers, such as "[[robots]]"."""
-    from robotics.tables.keys import walk
-
-    found = {"": table.name}
-    for p in walk(table):
-        if p.key.table is not None:
-            left, right = ("[[", "]]") if p.key.holds == "tables" else ("[", "]")
-            found[f"{left}{p.path}{right}"] = p.key.table.name
-    return found

@@ -12,7 +12,7 @@ from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
 
-LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
+_LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
 MOST_COMPARED = 40  # robots: the paths of more are not compared
 
 
@@ -25,7 +25,7 @@ def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
         name: What the sentences call the law.
     """
     sentences = [*blind(setting, law, name), *law.misgivings(setting)]
-    when, found = ("", {}) if law.yields else _first_meetings(setting)
+    when, found = ("", {}) if law.yields else first_meetings(setting)
     if found:
         pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]
         sentences.append(
@@ -39,7 +39,7 @@ def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, st
 
     That a law "does not avoid obstacles" or "ignores the others"; a law that suits the scenario is left out.
     """
-    _, meet = _first_meetings(setting)
+    _, meet = first_meetings(setting)
     found = {}
     for name, law in laws.items():
         words = ["does not avoid obstacles"] if setting.world is not None and not law.looks else []
@@ -50,10 +50,10 @@ def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, st
     return found
 
 
-def _first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]:
+def first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]:
     """Who touch where none takes care, and in words when: all on time, or else one late; empty where nobody does."""
     if not setting.ensemble and 1 < len(setting.robots) <= MOST_COMPARED:
-        for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
+        for late, when in ((0.0, "if all are on time"), (_LATE, f"if one of them is {_LATE:g} s late")):
             if found := meetings(setting, late):
                 return when, found
     return "", {}

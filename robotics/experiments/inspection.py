@@ -14,7 +14,7 @@ from fuzzy.errors import InputError
 from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
 from robotics.environment.swept import ContactColumns, Watch
 from robotics.environment.world import Geometry
-from robotics.experiments.forewarnings import LATE, MOST_COMPARED, blind, meetings
+from robotics.experiments.forewarnings import blind, first_meetings
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
@@ -214,19 +214,14 @@ def _ends(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
 
 def _meetings(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding]:
     """Robots that touch if each follows its reference exactly, or one of them late."""
-    if not 1 < len(setting.robots) <= MOST_COMPARED:
-        return
-    for late, when in ((0.0, "if all are on time"), (LATE, f"if one of them is {LATE:g} s late")):
-        found = meetings(setting, late)
-        for (i, j), time in sorted(found.items(), key=lambda item: item[1]):
-            there = setting.references.at(time)
-            care = f"; {name} takes no care of other robots" if not law.yields else f"; {name} must keep them apart"
-            text = f"robots {i + 1} and {j + 1} touch at t = {time:.1f} s {when}{care}"
-            grave: Severity = "note" if law.yields else "warning"
-            place = (float(there.x[i]), float(there.y[i]))
-            yield ScenarioFinding(grave, "references meet", text, ("robots", j, "path"), *place)
-        if found:
-            return
+    when, found = first_meetings(setting)
+    for (i, j), time in sorted(found.items(), key=lambda item: item[1]):
+        there = setting.references.at(time)
+        care = f"; {name} takes no care of other robots" if not law.yields else f"; {name} must keep them apart"
+        text = f"robots {i + 1} and {j + 1} touch at t = {time:.1f} s {when}{care}"
+        grave: Severity = "note" if law.yields else "warning"
+        place = (float(there.x[i]), float(there.y[i]))
+        yield ScenarioFinding(grave, "references meet", text, ("robots", j, "path"), *place)
 
 
 # Robots and obstacles --------------------------------------------------------------------------------------------

@@ -32,6 +32,7 @@ class Offset:
     offset: tuple[float, float] = described(
         "The robot's place in a formation: how far [m] ahead of the virtual robot, and how far to its left.",
         example=[0.0, 0.5],
+        accepts="2 finite numbers [ahead, left] in m, from the virtual robot",
     )
 
     def __post_init__(self) -> None:

@@ -98,6 +98,11 @@ class Condition:
         return "mean" if self.mean else "worst" if self.robot is None else str(self.robot)
 
     @property
+    def named(self) -> list[tuple[str, str]]:
+        """The controllers that it names, each with its key."""
+        return [("of", self.of), *(("against", name) for name in self.against)]
+
+    @property
     def rivals(self) -> bool:
         """Whether it is compared to other controllers."""
         return self.relation not in ("below", "above")

@@ -169,8 +169,8 @@ class StudyPlan:
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
         """The scenarios on which ``condition``, a part of a claim, is measured."""
-        wanted = set(condition.on)
-        return [s for s, text in zip(self.settings, self.scenarios, strict=True) if _called(s, text, wanted)]
+        pairs = zip(self.settings, self.scenarios, strict=True)
+        return [s for s, text in pairs if {ALL_SCENARIOS, s.name, text} & {*condition.on}]
 
     def law_called(self, name: str) -> str:
         """The controller that a claim calls ``name``: its name or its specification."""
@@ -256,10 +256,9 @@ class StudyPlan:
                 f"{condition.relation} compares to other controllers: it needs against = NAME, or several of "
                 f"{', '.join(self.laws)}"
             ).about(*keys, condition.relation)
-        for key, names in (("of", (condition.of,)), ("against", condition.against)):
-            for name in names:
-                if self.law_called(name) not in self.laws:
-                    raise StudyError(expected(name, self.laws, "controller of the study")).about(*keys, key)
+        for key, name in condition.named:
+            if self.law_called(name) not in self.laws:
+                raise StudyError(expected(name, self.laws, "controller of the study")).about(*keys, key)
         if self.law_called(condition.of) in map(self.law_called, condition.against):
             raise StudyError(f"{condition.of} is compared to itself").about(*keys, "against")
         for scenario in self.scenarios_of(condition):
@@ -275,10 +274,9 @@ class StudyPlan:
         if condition.robot is not None and condition.robot > count:
             text = f"robot must be one of {scenario.name}, 1 to {count}; got {condition.robot}"
             raise StudyError(text).about(*keys, "robot")
-        for key, names in (("of", (condition.of,)), ("against", condition.against)):
-            for name in names:
-                if why := _refusal(scenario, make_controller(self.laws[self.law_called(name)])):
-                    raise StudyError(f"{name} does not drive {scenario.name}: {why}").about(*keys, key)
+        for key, name in condition.named:
+            if why := _refusal(scenario, make_controller(self.laws[self.law_called(name)])):
+                raise StudyError(f"{name} does not drive {scenario.name}: {why}").about(*keys, key)
 
 
 _FILES = TomlFiles("studies", "study", StudyError)
@@ -332,10 +330,6 @@ def _refusal(scenario: Scenario, law: Law[Any]) -> str:
     except InputError as error:
         return str(error)
     return ""
-
-
-def _called(scenario: Scenario, text: str, wanted: set[str]) -> bool:
-    return ALL_SCENARIOS in wanted or scenario.name in wanted or text in wanted
 
 
 def _refuse_twice(key: str, names: Any) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil, pi
 from pathlib import Path as FilePath
@@ -14,6 +13,7 @@ from robotics.paths.path import SHAPES
 from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import scenario_from_table
+from robotics.tables.template import toml_value
 from robotics.tables.text import parse_table, read_text
 
 _SPARE = 1.25  # the scenario's duration over that of its timing: the leader waits for followers at times
@@ -94,7 +94,7 @@ def formation_text(plan: FormationPlan) -> str:
         "heading_noise = 0.003",
         "",
         "[virtual] # offsets are measured from where this one is: m ahead, m to the left",
-        f"path = {_inline(path)}",
+        f"path = {toml_value(path)}",
         f"timing = {{ speed = {plan.speed!r} }}",
     ]
     for i, (ahead, left) in enumerate(plan.offsets):
@@ -110,7 +110,3 @@ def formation_text(plan: FormationPlan) -> str:
             "followers, a wider path or a lower speed may do"
         ) from None
     return text.replace("DURATION", f"{ceil(_SPARE * float(needed) + 5.0):.1f}")
-
-
-def _inline(table: Mapping[str, Any]) -> str:
-    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }"

@@ -4,7 +4,7 @@ Any fault of a file is a ScenarioError that names the file, the line, the field 
 """
 
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -18,7 +18,7 @@ from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
 from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
-from robotics.tables.build import Builder, Keys, numbers
+from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import reading
 
@@ -96,7 +96,7 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
     virtual: VirtualRobot | None = None
     if "virtual" in rest:
         virtual = _BUILDER.build(VirtualRobot, _BUILDER.table(rest.pop("virtual"), ("virtual",)), ("virtual",))
-    robots = tuple(_member(m, ("robots", i), virtual, _Shared(common, shared, folder)) for i, m in enumerate(members))
+    robots = tuple(_member(m, ("robots", i), virtual, common, shared, folder) for i, m in enumerate(members))
     if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
         raise ScenarioError("no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]").about(
             "virtual"
@@ -115,23 +115,17 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
     return scenario
 
 
-class _Shared(NamedTuple):
-    """What a file says of all robots."""
-
-    robot: RobotChoice | None
-    sensors: Any  # the tables [[sensors]]; None: it gives none
-    folder: FilePath  # where the files of robots are looked for first
-
-
-def _member(table: Any, keys: Keys, virtual: VirtualRobot | None, shared: _Shared) -> Member:
-    _BUILDER.table(table, keys)
-    table = dict(table)
-    choice = shared.robot
+def _member(
+    value: Any, keys: Keys, virtual: VirtualRobot | None, common: RobotChoice | None, shared: Any, folder: FilePath
+) -> Member:
+    """A robot of a file, which says of all of them which robot is ``common`` and which sensors are ``shared``."""
+    table = dict(_BUILDER.table(value, keys))
+    choice = common
     if "robot" in table:
-        choice = chosen_robot(choice, table.pop("robot"), (*keys, "robot"), _BUILDER, shared.folder)
+        choice = chosen_robot(choice, table.pop("robot"), (*keys, "robot"), _BUILDER, folder)
     choice = choice or RobotChoice.standard()
     given: dict[str, Any] = {"robot": choice.robot, "model": choice.model}
-    at, carried = (keys, table.pop("sensors")) if "sensors" in table else ((), shared.sensors)
+    at, carried = (keys, table.pop("sensors")) if "sensors" in table else ((), shared)
     if carried is not None:
         given["sensors"] = sensors_from_table(carried, (*at, "sensors"), _BUILDER, choice.robot)
     if "offset" in table:
@@ -152,13 +146,7 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | No
                 *keys, key
             )
 
-    def refuse(_: str) -> InputError:
-        what = "offset must be 2 finite numbers [ahead, left] in m, from the virtual robot"
-        return ScenarioError(f"{what}; got {value!r}").about(*at)
-
-    value = table.pop("offset")
-    ahead, left = numbers(value, 2, refuse)
-    path = Offset(path=virtual.path, offset=(ahead, left))
+    path: Offset = _BUILDER.build(Offset, {"offset": table.pop("offset")}, keys, path=virtual.path)
     try:
         start = offset_start(path, virtual.timing)
     except PathError as error:

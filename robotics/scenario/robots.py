@@ -166,14 +166,21 @@ def chosen_robot(base: RobotChoice | None, value: Any, keys: Keys, builder: Buil
         folder: Where the paths of files are looked for first; then in the current folder.
     """
     if isinstance(value, str):
-        named = _named(value, keys, builder, folder)
+        try:
+            named = load_robot(value, folder)
+        except RobotError as error:
+            raise builder.fault(str(error)).about(*keys) from None
         return RobotChoice(named, {}, named.robot)
     if not isinstance(value, dict):
         what = f'robot must be a name such as "{STANDARD}", the path of a .toml file, or a table'
         raise builder.fault(f"{what}; got {value!r}").about(*keys)
     numbers = {key: number for key, number in value.items() if key != "model"}
     if "model" in value:
-        base = chosen_robot(None, _text(value["model"], (*keys, "model"), builder), (*keys, "model"), builder, folder)
+        at = (*keys, "model")
+        if not isinstance(value["model"], str):
+            what = f'model must be the name of a robot, such as "{STANDARD}", or the path of a .toml file'
+            raise builder.fault(f"{what}; got {value['model']!r}").about(*at)
+        base = chosen_robot(None, value["model"], at, builder, folder)
     known = {f.name for f in fields(Robot)}
     lacking = missing_numbers(numbers)
     if base is None and lacking and numbers.keys() <= known:
@@ -209,20 +216,6 @@ def robot_files(table: Mapping[str, Any], folder: Path) -> dict[str, Path]:
     names = [each.get("model") if isinstance(each, dict) else each for each in said]
     files = [name for name in names if isinstance(name, str) and name.endswith(".toml")]
     return {name: placed_beside(Path(name), folder) for name in files}
-
-
-def _text(value: Any, keys: Keys, builder: Builder) -> str:
-    if not isinstance(value, str):
-        what = f'model must be the name of a robot, such as "{STANDARD}", or the path of a .toml file'
-        raise builder.fault(f"{what}; got {value!r}").about(*keys)
-    return value
-
-
-def _named(name: str, keys: Keys, builder: Builder, folder: Path) -> RobotModel:
-    try:
-        return load_robot(name, folder)
-    except RobotError as error:
-        raise builder.fault(str(error)).about(*keys) from None
 
 
 _BUILDER = Builder(RobotError)

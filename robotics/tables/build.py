@@ -6,14 +6,14 @@ described by :mod:`robotics.quantity`, the same description stands in messages, 
 """
 
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
-from functools import partial
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.quantity import accepted, got, is_number
+from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
 
 Keys = tuple[str | int, ...]  # the place of a value in a file: the keys from the outermost in
 Special = Callable[[Any, Keys], Any]  # makes a field's value of what stands in the file, or raises an InputError
@@ -74,13 +74,25 @@ class Builder:
             rows = self.table(value, keys).items()
             inner = get_args(hint)[1]
             return {name: self.build(inner, self.table(row, (*keys, name)), (*keys, name)) for name, row in rows}
-        if origin is tuple:
-            return self._tuple(value, get_args(hint), field, keys, refuse)
+        if origin is tuple and is_dataclass(inner := get_args(hint)[0]):
+            assert isinstance(inner, type)
+            return tuple(self.build(inner, row, (*keys, i)) for i, row in enumerate(self.tables(value, keys)))
         if origin is Literal:
             if value not in get_args(hint):
                 raise refuse("one of " + ", ".join(map(repr, get_args(hint))))
             return value
-        return _plain(value, hint, field, refuse)
+        if hint not in HOLDS_OF:
+            raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
+        holds = HOLDS_OF[hint]
+        made = plain_value(holds, value)
+        if made is not None:
+            return made
+        if holds == "points" and isinstance(value, list):
+            i, row = next((i, row) for i, row in enumerate(value, 1) if plain_value("point", row) is None)
+            what = f"point {i} of {field.name} must be {ACCEPTED['point']}; {got(row)}"
+            raise self.fault(what).about(*keys)
+        bounded = "unit" in field.metadata or "whole" in field.metadata
+        raise refuse(accepted(field.metadata) if bounded else ACCEPTED[holds])
 
     def table(self, value: Any, keys: Keys) -> dict[str, Any]:
         """``value`` itself, which must be a table."""
@@ -112,57 +124,25 @@ class Builder:
             raise self.fault(f"{keys[-1]} must be tables [[{keys[-1]}]]; {got(value)}").about(*keys)
         return [self.table(row, (*keys, i)) for i, row in enumerate(value)]
 
-    def _tuple(
-        self, value: Any, inner: tuple[Any, ...], field: Field[Any], keys: Keys, refuse: Callable[[str], InputError]
-    ) -> tuple[Any, ...]:
-        if inner[-1] is not Ellipsis:
-            return numbers(value, len(inner), refuse)
-        if is_dataclass(inner[0]):
-            assert isinstance(inner[0], type)
-            return tuple(self.build(inner[0], row, (*keys, i)) for i, row in enumerate(self.tables(value, keys)))
-        if inner[0] is str:
-            if not (isinstance(value, list) and all(isinstance(v, str) for v in value)):
-                raise refuse("a list of texts in quotes")
+
+def plain_value(holds: Holds, value: Any) -> Any:
+    """A value that is no table, as a dataclass has it; None where it is not what such a key ``holds``."""
+    match holds:
+        case "truth" if isinstance(value, bool):
+            return value
+        case "whole number" if type(value) is int:
+            return value
+        case "number" if is_number(value):
+            return float(value)
+        case "text" if isinstance(value, str):
+            return value
+        case "texts" if isinstance(value, list) and all(isinstance(v, str) for v in value):
             return tuple(value)
-        if inner[0] == tuple[int, int]:
-            good = isinstance(value, list) and all(isinstance(e, list) and len(e) == 2 for e in value)
-            if not (good and all(type(i) is int for e in value for i in e)):
-                raise refuse("a list of pairs [sender, receiver], robots counted from 1")
-            return tuple((a, b) for a, b in value)
-        if not isinstance(value, list):
-            raise refuse("a list of points [x, y]")
-
-        def refuse_point(row: Any, number: int, what: str) -> InputError:
-            return self.fault(f"point {number} of {field.name} must be {what}; {got(row)}").about(*keys)
-
-        return tuple(numbers(row, 2, partial(refuse_point, row, i)) for i, row in enumerate(value, 1))
-
-
-def _plain(value: Any, hint: Any, field: Field[Any], refuse: Callable[[str], InputError]) -> Any:
-    """A number, a word or a truth value."""
-    if hint is bool:
-        if not isinstance(value, bool):
-            raise refuse("true or false")
-        return value
-    if hint is int:
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise refuse(accepted(field.metadata) if "whole" in field.metadata else "a whole number")
-        return value
-    if hint is float:
-        if not is_number(value):
-            raise refuse(accepted(field.metadata) if "unit" in field.metadata else "a finite number")
-        return float(value)
-    if hint is str:
-        if not isinstance(value, str):
-            raise refuse("text in quotes")
-        return value
-    raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
-
-
-def numbers(value: Any, count: int, refuse: Callable[[str], InputError]) -> tuple[float, ...]:
-    """``value`` as a point (2 numbers) or a pose (3). Raises what ``refuse`` makes of what is accepted."""
-    shape = {2: "[x, y] in m", 3: "[x, y, heading] in m, m, rad"}[count]
-    good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == count
-    if not (good and all(is_number(v) for v in value)):
-        raise refuse(f"{count} finite numbers {shape}")
-    return tuple(float(v) for v in value)
+        case "point" | "pose" if isinstance(value, (list, tuple)) and len(value) == (2 if holds == "point" else 3):
+            return tuple(map(float, value)) if all(map(is_number, value)) else None
+        case "points" if isinstance(value, list):
+            points = tuple(plain_value("point", row) for row in value)
+            return None if None in points else points
+        case "pairs" if isinstance(value, list) and all(isinstance(e, list) and len(e) == 2 for e in value):
+            return tuple(map(tuple, value)) if all(type(i) is int for e in value for i in e) else None
+    return None

@@ -19,7 +19,9 @@ from robotics.quantity import accepted
 Holds = Literal[
     "number", "whole number", "text", "word", "truth", "point", "pose", "points", "pairs", "texts", "table", "tables"
 ]
-_WORDS: dict[str, str] = {
+ACCEPTED: dict[Holds, str] = {  # in words
+    "number": "a finite number",
+    "whole number": "a whole number",
     "text": "text in quotes",
     "truth": "true or false",
     "point": "2 finite numbers [x, y] in m",
@@ -30,7 +32,7 @@ _WORDS: dict[str, str] = {
     "table": "a table",
     "tables": "tables, one for each",
 }
-_OF_TYPES: dict[Any, Holds] = {
+HOLDS_OF: dict[Any, Holds] = {  # by the type of a dataclass's field
     bool: "truth",
     int: "whole number",
     float: "number",
@@ -73,7 +75,7 @@ class Key:
         if self.holds in ("number", "whole number"):
             metadata = {"above": self.above, "least": self.least, "most": self.most, "unit": self.unit or "1"}
             return accepted(metadata | ({"whole": True} if self.holds == "whole number" else {}))
-        words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else _WORDS[self.holds]
+        words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else ACCEPTED[self.holds]
         return words + (", or a list of values" if self.or_list else "") + (f", or {self.or_text}" * bool(self.or_text))
 
     @property
@@ -116,6 +118,11 @@ class Placed:
     marked: str  # with its table as a header writes it, such as "[[robots]] timing.speed"
     shape: str  # of its table: "" where the key belongs to all shapes
     key: Key
+
+    @property
+    def header(self) -> str:
+        """The header of the table under the key, such as "[[robots]]"."""
+        return f"[[{self.path}]]" if self.key.holds == "tables" else f"[{self.path}]"
 
 
 Special = Callable[[str], Key]  # the key of a given name that a field of a certain type is
@@ -160,9 +167,9 @@ def _held(name: str, hint: Any, specials: Specials) -> dict[str, Any]:
         return {"holds": "word", "words": get_args(hint)}
     if get_origin(hint) is tuple and is_dataclass(get_args(hint)[0]):
         return {"holds": "tables", "table": table_of(get_args(hint)[0], name, specials)}
-    if hint not in _OF_TYPES:
+    if hint not in HOLDS_OF:
         raise TypeError(f"{name}: a field of type {hint!r} cannot stand in a table")
-    return {"holds": _OF_TYPES[hint]}
+    return {"holds": HOLDS_OF[hint]}
 
 
 def _as_written(value: Any) -> Any:
@@ -241,10 +248,10 @@ def walk(table: KeyTable, path: str = "", header: str = "") -> Iterator[Placed]:
 
 
 def _placed(key: Key, path: str, header: str, shape: str) -> Iterator[Placed]:
-    here = f"{path}{key.name}"
-    yield Placed(here, f"{header} {key.name}".strip(), shape, key)
+    placed = Placed(f"{path}{key.name}", f"{header} {key.name}".strip(), shape, key)
+    yield placed
     if key.table is not None:
-        yield from walk(key.table, f"{here}.", f"[[{here}]]" if key.holds == "tables" else f"[{here}]")
+        yield from walk(key.table, f"{placed.path}.", placed.header)
 
 
 def find(table: KeyTable, name: str) -> list[Placed]:

@@ -1,7 +1,5 @@
 """Pages in Markdown about files: every key with its unit, range, default and meaning."""
 
-from collections.abc import Iterator
-
 from robotics.tables.keys import Key, KeyTable, distinct_tables, walk
 from robotics.tables.template import toml_value
 
@@ -12,7 +10,7 @@ def key_reference(table: KeyTable) -> str:
 
 
 def _section(table: KeyTable, file: KeyTable) -> str:
-    places = list(dict.fromkeys(_places(table, file)))
+    places = dict.fromkeys(p.header for p in walk(file) if p.key.table is not None and p.key.table.name == table.name)
     title = ", ".join(f"`{place}`" for place in places) or f"The file of a {table.name}"
     lines = [f"## {title}\n", f"{table.doc}\n"]
     for group in table.one_of:
@@ -25,12 +23,6 @@ def _section(table: KeyTable, file: KeyTable) -> str:
     if table.any_key is not None:
         lines.append(f"Under each name stands {table.any_key.accepted}. {table.any_key.doc}\n")
     return "\n".join(lines)
-
-
-def _places(table: KeyTable, file: KeyTable) -> Iterator[str]:
-    for p in walk(file):
-        if p.key.table is not None and p.key.table.name == table.name:
-            yield f"[[{p.path}]]" if p.key.holds == "tables" else f"[{p.path}]"
 
 
 def _rows(keys: tuple[Key, ...]) -> list[str]:

@@ -5,7 +5,7 @@ times its start, by its logarithm, as far as the law accepts it [Bergstra and Be
 0 moves only where the user says from where to where.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -122,13 +122,8 @@ class LawSpace:
 
     @cached_property
     def _gains(self) -> tuple[SearchParameter, ...]:
-        if "gains" not in self.move:
-            return ()
-        return tuple(self._gains_made())
-
-    def _gains_made(self) -> Iterator[SearchParameter]:
-        values = gains_of(self.law)
-        for name, about in self._movable_gains.items():
+        values, found = gains_of(self.law), []
+        for name, about in self._movable_gains.items() if "gains" in self.move else ():
             if self.gains is not None and name not in self.gains:
                 continue
             parameter = _by_rule(name, values[name], about.metadata)
@@ -139,7 +134,8 @@ class LawSpace:
                     name=name, start=start, lower=bound.low, upper=bound.high, unit=about.metadata["unit"]
                 )
             if parameter is not None:
-                yield parameter
+                found.append(parameter)
+        return tuple(found)
 
     @cached_property
     def _systems(self) -> dict[str, SystemSpace]:
@@ -160,8 +156,7 @@ class LawSpace:
         Raises:
             InputError: The law does not accept them.
         """
-        told = dict(zip([p.name for p in self.parameters], map(float, values), strict=True))
-        gains = {p.name: told[p.name] for p in self._gains if p.name in told}
+        gains = self.gains_at(values)
         law = with_gains(self.law, gains) if gains else self.law
         for name, fis in self.systems_of(values).items():
             law = law.with_fuzzy_system(task_of(law, name), fis)

@@ -275,12 +275,7 @@ def identity(plan: SweepPlan) -> dict[str, Any]:
             "scenario": sweep.scenario,
             "controllers": list(sweep.controllers),
             "metrics": list(sweep.metrics),
-            "seeds": sweep.seeds,
-            "first_seed": sweep.first_seed,
-            "method": sweep.method,
-            "samples": sweep.samples,
-            "seed": sweep.seed,
-            "chunk": sweep.chunk,
+            **{name: getattr(sweep, name) for name in ("seeds", "first_seed", "method", "samples", "seed", "chunk")},
             "axes": [
                 {"name": a.name, "target": a.target}
                 | ({"levels": list(a.levels)} if a.levels else {"low": a.low, "high": a.high, "log": a.log})
