@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -56,14 +57,20 @@ def arrows(root: Path, package: str) -> list[Arrow]:
     return [arrow for file in files for arrow in _arrows_in(root, file, file.read_text(encoding="utf-8"))]
 
 
+def statements(node: ast.AST, inside: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """The statements below a node, and whether each is inside a function; expressions are not looked at."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, (ast.stmt, ast.ExceptHandler, ast.match_case)):
+            yield child, inside
+            yield from statements(child, inside or isinstance(child, ast.FunctionDef))
+
+
 @cache
 def _arrows_in(root: Path, file: Path, text: str) -> list[Arrow]:
     """The imports of one file; the same file is asked for by several tests."""
     found: list[Arrow] = []
     source = ".".join(file.relative_to(root).with_suffix("").parts)
-    tree = ast.parse(text)
-    inside = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
-    for node in ast.walk(tree):
+    for node, lazy in statements(ast.parse(text)):
         if not isinstance(node, (ast.Import, ast.ImportFrom)):
             continue
         names = [alias.name for alias in node.names]
@@ -72,7 +79,7 @@ def _arrows_in(root: Path, file: Path, text: str) -> list[Arrow]:
             module = node.module or ""
             whole = [f"{module}.{alias.name}" for alias in node.names]
             names = [n if (root / n.replace(".", "/")).with_suffix(".py").is_file() else module for n in whole]
-        found += [Arrow(source, n, node.lineno, id(node) in inside) for n in names if n.partition(".")[0] in OURS]
+        found += [Arrow(source, n, node.lineno, lazy) for n in names if n.partition(".")[0] in OURS]
     return found
 
 

@@ -46,7 +46,7 @@ def python(tmp_path_factory):
 def test_the_installed_package_compares_from_any_folder(python, tmp_path):
     script = python.parent / "robotics"
     whole = (ROOT / "robotics" / "scenarios" / "fuzzy-on-path.toml").read_text(encoding="utf-8")
-    short, changed = re.subn(r"(?m)^duration = .*$", "duration = 1.0", whole)
+    short, changed = re.subn(r"(?m)^duration = .*$", "duration = 0.2", whole)
     assert changed == 1
     (tmp_path / "short.toml").write_text(short, encoding="utf-8")
     command = [script, "compare", "short.toml", "--controllers", "fuzzy,esm", "--seeds", "1", "--out", "here", "-q"]

@@ -10,8 +10,8 @@ from fuzzy.designer.panel import PANEL_ENTRY_POINTS
 from fuzzy.files.fisfile import write_fis
 from fuzzy.files.table import write_table
 from tests.browsers import rest
+from tests.fuzzy.designer.served import Server, Watched, tipper
 from tests.fuzzy.designer.test_designer_everywhere import SCREENS, grave
-from tests.fuzzy.designer.test_designer_page import Server, Watched, tipper
 
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
 pytestmark = pytest.mark.long

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.fuzzy.designer.test_designer_page import PATIENCE, Server
+from tests.fuzzy.designer.served import PATIENCE
 
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-core comes with the extra test")
@@ -26,13 +26,11 @@ _AT_REST = """(quiet) => new Promise((done) => {
 })"""
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("tracking")
-    shutil.copy(ROOT / "robotics" / "rulebases" / "tracking.fis", folder / "tipper.fis")
-    server = Server(folder)
-    yield server
-    assert server.end() == (0, "")
+@pytest.fixture
+def address(server):
+    """The address of a rule base that drives a robot."""
+    shutil.copy(ROOT / "robotics" / "rulebases" / "tracking.fis", server.folder / "everywhere.fis")
+    return f"{server.address}&file=everywhere.fis"
 
 
 def grave(page: Any) -> list[str]:
@@ -46,14 +44,14 @@ def grave(page: Any) -> list[str]:
     ]
 
 
-def look_through(browser: Any, server: Any, screen: tuple[int, int], scheme: str, tabs: bool = True) -> list[str]:
+def look_through(browser: Any, address: str, screen: tuple[int, int], scheme: str, tabs: bool = True) -> list[str]:
     """What is wrong with the page as it is opened, and with each of its tabs."""
     width, height = screen
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
     page = context.new_page()
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     page.set_default_timeout(PATIENCE)
-    page.goto(server.address)
+    page.goto(address)
     page.wait_for_selector(".fd-terms [role=slider]")
     wrong = [f"as opened: {sentence}" for sentence in grave(page)]
     names = page.locator("[role=tab]").all_inner_texts()
@@ -68,15 +66,15 @@ def look_through(browser: Any, server: Any, screen: tuple[int, int], scheme: str
     return wrong
 
 
-def test_the_page_is_accessible(browser, server):
-    assert look_through(browser, server, (1100, 800), "light", tabs=False) == []
+def test_the_page_is_accessible(browser, address):
+    assert look_through(browser, address, (1100, 800), "light", tabs=False) == []
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("screen", SCREENS)
-def test_every_tab_is_accessible_on_every_screen(browser, server, screen, scheme):
-    assert look_through(browser, server, screen, scheme) == []
+def test_every_tab_is_accessible_on_every_screen(browser, address, screen, scheme):
+    assert look_through(browser, address, screen, scheme) == []
 
 
 @pytest.mark.long
@@ -87,7 +85,7 @@ def test_snapshots_are_accessible_and_touched_on_every_screen(browser, server, s
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=True)
     page = context.new_page()
     page.set_default_timeout(PATIENCE)
-    page.goto(server.address)
+    page.goto(address)
     page.wait_for_selector(".fd-terms [role=slider]")
     page.get_by_role("tab", name="History").tap()
     damaged = server.folder / ".fuzzy-design" / "tipper.fis.snapshots" / f"{0:016x}.json"

@@ -20,7 +20,8 @@ from fuzzy.starts.grid import grid
 from fuzzy.starts.packaged import packaged
 from fuzzy.starts.samples import example_table
 from tests.browsers import rest
-from tests.fuzzy.designer.test_designer_page import Server, Watched, menu, tipper
+from tests.fuzzy.designer.served import Server, Watched, tipper
+from tests.fuzzy.designer.test_designer_page import menu
 
 pytest.importorskip("nicegui", reason="the designer needs the extra design")
 

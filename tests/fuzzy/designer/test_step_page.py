@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,21 +11,19 @@ from fuzzy.loop.controller import Scale
 from fuzzy.loop.plantfile import PLANT_EXAMPLES
 from fuzzy.loop.response import step_response
 from fuzzy.starts.control import rule_table
-from tests.fuzzy.designer.test_designer_page import PATIENCE, Server, Watched
+from tests.fuzzy.designer.served import PATIENCE, Server, Watched
 
 
 @pytest.fixture
-def tab(tmp_path: Path, browser: Any) -> Iterator[Watched]:
+def tab(server: Server, browser: Any) -> Iterator[Watched]:
     if not [point for point in entry_points(group="fuzzyfleet.designer") if point.name == "step"]:
         pytest.skip("the package was installed before it had the panel; install it again")
-    write_fis(rule_table("pd", 5), tmp_path / "tipper.fis")
-    server = Server(tmp_path)
+    write_fis(rule_table("pd", 5), server.folder / "step.fis")
     context = browser.new_context(viewport={"width": 1600, "height": 1100})
     tab = Watched(context, server)
-    tab.open(server.address).get_by_role("tab", name="Step response").click()
+    tab.open(f"{server.address}&file=step.fis").get_by_role("tab", name="Step response").click()
     yield tab
     context.close()
-    server.end()
 
 
 def settling(page: Any) -> str:
@@ -41,12 +38,12 @@ def until(page: Any, condition: str, argument: Any) -> None:
 SAME = "(d) => document.querySelectorAll('.fd-step path.st-design')[1]?.getAttribute('d') === d"
 
 
-def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, tmp_path: Path) -> None:
+def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, server: Server) -> None:
     page = tab.page
     page.wait_for_selector(".fd-step tbody tr")
     example = PLANT_EXAMPLES["integrating"]
     done = step_response(
-        read_fis(tmp_path / "tipper.fis"), example.plant, duration=example.duration, scale=Scale(*example.scale),
+        read_fis(server.folder / "step.fis"), example.plant, duration=example.duration, scale=Scale(*example.scale),
         limits=example.limits, disturbance=example.disturbance,
     )  # fmt: skip
     assert settling(page) == f"{done.figures.settling_time:.4g}"
@@ -78,7 +75,7 @@ def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, tmp_path: 
     # A Python file runs once it is chosen
     page.get_by_role("button", name="Write plant.py").click()
     page.wait_for_selector(".fd-step tbody tr")
-    assert (tmp_path / "plant.py").is_file()
+    assert (server.folder / "plant.py").is_file()
     assert "need a transfer function" in page.locator(".fd-step .pn-said").inner_text()
     page.get_by_label("Example").select_option("motor")
     page.wait_for_selector(".fd-step thead th:nth-child(3)")

@@ -89,7 +89,7 @@ def test_the_original_answers_as_scikit_fuzzy_does(method, functions, monkeypatc
 
 
 def test_the_difference_is_that_of_the_outputs():
-    a, b, y = parts(201)
+    a, b, y = parts(51)
     system = control.ControlSystem(rules_of(a, b, y))
     found = from_skfuzzy(system)
     (told,) = found.difference

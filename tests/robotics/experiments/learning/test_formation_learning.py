@@ -41,12 +41,16 @@ CLUSTERING = {"v_l": 7e-3, "w_l": 2.5e-3, "v_f": 1.2e-3, "w_f": 4e-3}
 LEARNING = {"v_l": 3e-3, "w_l": 1e-3, "v_f": 1e-3, "w_f": 2e-3}
 
 
-@cache
-def learnt(seed, method="hybrid"):
-    """Networks learnt from the well-posed set of a seed."""
+def learn(seed):
     recipe = FormationRecipe(kind="well-posed", seed=seed)
     table, check = formation_data(recipe), formation_data(checking_recipe(recipe))
-    return learn_networks(table.names, table.values, check.values, options=anfis.Options(method=method, epochs=60))
+    return learn_networks(table.names, table.values, check.values, options=anfis.Options(method="hybrid", epochs=60))
+
+
+@pytest.fixture(scope="module")
+def learnt(once):
+    """The networks learnt from the well-posed set of a seed."""
+    return cache(lambda seed: once(f"formation-networks-{seed}", lambda: learn(seed)))
 
 
 def driven(folder, experiment, correction="own-pose"):
@@ -55,13 +59,13 @@ def driven(folder, experiment, correction="own-pose"):
 
 
 @pytest.fixture(scope="module")
-def folder_of(tmp_path_factory):
+def folder_of(learnt, tmp_path_factory):
     """The folder of the networks of a seed."""
     return cache(lambda seed: write_networks(learnt(seed), tmp_path_factory.mktemp(f"networks-{seed}")))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_eight_rules_reach_the_rows_of_the_tables(seed):
+def test_eight_rules_reach_the_rows_of_the_tables(learnt, seed):
     """On the whole set, as a user generates it: training errors, and the checking formation's beside them."""
     for network in learnt(seed):
         history = network.training.history
@@ -87,7 +91,7 @@ def test_the_history_begins_where_the_clusters_end():
         assert made.trial.rmse[0] == pytest.approx(error, rel=1e-3)
 
 
-def test_networks_take_what_concerns_their_robot():
+def test_networks_take_what_concerns_their_robot(learnt):
     for network in learnt(0):
         other = "alpha_l" if network.output.endswith("_l") else "kappa_f"
         assert [v.name for v in network.after.inputs] == ["dx", other]
