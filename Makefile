@@ -87,11 +87,11 @@ test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is 
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/designer/test_jupyterlab.py
 
 # A browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
-check-all: $(VENV)/.everything ## make test, the site and the tests marked long
+check-all: $(VENV)/.everything ## make test, the site, the tests marked long, and every random case
 	@rm -f $(NOTES) && touch $(NOTES)
 	@$(MAKE) --no-print-directory test NOTED='$(AGAIN)'
 	@$(MAKE) --no-print-directory docs
-	$(BIN)/python -m pytest $(AGAIN) -m long; tested=$$?; $(BIN)/python -m tests.again $(NOTES); exit $$tested
+	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis'; tested=$$?; $(BIN)/python -m tests.again $(NOTES); exit $$tested
 
 lint: $(VENV)/.development ## what the tools say: ruff, mypy, prettier, eslint
 	@$(MAKE) --no-print-directory lint-style

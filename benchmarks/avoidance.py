@@ -43,8 +43,8 @@ from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import EvenTiming
-from robotics.paths.trajectory import Reference, Timing
+from robotics.paths.references import Reference, even_timing
+from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import Sensing
 
@@ -224,7 +224,7 @@ def ensemble(starts: np.ndarray, goals: np.ndarray, roundabout: bool = False) ->
         divergence=1e3,
         sensing=Sensing(posture="pose", position_noise=0.003, heading_noise=0.003, start_position=0.01),
     )
-    return replace(scenario.setting, starts=poses, references=EvenTiming(paths, durations))
+    return replace(scenario.setting, starts=poses, references=even_timing(paths, durations))
 
 
 def entered(entrant: Entrant, case: str, robots: int, seeds: Sequence[int]) -> dict[str, Any]:

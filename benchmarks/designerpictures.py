@@ -1,4 +1,4 @@
-"""The pictures of docs/designer.md: every view of the designer in a real browser, at three widths.
+"""The pictures of docs/howto/designer.md: every view of the designer in a real browser, at three widths.
 
 Run ``python -m benchmarks.designerpictures docs/designer`` (needs Chromium; two minutes).
 """

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.predictiveproblems import random_problems
+from benchmarks.predictivesolving import Problem, plans_of
 from fuzzy.files.atomic import replacing
-from robotics.laws.predictive.problem import Problem, plans_of
 from robotics.scenario.robots import load_robot
 
 OPTIONS: dict[str, Any] = {

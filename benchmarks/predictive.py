@@ -19,11 +19,11 @@ import numpy as np
 
 from benchmarks.ipopt import Ipopt
 from benchmarks.predictiveproblems import LAW, random_problems
+from benchmarks.predictivesolving import plans_of, solve_rows
 from benchmarks.reporting import heading, machine, start
 from robotics.laws.equation import compiled
 from robotics.laws.predictive.ilqr import SolverColumns
 from robotics.laws.predictive.nmpc import PredictiveControl
-from robotics.laws.predictive.problem import plans_of, solve_rows
 from robotics.scenario.reading import load_scenario
 from robotics.scenario.robots import load_robot
 from robotics.simulation.loop import Simulation

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from benchmarks.predictivesolving import Problem
 from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
 from robotics.laws.predictive.nmpc import PredictiveControl
-from robotics.laws.predictive.problem import Problem
 from robotics.laws.predictive.terminal import tail_table
 from robotics.vehicle.plant import saturate, velocity_limits
 from robotics.vehicle.robot import Robot

@@ -110,7 +110,7 @@ def setup(app) -> None:  # type: ignore[no-untyped-def]
     def inside(app, page, lines) -> None:  # type: ignore[no-untyped-def]
         """Links of pages that are also read beside the code: what is no page here is named and not linked."""
         text = lines[0].replace("](../CONTRIBUTING.md)", "](contributing.md)")
-        lines[0] = re.sub(r"\[([^\]]+)\]\(examples/[^)]*\)", r"`docs/\1`", text)
+        lines[0] = re.sub(r"\[([^\]]+)\]\(\.\./examples/[^)]*\)", r"`docs/\1`", text)
 
     app.connect("source-read", inside)
     app.connect("config-inited", lambda app, config: pages.write(HERE / "reference"))

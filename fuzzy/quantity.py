@@ -50,7 +50,15 @@ def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int
     return field(default=default, metadata=metadata)
 
 
-def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSING, example: Any = None) -> Any:
+def described(
+    doc: str,
+    default: Any = MISSING,
+    *,
+    default_factory: Any = MISSING,
+    example: Any = None,
+    accepts: str = "",
+    missing: str = "",
+) -> Any:
     """Declare a dataclass field that is no quantity, with a sentence for programs and files that show it.
 
     Args:
@@ -58,8 +66,11 @@ def described(doc: str, default: Any = MISSING, *, default_factory: Any = MISSIN
         default: The default value; without one the field must be given.
         default_factory: Makes the default value, where each instance needs its own.
         example: A value to show where there is no default, as a file has it.
+        accepts: What a message says that it must be; by default what its type says.
+        missing: What a message says where a file lacks it.
     """
-    return field(default=default, default_factory=default_factory, metadata={"doc": doc, "example": example})
+    metadata = {"doc": doc, "example": example, "accepts": accepts, "missing": missing}
+    return field(default=default, default_factory=default_factory, metadata=metadata)
 
 
 def accepted(metadata: Any) -> str:

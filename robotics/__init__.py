@@ -20,9 +20,9 @@ Tune:
     tune, what may move (LawSpace, Bound), what a run costs (Cost, Term), what was found (Tuned); load_tuning, a file
 Hold laws against each other at their best:
     load_arena, run_arena, Arena
-Learn a formation: docs/own-formation.md:
+Learn a formation: docs/howto/own-formation.md:
     formation_data of a FormationRecipe, checking_recipe; learn_networks, a Learnt for each, write_networks
-Log, and learn from logs: docs/logs.md:
+Log, and learn from logs: docs/howto/logs.md:
     write_mcap, write_rosbag, write_layout; read_drive, Drive; drive_data, DriveRecipe; LogError
 Learn by reinforcement (gymnasium, pettingzoo):
     TrackingEnv, TrackingVectorEnv, TeamEnv
@@ -35,7 +35,7 @@ Take to a robot:
     write_c_law, a law's control step in C (CLawFiles), and verify_c_law, the proof that it is the same (VerifiedLaw)
 Your own laws, metrics and studies:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
-    wherever a controller or a metric is named: docs/own-law.md; load_study, run_study, study_names
+    wherever a controller or a metric is named: docs/howto/own-law.md; load_study, run_study, study_names
 
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """

@@ -18,12 +18,19 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.randomcases import cases
+
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
 
 # A busy machine is no fault of the code.
-settings.register_profile("without a clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "without a clock", max_examples=cases(100), deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("without a clock")
+
+# While tests are collected, nothing becomes garbage, and looking for it took a quarter of the time.
+gc.disable()
 
 # A shell ignores Ctrl-C for what it starts in the background; the tests of interruptions send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -41,7 +48,8 @@ def pytest_collection_finish() -> None:
     """Look for garbage seldom, and not in what has been imported, which stays: it took a tenth of the time."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(20_000)
+    gc.set_threshold(200_000)
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)

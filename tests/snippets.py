@@ -10,7 +10,7 @@ import warnings
 from pathlib import Path
 
 PROGRAMS = ("fuzzy", "anfis", "robotics")
-_SHELL = re.compile(r"\|\||&&|[|<>;$*]")  # what only a shell understands
+_SHELL = re.compile(r"[|&<>;()]+|.*[$*].*")  # words that only a shell understands
 
 
 def snippets(page: Path) -> list[tuple[str, str]]:
@@ -26,7 +26,8 @@ def run_commands(text: str) -> None:
         words = shlex.split(line, comments=True)
         if not words:
             continue
-        if words[0] in PROGRAMS and not _SHELL.search(line.partition("#")[0]):
+        parts = shlex.shlex(line, punctuation_chars=True)  # which leaves quotes about what is quoted
+        if words[0] in PROGRAMS and not any(_SHELL.fullmatch(part) for part in parts):
             main = importlib.import_module(f"{words[0]}.commands.application").main
             with warnings.catch_warnings():
                 warnings.simplefilter("default")

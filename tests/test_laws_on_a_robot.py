@@ -1,4 +1,4 @@
-"""The page docs/laws-on-a-robot.md: its commands and its Python run as written."""
+"""The page docs/howto/laws-on-a-robot.md: its commands and its Python run as written."""
 
 import re
 import subprocess
@@ -24,7 +24,7 @@ def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
         pytest.skip(str(error))
     monkeypatch.chdir(tmp_path)
     kinds = []
-    for kind, text in snippets(DOCS / "laws-on-a-robot.md"):
+    for kind, text in snippets(DOCS / "howto" / "laws-on-a-robot.md"):
         kinds.append(kind)
         if kind == "sh":
             run_commands(text)
@@ -42,7 +42,7 @@ def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
 
 
 def test_the_states_hold_what_the_page_says(tmp_path):
-    page = (DOCS / "laws-on-a-robot.md").read_text(encoding="utf-8")
+    page = (DOCS / "howto" / "laws-on-a-robot.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (`[^|]+) \| (\d+) \| ([^|]+) \|$", page, re.MULTILINE)
     assert len(rows) == 3
     for laws, size, said in rows:

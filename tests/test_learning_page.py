@@ -1,4 +1,4 @@
-"""The page docs/learning.md: its snippets run as written, in an empty folder."""
+"""The page docs/howto/learn-from-a-table.md: its snippets run as written, in an empty folder."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import pytest
 
 from tests.snippets import run_commands, run_python, snippets
 
-SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "learning.md")
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "learn-from-a-table.md")
 
 
 @pytest.mark.long  # seconds; tests/anfis/commands has a small version of each command
@@ -15,7 +15,7 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     assert [kind for kind, _ in SNIPPETS] == ["sh", "python"]
     run_commands(SNIPPETS[0][1])
-    run_python(SNIPPETS[1][1], "learning.md")
+    run_python(SNIPPETS[1][1], "learn-from-a-table.md")
     said = capsys.readouterr().out
     for words in ("of 5 folds (shuffled)", "<- chosen", "samples were held back for the choice", "rules: "):
         assert words in said

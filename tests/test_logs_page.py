@@ -1,4 +1,4 @@
-"""The page docs/logs.md: its snippets run as written, one after the other, and its table names what is in a log."""
+"""The page docs/howto/logs.md: its snippets run one after the other, and its table names what is in a log."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     kinds, said = [], ""
-    for kind, text in snippets(DOCS / "logs.md"):
+    for kind, text in snippets(DOCS / "howto" / "logs.md"):
         kinds.append(kind)
         if kind == "sh":
             run_commands(text)
@@ -27,5 +27,5 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     with (tmp_path / "run.mcap").open("rb") as file:
         found = make_reader(file).get_summary()
     topics = {found.schemas[c.schema_id].name.replace("/msg/", "/") for c in found.channels.values()}
-    table = (DOCS / "logs.md").read_text("utf-8")
+    table = (DOCS / "howto" / "logs.md").read_text("utf-8")
     assert topics <= set(re.findall(r"\| (\w+/\w+) \|", table))

@@ -1,4 +1,4 @@
-"""The page docs/microcontroller.md: its snippets run as written; its loop and its two projects compile."""
+"""The page docs/howto/rules-on-a-microcontroller.md: its snippets run; its loop and its two projects compile."""
 
 import shutil
 import subprocess
@@ -9,7 +9,7 @@ from fuzzy.ccode.compiler import STRICT, find_compiler
 from tests.fuzzy.ccode.inc import needs_compiler
 from tests.snippets import run_commands, run_python, snippets
 
-PAGE = Path(__file__).parent.parent / "docs" / "microcontroller.md"
+PAGE = Path(__file__).parent.parent / "docs" / "howto" / "rules-on-a-microcontroller.md"
 STUBS = Path(__file__).parent / "data" / "firmware"
 PLANT = "double reference(void);\ndouble measured(void);\nvoid drive(double force);\nvoid every_10_ms(void);\n"
 

@@ -1,4 +1,4 @@
-"""The page docs/other-formats.md: its snippets run as written, and print what stands below them."""
+"""The page docs/howto/other-formats.md: its snippets run as written, and print what stands below them."""
 
 import contextlib
 import io
@@ -18,7 +18,7 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch):
     shutil.copy(ROOT / "tests" / "data" / "fis-corpus" / "m05_kzafeiroudi_smf.fis", "old.fis")
     names: dict[str, object] = {}
     said, kinds = "", []
-    for kind, text in snippets(ROOT / "docs" / "other-formats.md"):
+    for kind, text in snippets(ROOT / "docs" / "howto" / "other-formats.md"):
         kinds.append(kind)
         if kind == "console":
             run_commands(text.removeprefix("$ "))

@@ -1,4 +1,4 @@
-"""The page docs/own-law.md and the templates: every snippet and every file runs as written."""
+"""The page docs/howto/own-law.md and the templates: every snippet and every file runs as written."""
 
 import re
 import sys
@@ -17,7 +17,7 @@ from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from tests.snippets import run_commands, run_python, snippets
 
-SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "own-law.md")
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "own-law.md")
 SHORT = """
 duration = 1.0
 [[robots]]

@@ -1,4 +1,4 @@
-"""The page docs/own-plant.md: its snippets run as written, one after the other."""
+"""The page docs/howto/own-plant.md: its snippets run as written, one after the other."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     kinds, said = [], ""
-    for kind, text in snippets(DOCS / "own-plant.md"):
+    for kind, text in snippets(DOCS / "howto" / "own-plant.md"):
         kinds.append(kind)
         if kind == "sh":
             run_commands(text)

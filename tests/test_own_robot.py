@@ -1,4 +1,4 @@
-"""The page docs/own-robot.md: its snippets run as written, and its robot does in a corridor what the page says."""
+"""The page docs/howto/own-robot.md: its snippets run, and its robot does in a corridor what the page says."""
 
 import shutil
 from dataclasses import replace
@@ -28,7 +28,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_every_snippet_of_the_page_runs_in_order(folder, capsys):
-    found = snippets(DOCS / "own-robot.md")
+    found = snippets(DOCS / "howto" / "own-robot.md")
     assert [kind for kind, _ in found] == ["toml", "sh", "sh", "toml", "toml", "sh"]
     robots = []
     for kind, text in found:

@@ -7,6 +7,7 @@ import importlib.util
 import json
 import re
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -159,6 +160,31 @@ def test_a_player_follows_the_theme_of_its_page(browser: Any, tmp_path: Path) ->
     assert again == dark
     assert all(one != other for one, other in zip(dark, light, strict=True))
     assert problems == []
+
+
+# The sources ----------------------------------------------------------------------------------------------------
+
+SOURCES = [
+    page
+    for page in DOCS.rglob("*.md")
+    if not {"_build", "examples", "gallery", "made"} & set(page.relative_to(DOCS).parts)
+    and page.name not in ("README.md", "paper.md")
+]
+
+
+def test_no_two_pages_have_one_name() -> None:
+    names = Counter(page.stem for page in SOURCES)
+    assert names["own-law"] == 1
+    assert [name for name, count in names.items() if count > 1 and name != "index"] == []
+
+
+@pytest.mark.parametrize("page", SOURCES, ids=lambda page: page.relative_to(DOCS).as_posix())
+def test_links_between_sources_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for address in re.findall(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)", text):
+        generated = {"gallery", "made"} & set(Path(address).parts)
+        if not generated and not re.match(r"(https?|mailto):", address):
+            assert (page.parent / address).exists() or (page.parent / f"{address}.md").exists(), address
 
 
 # The whole site -------------------------------------------------------------------------------------------------

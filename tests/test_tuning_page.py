@@ -1,11 +1,11 @@
-"""The page docs/tuning.md: its snippets run as written, in an empty folder."""
+"""The page docs/howto/tuning.md: its snippets run as written, in an empty folder."""
 
 import re
 from pathlib import Path
 
 from tests.snippets import run_commands, run_python, snippets
 
-SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "tuning.md")
+SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "tuning.md")
 
 
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import FIXED_PIECES as PIECES
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.numbertype import LARGEST_FIXED, ONE, ExportError
-from fuzzy.ccode.phrases import chosen, limited_to, rule_tables, signature, table
+from fuzzy.ccode.phrases import called, limited_to, rule_tables, signature, table
 from fuzzy.ccode.plan import CodePlan, CodeTerm
 
 _DEGREE = 30  # binary places of a degree
@@ -63,21 +62,20 @@ def line(slope: float, offset: float, places: int) -> str:
 class _Writer:
     def __init__(self, plan: CodePlan) -> None:
         self.plan = plan
-        self.needed: set[str] = {"ONE"}
 
     def source(self) -> str:
         plan = self.plan
         body = [*self._inputs(), *self._degrees(), *self._strengths()]
         for o in range(len(plan.outputs)):
             body += self._output(o)
-        tables = self._tables()
+        function = "\n".join([signature(plan.name, "int32_t") + " {", *body, "    return told;", "}", ""])
         parts = [
             f"/* {comment(plan.fis.name)}, in Q16.16: see {plan.name}.h. Made of the system: change that, not this.\n"
             " * Shifting a negative number to the right keeps its sign, as every compiler for these machines does. */",
             f'#include "{plan.name}.h"\n',
-            chosen(PIECES, self.needed),
-            "\n".join(tables) + "\n",
-            "\n".join([signature(plan.name, "int32_t") + " {", *body, "    return told;", "}", ""]),
+            called("fixed.c", f"ONE\n{function}"),
+            "\n".join(self._tables()) + "\n",
+            function,
         ]
         return "\n".join(parts)
 
@@ -100,7 +98,6 @@ class _Writer:
 
     def _degrees(self) -> list[str]:
         plan = self.plan
-        self.needed |= set() if plan.logs else {"strength"}
         kind, what = ("int64_t", "logarithms of the degrees") if plan.logs else ("strength_t", "degrees of membership")
         rows = [f"    /* Layer 1: {what} */", f"    {kind} degree[{max(1, len(plan.terms))}];"]
         for k, term in enumerate(plan.terms):
@@ -109,14 +106,11 @@ class _Writer:
         return [*rows, ""]
 
     def _line(self, term: CodeTerm, slope: float, offset: float, places: int) -> str:
-        self.needed.add("line")
         return f"line({term.variable}, {line(slope, offset, places)})"
 
     def _side(self, term: CodeTerm, slope: float, offset: float, spline: bool) -> str:
         """From 0 to 1 along a straight line, or by a spline."""
-        function = "spline" if spline else "limited"
-        self.needed.add(function)
-        return f"{function}({self._line(term, slope, offset, _DEGREE)})"
+        return f"{'spline' if spline else 'limited'}({self._line(term, slope, offset, _DEGREE)})"
 
     def _up(self, term: CodeTerm, a: float, b: float, *, spline: bool = False) -> str:
         if b > a and math.isfinite(b - a):
@@ -142,16 +136,12 @@ class _Writer:
         """A degree that may be faint, as an expression of C."""
         p, name = term.parameters, term.function
         if name == "dsigmf":
-            self.needed |= {"difference", "sigmoid"}
             return f"difference(sigmoid({self._sigmoid(term, *p[:2])}), sigmoid({self._sigmoid(term, *p[2:])}))"
         if name == "psigmf":
-            self.needed |= {"product", "sigmoid"}
             return f"product(sigmoid({self._sigmoid(term, *p[:2])}), sigmoid({self._sigmoid(term, *p[2:])}))"
         if name in ("gaussmf", "gauss2mf"):
-            self.needed.add("decaying")
             return f"decaying({self._logarithm(term)})"
         if name in ("sigmf", "gbellmf"):
-            self.needed.add("sigmoid")
             return f"sigmoid({self._sigmoid(term, *p) if name == 'sigmf' else self._bell(term)})"
         return f"strength_of({self._edges(term)}, 0)"
 
@@ -159,7 +149,6 @@ class _Writer:
         """A degree that is made of straight lines or parabolas."""
         p, name = term.parameters, term.function
         if name in ("trimf", "trapmf"):
-            self.needed.add("least")
             return f"least({self._up(term, p[0], p[1])}, {self._down(term, p[-2], p[-1])})"
         if name == "linsmf":
             return self._up(term, *p)
@@ -169,27 +158,22 @@ class _Writer:
             return self._up(term, *p, spline=True)
         if name == "zmf":
             return self._down(term, *p, spline=True)
-        self.needed.add("times")
         return f"times({self._up(term, *p[:2], spline=True)}, {self._down(term, *p[2:], spline=True)})"
 
     def _bell(self, term: CodeTerm) -> str:
         a, b, c = term.parameters
-        self.needed.add("bell")
         return f"bell({self._line(term, 1 / abs(a), -c / abs(a), _LOG)}, {q16(2 * b)})"
 
     def _logarithm(self, term: CodeTerm) -> str:
         p, name = term.parameters, term.function
         if name == "gaussmf":
-            self.needed.add("log_gauss")
             return f"log_gauss({self._line(term, 1 / abs(p[0]), -p[1] / abs(p[0]), _LOG)})"
         if name == "gauss2mf":
-            self.needed.add("log_gauss")
             low, high = self._edge(p[1], down=True), self._edge(p[3])
             left = f"log_gauss({self._line(term, 1 / abs(p[0]), -p[1] / abs(p[0]), _LOG)})"
             right = f"log_gauss({self._line(term, 1 / abs(p[2]), -p[3] / abs(p[2]), _LOG)})"
             x = term.variable
             return f"({x} <= {low} ? {left} : 0)\n        + ({x} >= {high} ? {right} : 0)"
-        self.needed.add("log_sigmoid")
         if name == "sigmf":
             return f"log_sigmoid({self._sigmoid(term, *p)})"
         if name == "psigmf":
@@ -244,7 +228,6 @@ class _Writer:
 
     def _of_logarithms(self) -> list[str]:
         n, sums = self.plan.rules, self.plan.sums
-        self.needed |= {"exponential"}
         power = " * clause_power[k] >> 16" if self.plan.has_powers else ""
         weight = f" * weight_of[r] >> {60 - self._width}" if self.plan.is_weighted else f" >> {30 - self._width}"
         counts = "weight_of[r] > 0 && " if self.plan.is_weighted else ""
@@ -269,7 +252,6 @@ class _Writer:
         n, fis = self.plan.rules, self.plan.fis
         sums, changes = self.plan.sums, self.plan.has_powers or self.plan.has_negations
         conjunction = "product" if fis.and_method == "prod" else "lesser"
-        self.needed.add(conjunction)
         rows = [
             f"    strength_t fires[{n}];",
             f"    int32_t w[{n}];",
@@ -281,19 +263,16 @@ class _Writer:
             f"            {'' if changes else 'const '}strength_t clause = degree[clause_term[k]];",
         ]
         if self.plan.has_powers:
-            self.needed |= {"product", "root", "hedged"}
             rows += [
                 f"            if (clause_power[k] == {2 * ONE}) clause = product(clause, clause);",
                 f"            else if (clause_power[k] == {ONE // 2}) clause = root(clause);",
                 f"            else if (clause_power[k] != {ONE}) clause = hedged(clause, clause_power[k]);",
             ]
         if self.plan.has_negations:
-            self.needed.add("plain")
             rows.append("            if (clause_negated[k]) clause = strength_of(ONE - plain(clause), 0);")
         joined = f"whole = {conjunction}(whole, clause);"
         if self.plan.has_ors:
             function = "both" if fis.or_method == "probor" else "most"
-            self.needed |= {function, "plain"}
             rows += [
                 f"            if (rule_or[r]) either = {function}(either, plain(clause));",
                 f"            else {joined}",
@@ -327,8 +306,6 @@ class _Writer:
         default = q16(plan.fis.outputs[o].midrange)
         if not plan.takes_part[o].any():
             return [f"    y[{o}] = {default};", f"    told |= {upper}_NO_RULE;"]
-        if plan.is_linear(o) or plan.sums:
-            self.needed.add("shifted")
         proposal = f"{name}_of[r]"
         rows = [
             f"    {{ /* Layers 4 and 5: {comment(plan.fis.outputs[o].name)} */",

@@ -16,8 +16,8 @@ from fuzzy.ccode.plan import CodeTerm
 class FloatTerm:
     """The writer of one term."""
 
-    def __init__(self, number: Floating, term: CodeTerm, logs: bool, needed: set[str]) -> None:
-        self.number, self.term, self.logs, self.needed = number, term, logs, needed
+    def __init__(self, number: Floating, term: CodeTerm, logs: bool) -> None:
+        self.number, self.term, self.logs = number, term, logs
         self.zero, self.one = number.constant(0.0), number.constant(1.0)
 
     def text(self) -> str:
@@ -50,7 +50,6 @@ class FloatTerm:
         return f"{self._of('log_sigmoid', self._sigmoid(*p[:2]))} + {self._of('log_sigmoid', self._sigmoid(*p[2:]))}"
 
     def _of(self, function: str, *arguments: str | float) -> str:
-        self.needed.add(function)
         texts = (a if isinstance(a, str) else self.number.constant(a) for a in arguments)
         return f"{function}({', '.join(texts)})"
 

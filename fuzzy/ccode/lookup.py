@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.ccode.fixedpieces import FIXED_PIECES as PIECES
 from fuzzy.ccode.fixedpoint import check_range, q16
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.numbertype import FIXED_POINT, ExportError, Floating, c_type, checked_number
-from fuzzy.ccode.phrases import chosen, limited_to, signature, table
+from fuzzy.ccode.phrases import called, limited_to, signature, table
 from fuzzy.ccode.plan import CodePlan, planned
 from fuzzy.ccode.proofpoints import answers_of, proof_points
 from fuzzy.ccode.source import CSources, header
@@ -164,7 +163,8 @@ def _fixed(plan: CodePlan, lookup: Lookup) -> str:
             "    y[o] = (int32_t)(near + shifted((far - near) * share0, 16));",
             "}",
         ]
-    return chosen(PIECES, {"shifted"}) + "\n" + values + _function(plan, "int32_t", lines)
+    function = _function(plan, "int32_t", lines)
+    return f"{called('fixed.c', function)}\n{values}{function}"
 
 
 def _corners(plan: CodePlan, lookup: Lookup, real: str) -> list[str]:

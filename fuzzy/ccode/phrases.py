@@ -1,6 +1,9 @@
 """Phrases of C that systems in every type of numbers share, and laws too."""
 
+import re
 from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
 from textwrap import fill
 
 import numpy as np
@@ -8,18 +11,30 @@ import numpy as np
 from fuzzy.ccode.identifier import comment
 from fuzzy.ccode.plan import CodePlan
 
-# Of functions of C, in the order in which they are written: name, the others that it needs, text
-Pieces = tuple[tuple[str, tuple[str, ...], str], ...]
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_DEFINED = re.compile(r"^#define (\w+)|^} (\w+);|^static [\w ]*?(\w+)\(", re.MULTILINE)  # a macro, a type, a function
 
 
-def chosen(pieces: Pieces, needed: set[str]) -> str:
-    """The functions that are ``needed``, with all that these need, in the order in which C wants them."""
-    wanted = set(needed)
-    for name, others, _ in reversed(pieces):
-        if name in wanted:
-            wanted.update(others)
-    assert wanted <= {name for name, _, _ in pieces}, wanted
-    return "".join(body.lstrip("\n") for name, _, body in pieces if name in wanted)
+def called(file: str, code: str) -> str:
+    """The functions of a ``file`` of C beside this module that ``code`` calls, with all that these call."""
+    code, parts = _COMMENT.sub("", code), list[str]()
+    for part, uses in reversed(_parts(file)):
+        if uses.search(code):
+            code += _COMMENT.sub("", part)
+            parts.insert(0, part + "\n")
+    return "".join(parts)
+
+
+@cache
+def _parts(file: str) -> list[tuple[str, re.Pattern[str]]]:
+    """The parts of a file of C that define something, each with what finds a use of it."""
+    found = []
+    for part in Path(__file__).with_name(file).read_text(encoding="utf-8").removesuffix("\n").split("\n\n\n"):
+        # A variable may have a function's name: only calls count.
+        uses = [rf"{name}\(" if name else rf"{macro or kind}\b" for macro, kind, name in _DEFINED.findall(part)]
+        if uses:
+            found.append((part, re.compile(rf"\b(?:{'|'.join(uses)})")))
+    return found
 
 
 def guarded(name: str, lines: Iterable[str], includes: Iterable[str] = ()) -> list[str]:

@@ -1,12 +1,12 @@
 """What of a system is written in C, with the names that it has there: the same for every type of numbers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from fuzzy.ccode.identifier import identifier
 from fuzzy.ccode.numbertype import ExportError
+from fuzzy.compiled.packed import proposed_numbers
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import logarithmic
 from fuzzy.membershipfunction import as_number
@@ -142,23 +142,7 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
         )
         for r in range(len(fis.rules))
     )
-    constants, slopes = _consequents(fis)
+    constants, slopes = proposed_numbers(fis)
     return CodePlan(
         fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis)
     )
-
-
-def _consequents(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
-    shape = (len(fis.outputs), len(fis.rules))
-    constants, slopes = np.zeros(shape), np.zeros((*shape, len(fis.inputs)))
-    for o, variable in enumerate(fis.outputs):
-        rows = [[as_number(p) for p in term.parameters] for term in variable.terms.values()]
-        for r in np.flatnonzero(fis.structure.consequent[o] >= 0):
-            *slope, constants[o, r] = rows[fis.structure.consequent[o, r]]
-            slopes[o, r, : len(slope)] = slope
-    return constants, slopes
-
-
-LOGARITHMS: Mapping[str, str] = {  # of functions that are positive everywhere: that of their logarithm
-    name: f"log_{name}" for name in ("gaussmf", "gauss2mf", "gbellmf", "sigmf", "psigmf")
-}

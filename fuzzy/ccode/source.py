@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.ccode.fixedpoint import fixed_source
-from fuzzy.ccode.floating import pieces
 from fuzzy.ccode.floatterm import FloatTerm
 from fuzzy.ccode.identifier import comment, identifier
 from fuzzy.ccode.numbertype import FIXED_POINT, Floating, c_type, checked_number
-from fuzzy.ccode.phrases import guarded, limited_to, rule_tables, signature, table
-from fuzzy.ccode.plan import LOGARITHMS, CodeClause, CodePlan, CodeTerm, planned
+from fuzzy.ccode.phrases import called, guarded, limited_to, rule_tables, signature, table
+from fuzzy.ccode.plan import CodeClause, CodePlan, CodeTerm, planned
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno, Variable
 
@@ -123,7 +122,6 @@ class _Writer:
 
     def __init__(self, plan: CodePlan, number: Floating) -> None:
         self.plan, self.number, self.real = plan, number, number.name
-        self.needed: set[str] = set()
         self.zero, self.one = number.constant(0.0), number.constant(1.0)
 
     def source(self) -> str:
@@ -131,13 +129,14 @@ class _Writer:
         plan = self.plan
         tables = [] if plan.unrolled else [*self._rule_tables(), *self._consequent_tables()]
         body = [*self._inputs(), *self._degrees(), *self._strengths(), *self._consequents(), "    return told;"]
+        function = "\n".join([signature(plan.name, self.real) + " {", *body, "}", ""])
         includes = [f'#include "{plan.name}.h"', "", "#include <math.h>"]
         parts = [
             f"/* {comment(plan.fis.name)}, in {self.real}: see {plan.name}.h. Made of the system: change that. */",
             "\n".join(includes) + "\n",
-            pieces(self.needed, self.number),
+            self.number.typed(called("floating.c", function)),
             *(["\n".join(tables) + "\n"] if tables else []),
-            "\n".join([signature(plan.name, self.real) + " {", *body, "}", ""]),
+            function,
         ]
         return "\n".join(part for part in parts if part)
 
@@ -164,9 +163,8 @@ class _Writer:
     def _call(self, term: CodeTerm) -> str:
         """A degree, or its logarithm, as an expression."""
         if self.real == "float":
-            return FloatTerm(self.number, term, self.plan.logs, self.needed).text()
-        function = LOGARITHMS.get(term.function, "") if self.plan.logs else term.function
-        self.needed.add(function)
+            return FloatTerm(self.number, term, self.plan.logs).text()
+        function = f"{'log_' if self.plan.logs else ''}{term.function}"
         return f"{function}({term.variable}, {', '.join(map(self.number.constant, term.parameters))})"
 
     def _degrees(self) -> list[str]:
@@ -195,7 +193,6 @@ class _Writer:
         elif clause.power == 0.5:
             name = f"sqrt{self.number.suffix}({name})"
         elif clause.power != 1:
-            self.needed.add("hedged")
             name = f"hedged({name}, {self.number.constant(clause.power)})"
         if clause.negated:
             return f"({self.one} - {name})"
@@ -214,7 +211,6 @@ class _Writer:
             function = "least"
         joined = parts[0]
         for part in parts[1:]:
-            self.needed.add(function)
             joined = f"{function}({joined}, {part})"
         return joined
 
@@ -352,7 +348,6 @@ class _Writer:
             changes = powers or negations
             rows.append(f"            {'' if changes else 'const '}{self.real} value = {degree};")
             if powers:
-                self.needed.add("hedged")
                 rows.append(f"            if (clause_power[k] == {self.number.constant(2.0)}) value *= value;")
                 rows.append(
                     f"            else if (clause_power[k] == {self.number.constant(0.5)}) value = sqrt{suffix}(value);"
@@ -363,10 +358,8 @@ class _Writer:
             if negations:
                 rows.append(f"            if (clause_negated[k]) value = {self.one} - value;")
             conjunction = "strength * value" if plan.fis.and_method == "prod" else "least(strength, value)"
-            self.needed |= set() if plan.fis.and_method == "prod" else {"least"}
             if ors:
                 function = "both" if plan.fis.or_method == "probor" else "most"
-                self.needed.add(function)
                 conjunction = f"rule_or[r] ? {function}(strength, value) : {conjunction}"
             rows.append(f"            strength = {conjunction};")
         weighted = not plan.logs and plan.is_weighted

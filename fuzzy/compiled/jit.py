@@ -59,7 +59,8 @@ def kernel(function: Callable[..., Any] | None = None, /, **options: Any) -> Any
     if function is None:
         return lambda function: kernel(function, **options)
     said = function.__annotations__.items()
-    check_names(function, {name: of for name, of in said if isinstance(of, type) and issubclass(of, Columns)})
+    if known := {name: of for name, of in said if isinstance(of, type) and issubclass(of, Columns)}:
+        check_names(function, known)
     compiled = numba.njit(error_model="numpy", **options)(function)
     if isinstance(compiled, Dispatcher):
         with suppress(RuntimeError):  # a function that was typed in has no file, and none beside it

@@ -91,7 +91,10 @@ def packed(fis: Sugeno | Any) -> np.ndarray:
     lists["clause_term"] = [t for _, _, t in clauses]
     lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
     lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
-    _lay_out_consequents(fis, lists)
+    lists["takes_part"] = s.consequent >= 0
+    lists["constant"], lists["slopes"] = proposed_numbers(fis)
+    lists["linear"] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
+    lists["default"] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
     rows = {name: np.asarray(lists[name], dtype=np.float64).ravel() for name in PackedColumns.columns if name in lists}
     begins = np.cumsum([PackedColumns.size, *(len(row) for row in rows.values())])
     header = {
@@ -133,18 +136,16 @@ def _lay_out_terms(fis: Sugeno, lists: dict[str, Any]) -> list[list[int]]:
     return number
 
 
-def _lay_out_consequents(fis: Sugeno, lists: dict[str, Any]) -> None:
-    """Add the lists of the outputs' consequents."""
-    s, shape = fis.structure, (len(fis.outputs), len(fis.rules))
-    constant, slopes = np.zeros(shape), np.zeros((*shape, len(fis.inputs)))
+def proposed_numbers(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
+    """The constants (outputs, rules) and the slopes (outputs, rules, inputs) of what the rules propose."""
+    shape = (len(fis.outputs), len(fis.rules))
+    constants, slopes = np.zeros(shape), np.zeros((*shape, len(fis.inputs)))
     for o, variable in enumerate(fis.outputs):
         consequents = [[as_number(p) for p in term.parameters] for term in variable.terms.values()]
-        for r in np.flatnonzero(s.consequent[o] >= 0):
-            *slope, constant[o, r] = consequents[s.consequent[o, r]]
+        for r in np.flatnonzero(fis.structure.consequent[o] >= 0):
+            *slope, constants[o, r] = consequents[fis.structure.consequent[o, r]]
             slopes[o, r, : len(slope)] = slope
-    lists |= {"takes_part": s.consequent >= 0, "constant": constant, "slopes": slopes}
-    lists["linear"] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
-    lists["default"] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
+    return constants, slopes
 
 
 @kernel(nogil=True)

@@ -1,6 +1,6 @@
 """The keys of the designer's page, as its help lists them."""
 
-# (key, where, what it does); docs/designer.md has the same table.
+# (key, where, what it does); docs/howto/designer.md has the same table.
 SHORTCUTS = (
     ("?", "everywhere but in a field", "this list"),
     ("Ctrl+S; Ctrl+Z; Ctrl+Shift+Z or Ctrl+Y", "everywhere", "save; undo; redo (⌘ on a Mac)"),

@@ -1,6 +1,7 @@
 """Shared parts of all pictures: the style, sizes, names as text, and files written whole."""
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,13 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
         constrained: Whether matplotlib's constrained layout arranges it.
     """
     return Figure(figsize=(width, height), layout="constrained" if constrained else None)
+
+
+@contextmanager
+def styled_figure(width: float, height: float, constrained: bool = True) -> Iterator[Figure]:
+    """A new figure for a ``with`` block, in which it is drawn in the :func:`style`; see :func:`new_figure`."""
+    with style():
+        yield new_figure(width, height, constrained)
 
 
 def line_look(n: int) -> dict[str, Any]:

@@ -22,9 +22,8 @@ from robotics.quantity import check_quantities, described, whole
 from robotics.scenario.description import Scenario
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import parse_table, reading
 from robotics.tuning.cost import COST_TERMS, Cost, Term
-from robotics.tuning.file import read_terms
 from robotics.tuning.space import PARTS, PARTS_MOVED, LawSpace, NothingMovesError
 from robotics.tuning.tune import CHOOSING, TESTING, TUNING
 
@@ -71,7 +70,7 @@ class Arena:
     tune: tuple[Family, ...] = described("The scenarios that are tuned on.")
     choose: tuple[Family, ...] = described("The scenarios by which is chosen among what was tuned.")
     test: tuple[Family, ...] = described("The scenarios that nobody has seen before.")
-    folder: Path = field(default=Path(), compare=False, metadata={"doc": ""})
+    folder: Path = field(default=Path(), compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, ArenaError)
@@ -200,23 +199,22 @@ def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Pa
         file: The file's name in messages.
         folder: The folder to which paths in it are relative.
     """
-    table = _alike(parse_table(text, file, ArenaError), file)
-    with placed(text, file, ArenaError):
-        special = {Mapping[str, int]: _exceptions, tuple[Term, ...]: _terms}
-        made = Builder(ArenaError, special).build(Arena, table, (), ("like",), name=name, folder=folder)
-    assert isinstance(made, Arena)
+    with reading(text, file, ArenaError) as table:
+        made: Arena = _BUILDER.build(Arena, _alike(table), (), ("like",), name=name, folder=folder)
+        for n, term in enumerate(made.cost):
+            if term.metric not in ALL_METRICS:
+                raise ArenaError(expected(term.metric, ALL_METRICS, "metric")).about("cost", n, "metric")
     return made
 
 
-def _alike(table: dict[str, Any], file: str) -> dict[str, Any]:
+def _alike(table: dict[str, Any]) -> dict[str, Any]:
     """The table with the keys of the packaged arena that it is ``like``, where it gives none itself."""
     like = table.pop("like", None)
     if like is None:
         return table
     if like not in arena_names():
-        raise ArenaError(f"{file}: like: {expected(str(like), arena_names(), 'arena')}")
-    base = parse_table(_FILES.find(like).text, f"{like}.toml", ArenaError)
-    return {**_alike(base, f"{like}.toml"), **table}
+        raise ArenaError(f"like: {expected(str(like), arena_names(), 'arena')}").about("like")
+    return {**_alike(parse_table(_FILES.find(like).text, f"{like}.toml", ArenaError)), **table}
 
 
 def with_laws(arena: Arena, laws: Sequence[str]) -> Arena:
@@ -243,16 +241,11 @@ def about(arena: Arena) -> dict[str, Any]:
 
 
 def _exceptions(value: Any, keys: Keys) -> dict[str, int]:
-    table = Builder(ArenaError, {}).table(value, keys)
+    table = _BUILDER.table(value, keys)
     for law, count in table.items():
         if type(count) is not int or count < 1:
             raise ArenaError(f"the evaluations of {law} must be a whole number >= 1; got {count!r}").about(*keys, law)
     return table
 
 
-def _terms(value: Any, keys: Keys) -> tuple[Term, ...]:
-    found = read_terms(value, keys, ArenaError)
-    for n, term in enumerate(found):
-        if term.metric not in ALL_METRICS:
-            raise ArenaError(expected(term.metric, ALL_METRICS, "metric")).about(*keys, n, "metric")
-    return found
+_BUILDER = Builder(ArenaError, {Mapping[str, int]: _exceptions})

@@ -9,8 +9,7 @@ from fuzzy.files.atomic import write_whole
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import FILE_KINDS
-from robotics.commands.scenario import file_kind
+from robotics.commands.filekinds import FILE_KINDS, file_kind
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 
 
@@ -41,40 +40,30 @@ def new(
     """
     from robotics.tables.template import commented_file
 
+    if kind not in (*FILE_KINDS, *TEMPLATES):
+        raise InputError(expected(kind, (*FILE_KINDS, *TEMPLATES), "kind of file"))
+    if kind in TEMPLATES and (variant is not None or minimal):
+        raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
+    if kind in FILE_KINDS and variant is not None and variant not in file_kind(kind).templates:
+        raise InputError(expected(variant, file_kind(kind).templates, f"kind of {kind}"))
+    file = out or Path(TEMPLATES[kind][1] if kind in TEMPLATES else f"my-{kind}.toml")
+    printed = str(file) == "-"
+    if file.exists() and not (force or printed):
+        raise InputError(f"{file} exists already, nothing was written; --force overwrites")
     if kind in TEMPLATES:
-        if variant is not None or minimal:
-            raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
-        file = out if out is not None else Path(TEMPLATES[kind][1])
-        if str(file) == "-":
+        if printed:
             print(template_text(kind), end="")
             return
-        _check_free(file, force)
-        _say(file, write_template(kind, file), json)
-        return
-    if kind not in FILE_KINDS:
-        raise InputError(expected(kind, (*FILE_KINDS, *TEMPLATES), "kind of file"))
-    made = file_kind(kind)
-    if variant is not None and variant not in made.values:
-        raise InputError(expected(variant, made.values, f"kind of {kind}"))
-    values = made.values[variant] if variant is not None else next(iter(made.values.values()))
-    file = out if out is not None else Path(f"my-{kind}.toml")
-    _check_free(file, force or str(file) == "-")
-    use = made.use.replace("FILE", str(file))
-    text = commented_file(made.table(), values, made.read, f"{made.title}: {use}", minimal)
-    if str(file) == "-":
-        print(text, end="")
-        return
-    write_whole(file, text)
-    _say(file, use, json)
-
-
-def _check_free(file: Path, force: bool) -> None:
-    if file.exists() and not force:
-        raise InputError(f"{file} exists already, nothing was written; --force overwrites")
-
-
-def _say(file: Path, use: str, json: bool) -> None:
-    """Say which file was written, and by which command it is used."""
+        use = write_template(kind, file)
+    else:
+        made = file_kind(kind)
+        use = made.use.replace("FILE", str(file))
+        values = made.values[variant or next(iter(made.templates))]
+        text = commented_file(made.table(), values, made.read, f"{made.title}: {use}", minimal)
+        if printed:
+            print(text, end="")
+            return
+        write_whole(file, text)
     if json:
         print_json({"file": str(file), "use": use})
     else:

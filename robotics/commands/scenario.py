@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import FILE_KINDS, FileKind
+from robotics.commands.filekinds import FILE_KINDS, file_kind
 
 if TYPE_CHECKING:
     from robotics.tables.keys import KeyTable, Placed
@@ -54,13 +53,6 @@ def scenario(
         _print_one(found[0])
     else:
         _print_tables(table, found, whole=key is None)
-
-
-def file_kind(name: str) -> FileKind:
-    """The kind of file of that name. Raises InputError for another."""
-    if name not in FILE_KINDS:
-        raise InputError(expected(name, FILE_KINDS, "kind of file"))
-    return FILE_KINDS[name]
 
 
 def _row(p: "Placed") -> dict[str, Any]:

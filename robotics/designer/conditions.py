@@ -16,7 +16,7 @@ from robotics.scenario.reading import load_scenario, scenario_file, scenario_fro
 from robotics.scenario.robots import RobotModel, load_robot, parse_robot, robot_file, robot_files, robot_names
 from robotics.sensing.posture import Sensing
 from robotics.sensing.sonar import RangeSensor
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 
 
 def scenario_of(name: str, text: str | None, folder: str = "") -> Scenario:
@@ -36,8 +36,7 @@ def scenario_of(name: str, text: str | None, folder: str = "") -> Scenario:
 @lru_cache(maxsize=64)
 def _scenario(name: str, text: str | None, folder: str, _: object) -> Scenario:
     if text is not None:
-        table = parse_table(text, file_name(name), ScenarioError)
-        with placed(text, file_name(name), ScenarioError):
+        with reading(text, file_name(name), ScenarioError) as table:
             return scenario_from_table(_without_files(table), PurePath(name).stem, _home(name, folder))
     if name not in scenario_names():
         raise TryoutError(expected(name, scenario_names(), "scenario"))

@@ -54,7 +54,7 @@ def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
     time, null where it is not known; the rule with the largest mean share comes first.
     """
     found = shares(firing_strengths(fis, asked.inputs[:, robot]))
-    edges = np.unique(np.linspace(0, len(asked.time), min(len(asked.time), COLUMNS) + 1).round().astype(int))
+    edges = evenly(len(asked.time) + 1, COLUMNS + 1)
     known = ~np.isnan(found).any(axis=1)
     counts = np.add.reduceat(known.astype(float), edges[:-1])
     sums = np.add.reduceat(np.where(known[:, None], found, 0.0), edges[:-1], axis=0)
@@ -68,7 +68,7 @@ def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
             {
                 "rule": n + 1,
                 "text": str(fis.rules[n]),
-                "shares": [round(float(v), 4) if v == v else None for v in means[:, n]],
+                "shares": rounded_list(means[:, n]),
             }
             for n in order
         ],
@@ -86,7 +86,7 @@ def motion_curves(run: Run) -> dict[str, Any]:
     if run.torques is not None and run.torques.any():
         for wheel, name in enumerate(("torque_right", "torque_left")):
             found[name] = _rows(run.torques[::every, wheel, 0].T)
-    return found | {"time": [round(float(t), 4) for t in run.time[::every]]}
+    return found | {"time": rounded_list(run.time[::every])}
 
 
 def reference_curves(run: Run) -> dict[str, Any]:
@@ -96,8 +96,17 @@ def reference_curves(run: Run) -> dict[str, Any]:
 
 
 def _rows(values: np.ndarray) -> list[list[float | None]]:
-    rounded = np.round(values, 4) + 0.0
-    return [[v if v == v else None for v in row] for row in rounded.tolist()]
+    return [rounded_list(row) for row in values]
+
+
+def rounded_list(values: np.ndarray) -> list[float | None]:
+    """Numbers as JSON has them, to a tenth of a millimetre; not-a-number is null."""
+    return [v if v == v else None for v in (np.round(values, 4) + 0.0).tolist()]
+
+
+def evenly(count: int, most: int) -> np.ndarray:
+    """At most so many of the places 0 to ``count`` - 1, evenly from the first to the last."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 class RunMoments:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -91,10 +92,9 @@ class TryoutSession(FolderSession):
         self.choices: dict[str, Any] | None = None
         self.desks: dict[str, TextDesk] = {}  # the texts under edit, by "scenario" and "robot"
         self.open = ""  # the one that the page shows
-        self.copies = 0  # texts that were laid on a desk
-        # Of the folder's file that was chosen to compare with: its system, or its law's specification
-        self.rival_system: Sugeno | None = None
-        self.rival_law: str | InputError = ""
+        self.copies = count(1)  # of the texts that were laid on a desk
+        # Of the folder's file that was chosen to compare with: its system, its law's specification, or why it has none
+        self.rival_found: Sugeno | str | InputError | None = None
         self.wanted = set(_ORDER) - {"check", "rules"}
         self.task: asyncio.Task[None] | None = None
         self.moments = RunMoments(bench)
@@ -230,11 +230,7 @@ class TryoutSession(FolderSession):
 
     def _set_rival(self, value: str, found: Any) -> None:
         """Compare with ``value``: with the law of the package, or what its file was ``found`` to hold."""
-        self.rival, self.rival_system, self.rival_law = value, None, ""
-        if isinstance(found, Sugeno):
-            self.rival_system = found
-        elif found is not None:
-            self.rival_law = found
+        self.rival, self.rival_found = value, found
         self.rounds.rows.pop("rival", None)
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
@@ -305,7 +301,7 @@ class TryoutSession(FolderSession):
         def lay(file: FolderText) -> None:
             self.open = what
             self.wanted |= {"check"}
-            self._lay(TextDesk(what, file, file.text, self._copies()))
+            self._lay(TextDesk(what, file, file.text, next(self.copies)))
 
         if what in self.desks:
             self.open = what
@@ -323,10 +319,6 @@ class TryoutSession(FolderSession):
             return self.wish.robot, self.wish.robot_text
         shown = self.wish if self.wish.scenario or self.trial is None else self.trial
         return shown.scenario, shown.text
-
-    def _copies(self) -> int:
-        self.copies += 1
-        return self.copies
 
     def _what(self, content: dict[str, Any]) -> str:
         what = content.get("what")
@@ -560,20 +552,25 @@ class TryoutSession(FolderSession):
         rival, file = self._rival(), self.watched.get("rival")
         key = (rival, file, trial, self.beside)
         if key not in self.known:
-            if self.rival_system is not None and rival == self.rival:
-                made = await self.bench.background(tryout.rival_system_data, self.rival_system, trial, rival)
+            law = self._rival_law()
+            if isinstance(law, Sugeno):
+                made = await self.bench.background(tryout.rival_system_data, law, trial, rival)
             else:
-                made = await self.bench.background(tryout.rival_data, self._specification(), trial)
+                made = await self.bench.background(tryout.rival_data, law, trial)
             while len(self.known) >= _KEPT:
                 del self.known[next(iter(self.known))]
             self.known[key] = made if self.beside else _beside(made)
         return self.known[key]
 
-    def _specification(self) -> str:
-        """The rival as robotics.laws.catalogue.make_controller takes it. Raises InputError where its file has none."""
-        if isinstance(self.rival_law, InputError):
-            raise self.rival_law
-        return self.rival_law if self.rival_law and self._rival() == self.rival else self._rival()
+    def _rival_law(self) -> Sugeno | str:
+        """The rival: a system, or as robotics.laws.catalogue.make_controller takes it.
+
+        Raises InputError where its file has none.
+        """
+        rival, found = self._rival(), self.rival_found
+        if isinstance(found, InputError):
+            raise found
+        return found if found is not None and rival == self.rival else rival
 
     # Several seeds
 
@@ -589,11 +586,12 @@ class TryoutSession(FolderSession):
         if self.before != fis:
             work["before"] = (trial.seed, system_seeds, self.before, trial, "")
         rival = self._rival()
-        if self.rival_system is not None and rival == self.rival:
-            work["rival"] = (trial.seed, system_seeds, self.rival_system, trial, rival)
-        elif rival:
-            with suppress(InputError):  # the file is gone: what is shown of the rival says so
-                work["rival"] = (trial.seed, rival_seeds, self._specification(), trial)
+        with suppress(InputError):  # the file is gone: what is shown of the rival says so
+            law = self._rival_law()
+            if isinstance(law, Sugeno):
+                work["rival"] = (trial.seed, system_seeds, law, trial, rival)
+            elif law:
+                work["rival"] = (trial.seed, rival_seeds, law, trial)
         return work
 
     def _progress(self) -> None:

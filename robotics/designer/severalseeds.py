@@ -10,10 +10,9 @@ from math import inf, isnan
 from statistics import median
 from typing import Any
 
-import numpy as np
-
 from fuzzy.errors import InputError
 from fuzzy.system import Sugeno
+from robotics.designer.moments import evenly, rounded_list
 from robotics.designer.tryout import (
     TryoutTrial,
     contact_mark,
@@ -21,8 +20,7 @@ from robotics.designer.tryout import (
     outcomes,
     reduced_metrics,
     rival_law,
-    rival_system,
-    rounded_list,
+    settled,
 )
 from robotics.laws.law import Law
 from robotics.measures.contacts import can_touch, contacts
@@ -47,7 +45,8 @@ def design_seeds(fis: Sugeno, trial: TryoutTrial, of: int, seeds: Sequence[int])
         of: How many seeds will be drawn together.
         seeds: The seeds to run now.
     """
-    return seed_rows(driven_law(fis, trial), trial, seeds, max(20, _NUMBERS // (3 * of * _robots(trial))))
+    points = max(20, _NUMBERS // (3 * of * len(trial.conditioned().robots)))
+    return seed_rows(driven_law(fis, trial), trial, seeds, points)
 
 
 def rival_seeds(specification: str, trial: TryoutTrial, seeds: Sequence[int]) -> list[dict[str, Any]]:
@@ -61,12 +60,8 @@ def system_seeds(fis: Sugeno, trial: TryoutTrial, file: str, seeds: Sequence[int
     With the name of its ``file`` it drives in a law that it fits, if it does not fit the trial's.
     """
     if file:
-        trial = rival_system(fis, trial, file)
+        trial = settled(fis, trial, file)
     return seed_rows(driven_law(fis, trial), trial, seeds, 0)
-
-
-def _robots(trial: TryoutTrial) -> int:
-    return len(trial.conditioned().robots)
 
 
 def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: int) -> list[dict[str, Any]]:
@@ -99,7 +94,7 @@ def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: i
 
 
 def _paths(run: Run, place: int, points: int) -> dict[str, Any]:
-    kept = np.unique(np.linspace(0, len(run.time) - 1, min(len(run.time), points)).round().astype(int))
+    kept = evenly(len(run.time), points)
     drawn: dict[str, Any] = {name: [rounded_list(row[kept]) for row in run[name][place]] for name in ("x", "y")}
     if run.about.kind == "tracking" and not can_touch(run):
         error = cross_track_error(run)[place]

@@ -18,7 +18,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.designer.conditions import conditioned, file_name, robot_from, scenario_of
-from robotics.designer.moments import asked_of, motion_curves, reference_curves
+from robotics.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
 from robotics.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.environment.world import outlines
 from robotics.experiments.forewarnings import forewarnings, shortcomings
@@ -220,15 +220,13 @@ def outcomes(run: Run, divergence: float, place: int = 0) -> list[list[str]]:
         divergence: The distance [m] from its reference at which the scenario stops a robot.
         place: The place of the seed.
     """
-    found = []
-    for line in contact_sentences(run.only(run.seeds[place])):
-        found.append(["contact", f"{line.partition(': ')[2]}; what comes after it is not measured"])
-    for robot in np.flatnonzero(run.diverged[place]):
-        why = f"its command was no number, or it was more than {divergence:g} m from its reference"
-        found.append(
-            ["stopped", f"robot {robot + 1} was stopped at {run.time[run.stopped[place, robot]]:.2f} s: {why}"]
-        )
-    return found
+    touched = contact_sentences(run.only(run.seeds[place]))
+    why = f"its command was no number, or it was more than {divergence:g} m from its reference"
+    stops = {robot + 1: run.time[run.stopped[place, robot]] for robot in np.flatnonzero(run.diverged[place])}
+    return [
+        *(["contact", f"{line.partition(': ')[2]}; what comes after it is not measured"] for line in touched),
+        *(["stopped", f"robot {robot} was stopped at {time:.2f} s: {why}"] for robot, time in stops.items()),
+    ]
 
 
 # What is shown --------------------------------------------------------------------------------------------------
@@ -311,11 +309,6 @@ def _shown_metrics(kind: str, others: bool) -> dict[str, Metric]:
     return dict(sorted(found.items(), key=lambda item: not item[1].needs_others))
 
 
-def _of_robots(metric: Metric) -> str:
-    """How the robots' numbers make one: "mean", "min" or "max"."""
-    return "min" if metric.larger else metric.of_run
-
-
 def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     """The run of ``fis`` (:func:`run_design`), as the panel's module takes it, and what its rule base was "asked".
 
@@ -333,17 +326,12 @@ def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
     return shown(run_rival(specification, trial), preset_of(specification).title)
 
 
-def rival_system(fis: Sugeno, trial: TryoutTrial, file: str) -> TryoutTrial:
-    """The trial in which another system drives the same scenario: in the trial's own law, or in one that it fits.
+def rival_system_data(fis: Sugeno, trial: TryoutTrial, file: str) -> dict[str, Any]:
+    """The run of another system on the same scenario, in the trial's own law or in one that it fits.
 
     Raises TryoutError where there is none; ``file`` is the name of the system's file.
     """
-    return settled(fis, trial, file)
-
-
-def rival_system_data(fis: Sugeno, trial: TryoutTrial, file: str) -> dict[str, Any]:
-    """The run of another system in the place of :func:`rival_system`, as the panel's module takes it."""
-    return shown(run_design(fis, rival_system(fis, trial, file)), file)
+    return shown(run_design(fis, settled(fis, trial, file)), file)
 
 
 def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:
@@ -393,7 +381,7 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     if run.about.kind != "tracking" or can_touch(run):
         return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
     return data | {
-        "time": [round(float(t), 4) for t in run.time],
+        "time": rounded_list(run.time),
         "x": [rounded_list(row) for row in run["x"][0]],
         "y": [rounded_list(row) for row in run["y"][0]],
         "cross_track": [rounded_list(row) for row in cross_track_error(run)[0]],
@@ -411,7 +399,8 @@ def reduced_metrics(kind: str, measured: dict[str, np.ndarray], place: int) -> d
     """
     reduced: dict[str, Any] = {"mean": np.mean, "min": np.min, "max": np.max}
     wanted = {n: m for n, m in _shown_metrics(kind, others=True).items() if n in measured}
-    return {n: _number(float(reduced[_of_robots(m)](measured[n][place]))) for n, m in wanted.items()}
+    how = {n: reduced["min" if m.larger else m.of_run] for n, m in wanted.items()}
+    return {n: _number(float(of(measured[n][place]))) for n, of in how.items()}
 
 
 def contact_mark(contact: Contact) -> list[Any]:
@@ -458,11 +447,6 @@ def _number(value: float) -> float | str | None:
     return float(value) if np.isfinite(value) else ("never" if np.isinf(value) else None)
 
 
-def rounded_list(values: np.ndarray) -> list[float | None]:
-    """Numbers as JSON has them, to a tenth of a millimetre; not-a-number is null."""
-    return [v if v == v else None for v in (np.round(values, 4) + 0.0).tolist()]
-
-
 def _curve(x: np.ndarray, y: np.ndarray) -> dict[str, list[float | None]]:
-    kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), _POINTS)).round().astype(int))
+    kept = evenly(len(x), _POINTS)
     return {"x": rounded_list(x[kept]), "y": rounded_list(y[kept])}

@@ -154,23 +154,15 @@ class TuneSession(TaskSession):
             raise TuningError(self.offer.get("why", "the panel is not ready yet"))
         use = {self._key(use): use for use in self.offer["laws"]}[self.choice["law"]]
         place = self._place()
-        scenarios = []
-        for name in self.choice["scenarios"]:
-            text = (await self.bench.read(name, read_text_file, self.folder, name)).text if name in self.own else None
-            scenarios.append((name, text))
-        settings: dict[str, Any] = {name: tuple(self.choice[name]) for name in ("move", "still")}
-        settings |= {
-            name: self.choice[name] for name in ("symmetric", "noise", "runs", "evaluations", "engine", "seed")
-        }
+        texts: dict[str, str | None] = dict.fromkeys(self.choice["scenarios"])
+        for name in [name for name in texts if name in self.own]:
+            texts[name] = (await self.bench.read(name, read_text_file, self.folder, name)).text
         task = TuneTask(
-            system=format_fis(present),
-            law=use["law"],
-            task=use["task"],
-            scenarios=tuple(scenarios),
-            terms=tuple((name, float(scale), float(weight)) for name, scale, weight in self.choice["terms"]),
-            folder=str(self.folder.path),
-            place=str(place),
-            **settings,
+            **self.choice
+            | {name: tuple(self.choice[name]) for name in ("move", "still")}
+            | {"law": use["law"], "task": use["task"], "scenarios": tuple(texts.items())}
+            | {"terms": tuple((name, float(scale), float(weight)) for name, scale, weight in self.choice["terms"])}
+            | {"system": format_fis(present), "folder": str(self.folder.path), "place": str(place)}
         )
         self._idle()
         write_task(task)
@@ -204,11 +196,7 @@ class TuneSession(TaskSession):
         self._idle()
         if self.preview is None:
             raise TuningError("there is no tuned system to keep")
-        self.preview = None
-        self._uncompare()
-        forget(self._place())
-        self.words = "The best is kept in the design: Undo takes it out again, and saving writes it to the file."
-        self.tell()
+        self._end("The best is kept in the design: Undo takes it out again, and saving writes it to the file.")
 
     def _do_discard(self, _: dict[str, Any]) -> None:
         """Back to what it began with: by undoing the one edit, where that is the last one."""
@@ -225,11 +213,19 @@ class TuneSession(TaskSession):
                 self._put(before, "discard what was tuned")
         finally:
             self.putting = False
-        self.preview = None
-        self._uncompare()
-        forget(self._place())
-        self.words = "The design is as it was before the search."
         self.widget.update(after=[])
+        self._end("The design is as it was before the search.")
+
+    def _end(self, words: str) -> None:
+        """Have the best on trial no longer, and say with what end."""
+        self.preview = None
+        if self._compares:
+            self.bench.document.compare(None)
+        self._forget(words)
+
+    def _forget(self, words: str) -> None:
+        forget(self._place())
+        self.words = words
         self.tell()
 
     def _do_compare(self, message: dict[str, Any]) -> None:
@@ -238,10 +234,6 @@ class TuneSession(TaskSession):
             raise TuningError("there is nothing yet to compare with")
         self.bench.document.compare(replace(self.task.begun(), name=_BEFORE) if message.get("value") is True else None)
         self.tell()
-
-    def _uncompare(self) -> None:
-        if self._compares:
-            self.bench.document.compare(None)
 
     @property
     def _compares(self) -> bool:
@@ -255,14 +247,11 @@ class TuneSession(TaskSession):
         if left is None or left["best"] is None:
             raise TuningError("there is no search to take the best of")
         self._put(parse_fis(left["best"]["system"]), f"tune ({left['task'].engine})")
-        forget(self._place())
-        self.words = f"The best of {left['best']['evaluations']} evaluations is in the design."
-        self.tell()
+        self._forget(f"The best of {left['best']['evaluations']} evaluations is in the design.")
 
     def _do_forget(self, _: dict[str, Any]) -> None:
         self._idle()
-        forget(self._place())
-        self.tell()
+        self._forget(self.words)
 
     def _idle(self) -> None:
         self.check_idle()

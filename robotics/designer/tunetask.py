@@ -27,7 +27,7 @@ from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from robotics.designer.conditions import scenario_of
-from robotics.designer.tryout import rounded_list
+from robotics.designer.moments import evenly, rounded_list
 from robotics.designer.uses import law_of, uses_of
 from robotics.laws.law import Law
 from robotics.measures.registry import ALL_METRICS
@@ -191,25 +191,22 @@ def found_at(place: Path, folder: Path) -> dict[str, Any] | None:
     """What is kept of a search: {"task": TuneTask, "best": as :func:`_candidate` gives it, or None}; None: nothing."""
     if place.is_symlink() or not place.resolve().is_relative_to(folder):
         return None
+    unreadable = (OSError, InputError, ValueError, KeyError, TypeError)
     try:
         told = json.loads((place / _TASK).read_text(encoding="utf-8"))
         told |= {name: tuple(told[name]) for name in ("move", "still")}
         told |= {name: tuple(map(tuple, told[name])) for name in ("scenarios", "terms")}
         task = TuneTask(**told | {"place": str(place), "folder": str(folder)})
         task.begun()
-    except (OSError, InputError, ValueError, KeyError, TypeError):
+    except unreadable:
         return None
     try:
         best = json.loads((place / _BEST).read_text(encoding="utf-8"))
-        best["evaluations"], best["cost"], best["before"] = int(best["evaluations"]), *_costs(best)
+        best |= {"evaluations": int(best["evaluations"]), "cost": float(best["cost"]), "before": float(best["before"])}
         parse_fis(best["system"])
-    except (OSError, InputError, ValueError, KeyError, TypeError):
+    except unreadable:
         best = None
     return {"task": task, "best": best}
-
-
-def _costs(best: dict[str, Any]) -> tuple[float, float]:
-    return float(best["cost"]), float(best["before"])
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:
@@ -332,5 +329,5 @@ def _path(scenario: Scenario, law: Law[Any]) -> list[list[list[float | None]]]:
 
 
 def _thinned(x: np.ndarray, y: np.ndarray) -> list[list[float | None]]:
-    kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), _POINTS)).round().astype(int))
+    kept = evenly(len(x), _POINTS)
     return [rounded_list(x[kept]), rounded_list(y[kept])]

@@ -5,7 +5,7 @@ tell the task. Where they leave it open, as a turn and a speed do, the inputs te
 """
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -30,28 +30,18 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
 _CURVES = ("eta", "theta", "lateral")  # rule bases of one input and one output
 _ONE, _TEAM, _BOTH = ("tracking",), ("team",), ("team", "tracking")  # kinds of scenarios
-_SCENARIOS = {
-    "tracking": ("crossing-in-turn", "formation-triangle"),
-    "cooperation": ("wait-for-one", "ahead-and-behind"),
-    "crash": ("three-cross", "two-meetings"),
-    "obstacles": ("obstacles-on-two-paths", "trap-u"),
-    "supervisor": ("obstacles-on-two-paths", "three-cross"),
-    "eta": ("three-cross", "two-meetings"),
-    "theta": ("obstacles-on-two-paths", "trap-u"),
-    "formation": ("formation-behind", "formation-ahead"),
+_TASKS = {  # scenarios in which a task shows, and the law that it is compared with
+    "tracking": (("crossing-in-turn", "formation-triangle"), "virtual-structure"),
+    "cooperation": (("wait-for-one", "ahead-and-behind"), "obstacles"),
+    "crash": (("three-cross", "two-meetings"), "right-of-way"),
+    "obstacles": (("obstacles-on-two-paths", "trap-u"), "obstacles"),
+    "supervisor": (("obstacles-on-two-paths", "three-cross"), "obstacles"),
+    "eta": (("three-cross", "two-meetings"), "right-of-way"),
+    "theta": (("obstacles-on-two-paths", "trap-u"), "obstacles-literal"),
+    "formation": (("formation-behind", "formation-ahead"), "formation-teacher"),
 }
-_RIVALS = {
-    "tracking": "virtual-structure",
-    "cooperation": "obstacles",
-    "crash": "right-of-way",
-    "obstacles": "obstacles",
-    "supervisor": "obstacles",
-    "eta": "right-of-way",
-    "theta": "obstacles-literal",
-    "formation": "formation-teacher",
-}
+_ALONE = (("fuzzy-off-path", "lyapunov-sine"), "lyapunov")  # likewise, of a robot that is alone
 _SUITS = 2.0  # how likely a task is whose inputs are of the kind that it needs
-_ALONE = ("fuzzy-off-path", "lyapunov-sine")
 
 
 class TryoutError(InputError):
@@ -99,8 +89,7 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
     if outputs <= {*leader_follower.FORMATION_OUTPUTS} and {v.name for v in fis.inputs} <= {
         *leader_follower.FORMATION_INPUTS
     }:
-        kinds = ("formation",)
-        ranked.append((3.0, Use("formation", "formation", kinds, _SCENARIOS["formation"], _RIVALS["formation"])))
+        ranked.append((3.0, Use("formation", "formation", ("formation",), *_TASKS["formation"])))
     if not ranked:
         raise TryoutError(_why_none(fis))
     return tuple(use for _, use in sorted(ranked, key=lambda item: -item[0]))
@@ -119,10 +108,10 @@ def _team_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
         alike = len(packaged & known.keys()) / len(packaged)
         typical = {
             "crash": any(q.pair for q in known.values()),
-            "obstacles": any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()),
+            "obstacles": _feels(known),
         }.get(task, True)
         likely = 4.0 * _named(task, fis, file) + _SUITS * typical + alike
-        found.append((likely, Use("fuzzy-team", task, _BOTH, _SCENARIOS[task], _RIVALS[task])))
+        found.append((likely, Use("fuzzy-team", task, _BOTH, *_TASKS[task])))
     return [item for item in found if item[0] >= _SUITS] or found
 
 
@@ -136,8 +125,8 @@ def _curve_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
         same = packaged.inputs[0].name == fis.inputs[0].name and packaged.outputs[0].name == fis.outputs[0].name
         if same or _named(task, fis, file):
             for name, kind in _laws(task):
-                scenarios, rival = _SCENARIOS.get(task, _ALONE), _RIVALS.get(task, "lyapunov")
-                found.append((5.0 + (name == _USUAL.get(task)), Use(name, task, (kind,), scenarios, rival)))
+                use = Use(name, task, (kind,), *_TASKS.get(task, _ALONE))
+                found.append((5.0 + (name == _USUAL.get(task)), use))
     return found
 
 
@@ -145,12 +134,12 @@ _USUAL = {"eta": "crash-yielding", "theta": "obstacles", "lateral": "fuzzy-later
 
 
 def _tracking_uses() -> list[Use]:
-    found = [Use("fuzzy", "tracking", _ONE, _ALONE, "lyapunov")]
+    found = [Use("fuzzy", "tracking", _ONE, *_ALONE)]
     for name, kind in _laws("tracking"):
         if kind == "team":
             alone = presets()[name].law is fuzzy_team.FuzzyTeam  # it drives a robot that is alone as well
             kinds = _BOTH if alone else _TEAM
-            found.append(Use(name, "tracking", kinds, _SCENARIOS["tracking"], _RIVALS["tracking"]))
+            found.append(Use(name, "tracking", kinds, *_TASKS["tracking"]))
     return found
 
 
@@ -160,11 +149,11 @@ def _own_use(fis: Sugeno) -> Use:
         task = "cooperation"
     elif any(q.radio for q in known.values()):
         task = "crash"
-    elif any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items()):
+    elif _feels(known):
         task = "obstacles"
     else:
-        return Use("fuzzy", "own", _BOTH[::-1], _ALONE, "lyapunov")
-    return Use("fuzzy", "own", _BOTH, _SCENARIOS[task], _RIVALS[task])
+        return Use("fuzzy", "own", _BOTH[::-1], *_ALONE)
+    return Use("fuzzy", "own", _BOTH, *_TASKS[task])
 
 
 @lru_cache(maxsize=16)
@@ -187,6 +176,11 @@ def _quantities(fis: Sugeno) -> dict[str, Quantity]:
         except ControllerError:
             continue
     return found
+
+
+def _feels(known: Mapping[str, Quantity]) -> bool:
+    """Whether one of the quantities is about the room around the robot."""
+    return any(name in QUANTITY_GROUPS["The room around it"] or q.sensor for name, q in known.items())
 
 
 def _unknown(fis: Sugeno) -> list[str]:

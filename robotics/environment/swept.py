@@ -20,10 +20,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from fuzzy.compiled.columns import Columns, Floats2, Floats3, Ints2, Ints3, codes, column
+from fuzzy.compiled.columns import Bools1, Columns, Floats2, Floats3, Floats4, Ints1, Ints2, Ints3, codes, column
 from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import corner_gap, footprints, segment_gap, segment_meets
-from robotics.environment.world import BodyColumns, Geometry
+from robotics.environment.world import BodyColumns, Geometry, Moving, place
 from robotics.vehicle.robot import Robot
 
 _TOLERANCE = 1e-7  # m: of the least clearance between two samples, while shapes are apart
@@ -63,9 +63,8 @@ class ContactNotes(NamedTuple):
     depth: Floats2  # (runs, pairs) m: how deep it has been
 
     @classmethod
-    def nothing(cls, runs: int, robots: int, geometry: Geometry | None) -> Self:
-        """Before the first sample of ``runs`` runs among the obstacles of ``geometry``."""
-        spans = body_spans(geometry)
+    def nothing(cls, runs: int, robots: int, spans: np.ndarray) -> Self:
+        """Before the first sample of ``runs`` runs among obstacles of these ``spans``, as of :func:`body_spans`."""
         each, pairs = (runs, robots), (runs, robots * (robots - 1) // 2 + robots * spans.shape[1])
         return cls(
             spans,
@@ -99,7 +98,7 @@ class Watch:
             poses: x [m], y [m], heading [rad], v [m/s], ω [rad/s] (5, runs, robots); not-a-number: nowhere.
             geometry: The obstacles; the first axis is the runs, or 1 for a world that all runs share.
         """
-        nowhere, known = np.full(poses.shape, np.nan), ContactNotes.nothing(poses.shape[1], poses.shape[2], geometry)
+        nowhere, known = np.full(poses.shape, np.nan), ContactNotes.nothing(*poses.shape[1:3], body_spans(geometry))
         watch = cls(tuple(robots), time, nowhere, geometry, known)
         # A robot that was nowhere has nothing to come from: the sample alone is looked at.
         return watch.to(time, poses, geometry)[0]
@@ -159,6 +158,47 @@ class Watch:
         return np.array(rows, dtype=float).reshape(-1, ContactColumns.size)
 
 
+class WorldInTime(NamedTuple):
+    """The obstacles one sample ago and now, or once, if they rest: the fields of Geometry, by time."""
+
+    circles: Floats4
+    bodies: Ints3
+    segments: Floats4
+    counts: Ints1
+
+
+class ContactWatch(NamedTuple):
+    """The contacts of all runs up to a sample, which :func:`watch_contacts` carries on in compiled code."""
+
+    sizes: Floats2  # (3, robots) m: as of robotics.environment.collision.footprints
+    poses: Floats4  # (5, runs, robots, 2): x [m], y [m], heading [rad], v [m/s], ω [rad/s] one sample ago, and now
+    world: WorldInTime
+    here: Geometry  # where obstacles that move are placed
+    moving: Moving
+    going: Bools1  # (runs,): those that are watched; of the others nothing changes
+    contacts: ContactNotes
+
+    @classmethod
+    def opened(cls, robots: Sequence[Robot], runs: int, here: Geometry, moving: Moving) -> Self:
+        """Before the first sample of ``runs`` runs among obstacles, of as many runs or of one world for all."""
+        place(here, moving, 0)
+        world = stacked([here, here] if len(moving.frames) else [here])
+        return cls(
+            footprints(robots),
+            np.full((5, runs, len(robots), 2), np.nan),
+            WorldInTime(*(np.require(part, requirements=["C", "W"]) for part in world)),
+            here,
+            moving,
+            np.ones(runs, dtype=bool),
+            ContactNotes.nothing(runs, len(robots), body_spans(here)),
+        )
+
+    def geometry(self, now: bool) -> Geometry:
+        """The obstacles at the last sample, or at the one before."""
+        t = len(self.world.circles) - 1 if now else 0
+        return Geometry(self.world.circles[t], self.world.bodies, self.world.segments[t], self.world.counts)
+
+
 def body_spans(geometry: Geometry | None) -> np.ndarray:
     """The bodies of each obstacle (runs or 1, obstacles, 2): the first, and the first that is not its any more."""
     if geometry is None or geometry.bodies.shape[1] == 0:
@@ -175,12 +215,9 @@ def body_spans(geometry: Geometry | None) -> np.ndarray:
 def stacked(worlds: Sequence[Geometry | None]) -> Geometry:
     """Geometries of successive samples as one, circles and segments (samples, runs or 1, ...); nothing for None."""
     known = [world for world in worlds if world is not None]
-    if not known:
-        return Geometry(
-            np.zeros((1, 1, 0, 3)), np.zeros((1, 0, 4), np.int64), np.zeros((1, 1, 0, 4)), np.zeros(1, np.int64)
-        )
-    if len(known) == 1:
-        return known[0]._replace(circles=known[0].circles[None], segments=known[0].segments[None])
+    if len(known) < 2:
+        here = known[0] if known else Geometry.nothing()
+        return here._replace(circles=here.circles[None], segments=here.segments[None])
     circles, segments = (np.stack([getattr(world, name) for world in known]) for name in ("circles", "segments"))
     return Geometry(circles, known[0].bodies, segments, known[0].counts)
 
@@ -573,6 +610,27 @@ def sweep(  # type: ignore[no-untyped-def]
                         r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack, known, log, length
                     )
     return log[:length].copy()
+
+
+@kernel(nogil=True)
+def watch_contacts(k, times, truth, watch):  # type: ignore[no-untyped-def]
+    """Carry a ContactWatch on to sample ``k``; return the contacts that ended.
+
+    ``times`` [s] are those of the sample before and of this one, ``truth`` (rows, lanes) the plant's state.
+    """
+    poses, world = watch.poses, watch.world
+    for c in range(len(poses)):
+        for r in range(poses.shape[1]):
+            for i in range(poses.shape[2]):
+                poses[c, r, i, 0], poses[c, r, i, 1] = poses[c, r, i, 1], truth[c, r * poses.shape[2] + i]
+    if k > 0 and len(world.circles) > 1:
+        world.circles[0], world.segments[0] = world.circles[1], world.segments[1]
+        place(watch.here, watch.moving, k)
+        world.circles[1], world.segments[1] = watch.here.circles, watch.here.segments
+    return sweep(
+        times, poses, world.circles, world.bodies, world.segments, world.counts, watch.sizes, watch.going, False,
+        watch.contacts,
+    )  # fmt: skip
 
 
 @kernel

@@ -7,7 +7,7 @@ is padded to the largest of them; one world may be shared by all runs.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 from math import cos, hypot, pi, sin
 from typing import Literal, NamedTuple
 
@@ -17,8 +17,8 @@ from fuzzy.compiled.columns import Columns, Floats3, Ints1, Ints2, Ints3, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
 from robotics.paths.path import PathError, Shape, compile_path
-from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
-from robotics.quantity import check_quantities, described, got, is_number, quantity
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory, together
+from robotics.quantity import check_quantities, described, got, is_number, quantity, whole
 
 Point = tuple[float, float]
 
@@ -159,7 +159,73 @@ class Wall(Obstacle):
         return [Piece([a, b]) for a, b in zip(self.points, self.points[1:], strict=False)]
 
 
-OBSTACLES: dict[str, type[Obstacle]] = {"disc": Disc, "polygon": Polygon, "wall": Wall}
+@dataclass(frozen=True, kw_only=True)
+class MeasuredPolygon(Polygon):
+    """A polygon whose corners follow from its measures."""
+
+    corners: tuple[Point, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, WorldError)
+        object.__setattr__(self, "corners", self.outline())
+        super().__post_init__()
+
+    @abstractmethod
+    def outline(self) -> tuple[Point, ...]:
+        """The corners [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(MeasuredPolygon):
+    """A rectangle: ``length`` along its heading."""
+
+    length: float = quantity(MISSING, "m", above=0, most=1000, doc="Its extent along its heading.", example=0.5)
+    width: float = quantity(MISSING, "m", above=0, most=1000, doc="Its extent across its heading.", example=0.3)
+
+    def outline(self) -> tuple[Point, ...]:
+        """See :meth:`MeasuredPolygon.outline`."""
+        return box(self.length, self.width)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regular(MeasuredPolygon):
+    """A regular polygon in a circle, with a corner along its heading."""
+
+    sides: int = whole(MISSING, least=3, most=1000, doc="How many sides it has.", example=6)
+    radius: float = quantity(
+        MISSING, "m", above=0, most=1000, doc="The distance of its corners from its middle.", example=0.25
+    )
+
+    def outline(self) -> tuple[Point, ...]:
+        """See :meth:`MeasuredPolygon.outline`."""
+        return regular(self.sides, self.radius)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UShape(MeasuredPolygon):
+    """A U by the measures of the free space in it; its mouth is behind."""
+
+    width: float = quantity(
+        MISSING, "m", above=0, most=1000, doc="The free width between its arms, across its heading.", example=0.9
+    )
+    depth: float = quantity(
+        MISSING, "m", above=0, most=1000, doc="The free depth from its mouth to its bottom.", example=0.8
+    )
+    thickness: float = quantity(0.06, "m", above=0, most=10, doc="The thickness of its walls.")
+
+    def outline(self) -> tuple[Point, ...]:
+        """See :meth:`MeasuredPolygon.outline`."""
+        return u_shape(self.width, self.depth, self.thickness)
+
+
+OBSTACLES: dict[str, type[Obstacle]] = {
+    "disc": Disc,
+    "polygon": Polygon,
+    "wall": Wall,
+    "box": Box,
+    "regular": Regular,
+    "u": UShape,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,6 +283,11 @@ class Geometry(NamedTuple):
     bodies: Ints3  # (runs, bodies, 4): first segment, number of segments, 1 if closed, its obstacle
     segments: Floats3  # (runs, segments, 4) m: x, y of one end, x, y of the other
     counts: Ints1  # (runs,): the number of bodies of the run; those after it are padding
+
+    @classmethod
+    def nothing(cls) -> "Geometry":
+        """One world without obstacles."""
+        return cls(np.zeros((1, 0, 3)), np.zeros((1, 0, 4), np.int64), np.zeros((1, 0, 4)), np.zeros(1, np.int64))
 
 
 class Moving(NamedTuple):
@@ -307,12 +378,7 @@ def compile_worlds(worlds: Sequence[World]) -> Obstacles:
             rest.segments[r, : len(row.segments)] = np.reshape(row.segments, (-1, 4))
     if not moving:
         return Obstacles(rest, frames)
-    motions = [_motion(i, obstacle) for i, obstacle in moving]
-    motion = Trajectory(
-        tuple(m.paths[0] for m in motions),
-        np.concatenate([m.tables for m in motions]),
-        np.concatenate([m.ends for m in motions]),
-    )
+    motion = together([_motion(i, obstacle) for i, obstacle in moving])
     offsets = np.array([(*o.position, o.heading) for _, o in moving]).T
     return Obstacles(rest, frames, motion, offsets, np.array([o.orientation == "along" for _, o in moving]))
 

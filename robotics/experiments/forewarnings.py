@@ -11,7 +11,6 @@ from robotics.experiments.stress.crossings import APART
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
-from robotics.paths.references import sampled
 
 LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
 MOST_COMPARED = 40  # robots: the paths of more are not compared
@@ -117,5 +116,5 @@ def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float
 
 def _poses(setting: Setting, times: np.ndarray) -> np.ndarray:
     """The references at ``times`` (samples,) as poses (5, robots, samples)."""
-    reference = sampled(setting.references, times)
+    reference = setting.references.sampled(times)
     return np.stack([np.asarray(getattr(reference, name)).T for name in ("x", "y", "heading", "v", "w")])

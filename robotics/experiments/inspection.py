@@ -19,8 +19,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped
-from robotics.paths.references import sampled
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.description import Scenario
 from robotics.scenario.feasibility import Demand, demands
 from robotics.scenario.survey import Survey
@@ -239,7 +238,7 @@ def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
         return
     last = min(float(np.max(setting.references.ends)), setting.ticks * setting.period)
     times = np.linspace(0.0, last, max(round(last / setting.period), 1) + 1)
-    on = sampled(setting.references, times)
+    on = setting.references.sampled(times)
     world = setting.world.at(0.0)
     if setting.world.motion is not None:
         world = Geometry(*(np.concatenate(parts) for parts in zip(*map(setting.world.at, times), strict=True)))
@@ -302,7 +301,7 @@ def _radio(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     if radio.range is None:
         return
     times = setting.times
-    on = sampled(setting.references, times)
+    on = setting.references.sampled(times)
     for j, i in np.argwhere(np.triu(radio.adjacency(count) + radio.adjacency(count).T, 1) > 0):
         apart = np.hypot(on.x[:, i] - on.x[:, j], on.y[:, i] - on.y[:, j])
         beyond = apart > radio.range

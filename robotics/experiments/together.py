@@ -7,7 +7,7 @@ import numpy as np
 
 from robotics.environment.world import World, compile_worlds
 from robotics.laws.catalogue import make_controller
-from robotics.paths.references import side_by_side
+from robotics.paths.trajectory import side_by_side
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import Simulation, when_stopped
 from robotics.simulation.recorder import Recorder

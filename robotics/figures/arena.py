@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
@@ -16,7 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from fuzzy.figures.drawing import COLORS, LINES, figure_of, new_figure, number, style, text_width
+from fuzzy.figures.drawing import COLORS, LINES, figure_of, number, styled_figure, text_width
 from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
 from robotics.figures.drawing import PlotError, few_ticks, panel_grid
 from robotics.statistics.intervals import Interval
@@ -93,8 +94,7 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
     if known.size == 0:
         raise PlotError("no law has a finite cost: there is nothing to draw")
     right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
-    with style():
-        figure = new_figure(width, 1.05 + 0.2 * len(laws))
+    with styled_figure(width, 1.05 + 0.2 * len(laws)) as figure:
         columns = _columns(standings, order)
         needed = columns[-1][0] + _GAP
         room = width - _names_width(laws) - needed - 0.3
@@ -109,9 +109,8 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
             if beyond := _beyond(float(published.value[law]), float(tuned.value[law]), right):
                 ax.text(right / 1.01, row, beyond, color=look.color, fontsize=6.3, ha="right", va="center", zorder=5)
         ax.axvline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
-        ax.set_xscale("log")
         left = min(0.9, float(known.min()) / 1.1)
-        ax.set_xlim(left, right)
+        ax.set(xscale="log", xlim=(left, right))
         _write_ticks(ax.xaxis, _round_ticks(left, right))
         ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
         ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
@@ -154,9 +153,9 @@ def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, 
     """What each law asks for: failures, effort, computing time, tuned numbers; with where a column ends, in inches."""
     columns = [
         ("failed\n[%]", [_percent(standings.failures[law]) for law in order]),
-        (standings.effort_title, [_few(standings.effort[law]) for law in order]),
-        ("computing\n[µs]", [_few(standings.computing[law]) for law in order]),
-        ("numbers\ntuned", [_few(standings.numbers[law]) for law in order]),
+        (standings.effort_title, [*map(_few, standings.effort[order])]),
+        ("computing\n[µs]", [*map(_few, standings.computing[order])]),
+        ("numbers\ntuned", [*map(_few, standings.numbers[order])]),
     ]
     columns = [(title, cells) for title, cells in columns if {*cells} != {_few(np.nan)}]  # of nothing none is made
     widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
@@ -204,8 +203,7 @@ def plot_budget(
     Raises PlotError where no law has a finite cost at the end.
     """
     _some_finite(curves.value[:, -1])
-    with style():
-        figure = new_figure(width, 3.4)
+    with styled_figure(width, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
             color, middle = _FAMILIES[law.family].color, _finite(curves.value[own])
@@ -213,13 +211,11 @@ def plot_budget(
                 budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
             )
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
-        ax.set(xscale="log", yscale="log")
-        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
-        ax.set_xlim(budgets[0], budgets[-1])
         low, high = _room(curves)
-        ax.set_ylim(low, high)
+        ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
+        ax.set(yscale="log", ylim=(low, high), ylabel=f"{cost}, logarithmic")
+        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         _write_ticks(ax.yaxis, _round_ticks(low, high))
-        ax.set(xlabel="evaluations", ylabel=f"{cost}, logarithmic")
         _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
         _legend(figure, laws, lines=True)
         return figure
@@ -315,16 +311,13 @@ def plot_profiles(
     families = _families(laws)
     columns = min(3, len(families))
     most = max(sum(law.family == family for law in laws) for family in families)
-    with style():
-        figure = new_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns))
+    with styled_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
-            ax.set_xscale("log")
+            ax.set(xscale="log", xlim=(limits[0], limits[-1]), ylim=(0, 103))
             _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
-            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
-        for ax in axes[::columns]:
-            ax.set_ylabel("runs at most that [%]")
+        setp(axes[::columns], ylabel="runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
         return figure
 
@@ -362,8 +355,7 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
     count = len(laws)
     room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
     between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
-    with style():
-        figure = new_figure(width, max(1.45 + 0.24 * count, 2.6))
+    with styled_figure(width, max(1.45 + 0.24 * count, 2.6)) as figure:
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
@@ -394,8 +386,7 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
     """
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
-    with style():
-        figure = new_figure(width, max(1.0 + 0.22 * len(laws), 1.8))
+    with styled_figure(width, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
@@ -448,8 +439,7 @@ def plot_pareto(
     tuned = np.column_stack([effort, precision]).astype(float)
     known = np.isfinite(tuned).all(axis=1)
     _some_finite(np.where(known, 1.0, np.inf))
-    with style():
-        figure = new_figure(width, 3.7)
+    with styled_figure(width, 3.7) as figure:
         ax = figure.subplots()
         ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]

@@ -10,15 +10,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, new_figure, style, text_width
+from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, styled_figure, text_width
 from robotics.figures.distances import draw_distances
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
+    draw_common_legend,
     draw_line,
     draw_many,
     legend_entries,
@@ -40,6 +42,7 @@ CRASH_ROWS = ("trajectories", "distances", "cross-track", "heading", "v", "w", "
 OBSTACLE_ROWS = ("trajectories", "cross-track", "sonar", "v", "w", "distances", "modes")
 _FAR = 2.05  # m: what the panel of sonars shows
 _LEFT, _RIGHT, _GAP, _ROW, _TOP, _BETWEEN = 0.62, 0.1, 0.24, 0.82, 0.62, 0.2  # inches
+_LEGEND: dict[str, Any] = {"borderaxespad": 0.1, "fontsize": 6.5, "handlelength": 2.0, "columnspacing": 1.0}
 # Rows of the report's two figures of a scenario: where robots were and who met whom; errors and speeds
 WHERE = ("trajectories", "distances", "sonar", "modes", "progress")
 HOW = ("cross-track", "heading", "v", "w")
@@ -84,16 +87,13 @@ def plot_avoidance(
     views = [_View(run, seed_place(run, seed), int(np.searchsorted(run.time, shown + 1e-9))) for run in runs]
     usual = CRASH_ROWS if runs[0].obstacles is None else OBSTACLE_ROWS
     chosen = [row for row in rows or usual if any(_has(run, row) for run in runs)]
-    with style():
-        panel = (width - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
-        heights = [_height(views, panel) if row == "trajectories" else _ROW for row in chosen]
-        breaks = [_GAP + (0.38 if row == "trajectories" else 0.0) for row in chosen]
-        titles = [
-            textwrap.fill(law_title(view.run.controller), max(8, int(panel / text_width("n", 8)))) for view in views
-        ]
-        above = _TOP + 0.14 * max(title.count("\n") for title in titles)
-        total = above + sum(heights) + sum(breaks) + 0.17
-        figure = new_figure(width, total, constrained=False)
+    panel = (width - _LEFT - _RIGHT - _BETWEEN * (len(runs) - 1)) / len(runs)
+    heights = [_height(views, panel) if row == "trajectories" else _ROW for row in chosen]
+    breaks = [_GAP + (0.38 if row == "trajectories" else 0.0) for row in chosen]
+    titles = [textwrap.fill(law_title(view.run.controller), max(8, int(panel / text_width("n", 8)))) for view in views]
+    above = _TOP + 0.14 * max(title.count("\n") for title in titles)
+    total = above + sum(heights) + sum(breaks) + 0.17
+    with styled_figure(width, total, constrained=False) as figure:
         top = total - above
         for row, height, gap in zip(chosen, heights, breaks, strict=True):
             axes: list[Axes] = []
@@ -141,10 +141,11 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
     laws = {tuple(run.controller for run in row) for row in rows}
     if len(laws) != 1 or not all(len({run.scenario for run in row}) == 1 for row in rows):
         raise PlotError("a page of trajectories needs one scenario a row, and the same laws in each row")
-    views = [[_view(run, seed_place(run, seed)) for run in row] for row in rows]
-    with style():
-        width = (DOUBLE - _LEFT) / len(views[0])
-        figure = new_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45)
+    views = [
+        [_View(run, place, shown_until(run, place)) for run in row for place in [seed_place(run, seed)]] for row in rows
+    ]
+    width = (DOUBLE - _LEFT) / len(views[0])
+    with styled_figure(DOUBLE, sum(_height(row, width) + 0.35 for row in views) + 0.45) as figure:
         grid = figure.subplots(
             len(rows), len(views[0]), squeeze=False, height_ratios=[_height(row, width) for row in views]
         )
@@ -154,14 +155,9 @@ def plot_trajectories(rows: Sequence[Sequence[Run]], seed: int | None = None) ->
             panels[0].set_ylabel(f"{_named(row[0])}\ny [m]", parse_math=False)
         for ax, view in zip(grid[0], views[0], strict=True):
             ax.set_title(law_title(view.run.controller), fontsize=9, parse_math=False)
-        for ax in grid[-1]:
-            ax.set_xlabel("x [m]")
-        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncol=6)
+        setp(grid[-1], xlabel="x [m]")
+        draw_common_legend(figure, grid[0, :1], loc="outside lower center", ncol=6)
         return figure
-
-
-def _view(run: Run, place: int) -> _View:
-    return _View(run, place, shown_until(run, place))
 
 
 def _named(view: _View) -> str:
@@ -192,28 +188,16 @@ def _robots_legend(figure: Figure, views: Sequence[_View], rows: Sequence[str]) 
         found = legend_entries(*figure.axes[: len(views)])
         entries |= {name: found[name] for name in ("path", "contact") if name in found}
     if entries:
-        options: dict[str, Any] = {
-            "loc": "upper right",
-            "borderaxespad": 0.1,
-            "handlelength": 2.0,
-            "columnspacing": 1.0,
-        }
-        figure.legend(list(entries.values()), list(entries), ncol=3, fontsize=6.5, **options)
+        options = _LEGEND | {"loc": "upper right", "ncol": 3}
+        figure.legend(list(entries.values()), list(entries), **options)
 
 
 def _legend(axes: Sequence[Axes], top: float) -> None:
     """One legend for a row, over its panels; ``top`` is their upper edge, as a share of the figure."""
     ax = axes[-1]
-    unique = legend_entries(*axes)
-    if unique:
-        figure = figure_of(ax)
-        place: dict[str, Any] = {
-            "loc": "lower right",
-            "bbox_to_anchor": (ax.get_position().x1, top),
-            "borderaxespad": 0.1,
-        }
-        place |= {"bbox_transform": figure.transFigure}
-        ax.legend(unique.values(), unique.keys(), ncol=6, fontsize=6.5, handlelength=2.0, columnspacing=1.0, **place)
+    if legend_entries(*axes):
+        place = {"bbox_to_anchor": (ax.get_position().x1, top), "bbox_transform": figure_of(ax).transFigure}
+        draw_common_legend(ax, axes, **_LEGEND | place | {"loc": "lower right", "ncol": 6})
 
 
 # One panel each ---------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, number, styled_figure
 from robotics.experiments.certificate import Certificate, CertificateTrial, try_out
 from robotics.vehicle.robot import Robot
 
@@ -35,8 +35,7 @@ def plot_certificate(
     """
     trial = try_out(certificate, starts=starts, steps=max(1, round(duration / 0.01)), hold=100, seed=seed)
     share = certificate.unsaturated(robot)
-    with style():
-        figure = new_figure(DOUBLE, 2.5)
+    with styled_figure(DOUBLE, 2.5) as figure:
         left, middle, right = figure.subplots(1, 3)
         _draw_region(left, certificate, trial, share, (0, 1))
         _draw_region(middle, certificate, trial, share, (1, 2))

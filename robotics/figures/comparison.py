@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, styled_figure
 from robotics.experiments.comparison import Comparison, contact_runs, summarise, values_of_runs
 from robotics.figures.drawing import Look, PlotError, looks_of, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
@@ -52,19 +52,19 @@ def plot_comparison(
     names = list(comparison.controllers)
     metrics = list(headlines(setting.kind, setting.has_others, own=comparison.metrics)) if metrics is None else metrics
     known = {**ALL_METRICS, **comparison.metrics}
-    summary = summarise(table, comparison.metrics)
+    summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     chosen = looks_of(names, looks)
     runs = {n: table[table["controller"] == n] for n in names}
-    metrics = [m for m in metrics if any(_has_something(values_of_runs(runs[n], m, known[m])) for n in names)]
-    if not metrics:
+    values = {m: {n: values_of_runs(rows, m, known[m]) for n, rows in runs.items()} for m in metrics}
+    values = {m: found for m, found in values.items() if any(map(_has_something, found.values()))}
+    if not values:
         raise PlotError(f"the metrics of {scenario!r} are 0 or unknown in all runs: there is nothing to draw")
-    alike = all(_same(values_of_runs(runs[n], m, known[m])) for n in names for m in metrics)
-    columns = min(3 if width > PAGE_WIDTH else 2, len(metrics))
-    with style():
-        figure = new_figure(width, -(-len(metrics) // columns) * (0.74 + 0.17 * len(names)) + 0.25)
-        axes = panel_grid(figure, len(metrics), columns)
-        for ax, metric in zip(axes, metrics, strict=True):
-            _draw_metric(ax, table, summary[summary["metric"] == metric], metric, known[metric], names, chosen, alike)
+    alike = all(_same(numbers) for found in values.values() for numbers in found.values())
+    columns = min(3 if width > PAGE_WIDTH else 2, len(values))
+    with styled_figure(width, -(-len(values) // columns) * (0.74 + 0.17 * len(names)) + 0.25) as figure:
+        axes = panel_grid(figure, len(values), columns)
+        for ax, (metric, found) in zip(axes, values.items(), strict=True):
+            _draw_metric(ax, found, summary.loc[metric], known[metric], chosen, alike)
         touched = [contact_runs(table, scenario, name) for name in names]
         titles = [
             textwrap.fill(law_title(name).replace(",", ", "), 24)
@@ -97,38 +97,32 @@ def _same(values: np.ndarray) -> bool:
 
 def _draw_metric(
     ax: Axes,
-    table: pd.DataFrame,
+    values: Mapping[str, np.ndarray],
     summary: pd.DataFrame,
-    metric: str,
     about: Metric,
-    names: Sequence[str],
     chosen: Mapping[str, Look],
     alike: bool,
 ) -> None:
-    values = {name: values_of_runs(table[table["controller"] == name], metric, about) for name in names}
     known = np.concatenate([v[np.isfinite(v)] for v in values.values()])
     logarithmic = scale_values(ax, known)
     small = known.size > 0 and known.max() < 0.1 and about.unit in _PREFIXED
     factor = 1000.0 if small else 1.0
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{factor * value:.6g}".replace("-", "−")))
-    for row, name in enumerate(names):
-        look, finite = chosen[name], values[name][np.isfinite(values[name])]
+    for row, (name, numbers) in enumerate(values.items()):
+        look, finite = chosen[name], numbers[np.isfinite(numbers)]
+        _write_never(ax, row, numbers)
         if alike:
             ax.plot(finite[:1], [row][: len(finite)], color=look.color, marker=look.marker, markersize=4.5)
-            _write_never(ax, row, values[name])
             continue
         # Spread over the row's height, the same way every time, so that equal values stay countable.
         offset = 0.5 * ((np.arange(len(finite)) * 0.618034 + 0.5) % 1.0 - 0.5)
         ax.plot(finite, row + offset, color=look.color, marker=look.marker, markersize=2.2, linestyle="none", alpha=0.7)
-        mean, low, high = (
-            float(summary.loc[summary["controller"] == name, c].iloc[0]) for c in ("mean", "low", "high")
-        )
+        mean, low, high = summary.loc[name, ["mean", "low", "high"]].astype(float)
         if np.isfinite(mean):
             ax.plot([mean], [row], color="black", marker="|", markersize=9, zorder=4)
             if np.isfinite(low) and np.isfinite(high):
                 left = max(low, known.min() / 2) if logarithmic else low
                 ax.plot([left, high], [row, row], color="black", linestyle="-", linewidth=1.0, zorder=4)
-        _write_never(ax, row, values[name])
     if known.size and not logarithmic and known.min() >= 0:
         ax.set_xlim(0.0, 1.12 * known.max() or 1.0)  # lengths from 0 can be compared
     name = f"{about.title.partition(':')[0]} [{'m' if small else ''}{about.unit}]"

@@ -7,12 +7,13 @@ of each run is drawn, by default the first. These are the thesis's Figs 2.6-2.14
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, styled_figure
 from robotics.figures.comparison import plot_comparison
 from robotics.figures.drawing import (
     TARGET,
@@ -20,8 +21,8 @@ from robotics.figures.drawing import (
     PlotError,
     cut_axis,
     draw_band,
+    draw_common_legend,
     draw_line,
-    legend_entries,
     looks,
     looks_of,
     mark_contacts,
@@ -61,31 +62,25 @@ def plot_paths(
     Raises:
         PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
-    runs = _some(runs)
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
-    with style():
-        top = _overview_height(drawn, width)
-        columns = min(len(runs), 2 if width <= PAGE_WIDTH else 3)
-        rows = -(-len(runs) // columns)
-        legend = -(-(len(runs) + 3) // (2 if width <= PAGE_WIDTH else 4)) * 0.15
-        figure = new_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3)
+    runs, drawn, chosen = _chosen(runs, seed, looks)
+    top = _overview_height(drawn, width)
+    columns = min(len(runs), 2 if width <= PAGE_WIDTH else 3)
+    rows = -(-len(runs) // columns)
+    legend = -(-(len(runs) + 3) // (2 if width <= PAGE_WIDTH else 4)) * 0.15
+    with styled_figure(width, top + 0.5 + legend + rows * 0.95 + 0.3) as figure:
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[top + 0.3, *[0.95] * rows])
         overview = figure.add_subplot(grid[0, :])
         overview.set_aspect("equal", adjustable="datalim")
         for depth, run in enumerate(drawn):
             _draw_paths(overview, run, chosen[run.controller], len(drawn) - depth)
-        _draw_references(overview, drawn[0])
-        _mark_starts(overview, drawn[0])
+        for i in range(len(drawn[0].paths)):
+            draw_path(overview, drawn[0], i, name="reference", zorder=2.1)
+            _mark_start(overview, drawn[0], i)
         overview.set(xlabel="x [m]", ylabel="y [m]")
         _draw_cross_tracks([figure.add_subplot(grid[1 + k // columns, k % columns]) for k in range(len(runs))],
                            runs, chosen, columns)  # fmt: skip
-        unique = legend_entries(overview)
-        figure.legend(
-            unique.values(),
-            unique.keys(),
-            loc="outside upper center",
-            ncol=2 if width <= PAGE_WIDTH else 4,
-            handlelength=2.8,
+        draw_common_legend(
+            figure, [overview], loc="outside upper center", ncol=2 if width <= PAGE_WIDTH else 4, handlelength=2.8
         )
         return figure
 
@@ -124,7 +119,10 @@ def _draw_cross_tracks(axes: Sequence[Axes], runs: Sequence[Run], chosen: Mappin
         figure_of(axes[0]).legend(handles, ["median", f"5–95 % of {of}"], loc="outside lower right", ncol=2)
 
 
-def _some(runs: Run | Sequence[Run], robot: int = 0) -> Sequence[Run]:
+def _chosen(
+    runs: Run | Sequence[Run], seed: int | None, looks: Mapping[str, Look] | None, robot: int = 0
+) -> tuple[Sequence[Run], list[Run], Mapping[str, Look]]:
+    """The runs of a figure, of each the one seed that is drawn, and how each is drawn, by its controller."""
     runs = [runs] if isinstance(runs, Run) else runs
     if not runs:
         raise PlotError("a figure of runs needs at least one run")
@@ -133,7 +131,7 @@ def _some(runs: Run | Sequence[Run], robot: int = 0) -> Sequence[Run]:
     if not 0 <= robot < len(runs[0].paths):
         last = len(runs[0].paths)
         raise PlotError(f"{runs[0].scenario} has the robots 1 to {last}, there is no robot {robot + 1}")
-    return runs
+    return runs, [only(run, seed) for run in runs], looks_of((run.controller for run in runs), looks)
 
 
 def _named(run: Run, robot: int) -> str:
@@ -150,33 +148,21 @@ def _points(run: Run) -> np.ndarray:
 def _draw_paths(ax: Axes, run: Run, look: Look, above: int) -> None:
     """The paths of one controller; those with more ``above`` them are wider, and are seen beside what covers them."""
     for i in range(len(run.paths)):
-        style_ = {"color": look.color, "linestyle": look.line, "linewidth": 0.9 + 0.35 * (above - 1)}
-        draw_way(ax, run, 0, i, **style_, label=law_title(run.controller))
+        wide = 0.9 + 0.35 * (above - 1)
+        draw_way(ax, run, 0, i, **look.of_line, linewidth=wide, label=law_title(run.controller))
     mark_contacts(ax, run, 0)
 
 
-def _draw_references(ax: Axes, run: Run) -> None:
-    for i in range(len(run.paths)):
-        draw_path(ax, run, i, name="reference", zorder=2.1)
-
-
-def _mark_starts(ax: Axes, run: Run) -> None:
-    """A ring where each robot starts, with a stroke along its heading."""
+def _mark_start(ax: Axes, run: Run, robot: int) -> None:
+    """A ring where a robot starts, with a stroke along its heading."""
     robots = len(run.paths)
-    for i in range(len(run.paths)):
-        x, y, heading = (float(run[channel][0, i, 0]) for channel in ("x", "y", "heading"))
-        ax.plot([x], [y], **START, label="start", zorder=5)
-        ax.annotate(
-            f"robot {i + 1}" if 1 < robots <= FEW_ROBOTS else str(i + 1) if robots > FEW_ROBOTS else "",
-            (x, y),
-            xytext=(-6, 4),
-            textcoords="offset points",
-            ha="right",
-            fontsize=7,
-        )
-        tip = (14 * np.cos(heading), 14 * np.sin(heading))
-        arrow = {"arrowstyle": "<-", "lw": 0.8}
-        ax.annotate("", (x, y), xytext=tip, textcoords="offset points", arrowprops=arrow, zorder=6)
+    x, y, heading = (float(run[channel][0, robot, 0]) for channel in ("x", "y", "heading"))
+    ax.plot([x], [y], **START, label="start", zorder=5)
+    number = f"robot {robot + 1}" if 1 < robots <= FEW_ROBOTS else str(robot + 1) if robots > FEW_ROBOTS else ""
+    ax.annotate(number, (x, y), (-6, 4), textcoords="offset points", ha="right", fontsize=7)
+    tip = (14 * np.cos(heading), 14 * np.sin(heading))
+    arrow = {"arrowstyle": "<-", "lw": 0.8}
+    ax.annotate("", (x, y), xytext=tip, textcoords="offset points", arrowprops=arrow, zorder=6)
 
 
 def plot_errors(
@@ -200,15 +186,13 @@ def plot_errors(
     Raises:
         PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
-    runs = _some(runs, robot)
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
+    _, drawn, chosen = _chosen(runs, seed, looks, robot)
     time = drawn[0].time
-    errors = np.array([[field[0, robot] for field in _errors(run)] for run in drawn])  # (runs, 3, samples)
-    late = time >= time[-1] / 2
-    peaks = [max((float(np.max(part, initial=0.0))) for part in _finite(np.abs(errors[..., s]))) for s in (~late, late)]
+    errors = np.array([[values[0, robot] for values in _errors(run)] for run in drawn])  # (runs, 3, samples)
+    late, size = time >= time[-1] / 2, np.where(np.isfinite(errors), np.abs(errors), 0.0)
+    peaks = [float(size[..., part].max(initial=0.0)) for part in (~late, late)]
     magnify = peaks[0] > 4 * peaks[1] > 0
-    with style():
-        figure = new_figure(width, 4.6)
+    with styled_figure(width, 4.6) as figure:
         grid = figure.subplots(3, 2 if magnify else 1, sharex="col", squeeze=False)
         for row, (name, unit) in enumerate((("x error", "m"), ("y error", "m"), ("heading error", "rad"))):
             for column, ax in enumerate(grid[row]):
@@ -217,31 +201,19 @@ def plot_errors(
                 # The line that moves most is drawn under the others.
                 depths = np.argsort(np.argsort(-np.nansum(np.abs(np.diff(errors[:, row])), axis=-1)))
                 for run, error, depth in zip(drawn, errors[:, row], depths, strict=True):
-                    look = chosen[run.controller]
-                    draw_line(
-                        ax,
-                        time[shown],
-                        scale * error[shown],
-                        color=look.color,
-                        linestyle=look.line,
-                        linewidth=1.0,
-                        zorder=2 + 0.01 * depth,
-                        label=_named(run, robot),
-                    )
-                    mark_stop(ax, run, 0, robot, time[shown], scale * error[shown], look.color)
+                    look, line = chosen[run.controller], scale * error[shown]
+                    above = {"zorder": 2 + 0.01 * depth, "label": _named(run, robot)}
+                    draw_line(ax, time[shown], line, **look.of_line, linewidth=1.0, **above)
+                    mark_stop(ax, run, 0, robot, time[shown], line, look.color)
                 ax.axhline(0.0, **TARGET)
                 ax.set_ylabel(f"{name} [{prefix}{unit}]")
                 ax.margins(x=0)
-        for column, ax in enumerate(grid[2]):
-            ax.set_xlabel("time [s]")
-            if magnify:
-                grid[0, column].set_title("second half, magnified" if column else "whole run")
-        figure.legend(
-            *grid[0, 0].get_legend_handles_labels(),
-            loc="outside upper center",
-            ncol=3 if width > PAGE_WIDTH else 2,
-            handlelength=2.8,
-        )
+        setp(grid[-1], xlabel="time [s]")
+        if magnify:
+            grid[0, 0].set_title("whole run")
+            grid[0, 1].set_title("second half, magnified")
+        beside = 3 if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, grid[0, :1], loc="outside upper center", ncol=beside, handlelength=2.8)
         return figure
 
 
@@ -249,11 +221,6 @@ def _errors(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The errors in x, y [m] and heading [rad], each (runs, robots, samples)."""
     error = tracking_error(run)
     return error.x, error.y, unjumped(error.heading)
-
-
-def _finite(values: np.ndarray) -> list[np.ndarray]:
-    """Each row's finite values."""
-    return [row[np.isfinite(row)] for row in values.reshape(-1, values.shape[-1])]
 
 
 def _milli(values: np.ndarray) -> tuple[float, str]:
@@ -286,11 +253,9 @@ def plot_velocities(
     Raises:
         PlotError: No run, runs of several scenarios, or a seed or robot that was not run.
     """
-    runs = _some(runs, robot)
-    chosen, drawn = looks_of((run.controller for run in runs), looks), [only(run, seed) for run in runs]
+    _, drawn, chosen = _chosen(runs, seed, looks, robot)
     v_limit, w_limit = _limits(machine)
-    with style():
-        figure = new_figure(width, 0.84 + 0.78 * len(drawn), constrained=False)
+    with styled_figure(width, 0.84 + 0.78 * len(drawn), constrained=False) as figure:
         limits = {"v": v_limit, "w": w_limit, "w_demand": w_limit}
         spans = {channel: _span(drawn, channel, robot, limit) for channel, limit in limits.items()}
         grid = figure.subplots(len(drawn), len(limits), sharex=True, squeeze=False)
@@ -303,14 +268,12 @@ def plot_velocities(
                 cut_axis(ax, run.time, run[channel][0, robot][None], low, high)
             axes[0].set_title(_named(run, robot), loc="left", pad=2.0, parse_math=False)
             axes[2].set_title(f"changes {_change(run, robot):.2g} rad/s²", loc="right", pad=2.0, fontsize=7)
-        for ax in grid[-1]:
-            ax.set_xlabel("time [s]")
+        setp(grid[-1], xlabel="time [s]")
         _place_rows(figure, len(drawn))
         for ax, name in zip(grid[0], ("speed v [m/s]", "turn rate ω [rad/s]", "demanded ω [rad/s]"), strict=True):
             box = ax.get_position()
             figure.text((box.x0 + box.x1) / 2, box.y1 + 0.2 / figure.get_figheight(), name, ha="center", va="bottom")
-        pairs = legend_entries(*grid[0])
-        figure.legend(pairs.values(), pairs.keys(), loc="upper right", ncol=2, handlelength=2.8, borderaxespad=0.2)
+        draw_common_legend(figure, grid[0], loc="upper right", ncol=2, handlelength=2.8, borderaxespad=0.2)
         return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, styled_figure
 from robotics.figures.drawing import ABOVE, TARGET, PlotError, draw_line, draw_many, page_title, shown_until
 from robotics.figures.page import TimePlot, draw_page
 from robotics.laws.catalogue import safety_distance
@@ -41,8 +41,7 @@ def plot_distances(run: Run, *, seed: int | None = None) -> Figure:
     draw = {"between centers [m]": draw_distances} if several else {}
     draw |= {"to an obstacle [m]": _draw_clearances} if obstacles else {}
     rows = [(TimePlot(label, partial(each, run=run, place=place, end=end)),) for label, each in draw.items()]
-    with style():
-        figure = new_figure(DOUBLE, 0.8 + 1.9 * len(rows))
+    with styled_figure(DOUBLE, 0.8 + 1.9 * len(rows)) as figure:
         for ax in draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))):
             ax.legend(ncol=7, **ABOVE)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)

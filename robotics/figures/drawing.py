@@ -52,6 +52,11 @@ class Look(NamedTuple):
     line: Any  # a matplotlib line style
     marker: str
 
+    @property
+    def of_line(self) -> dict[str, Any]:
+        """The options of its lines."""
+        return {"color": self.color, "linestyle": self.line}
+
 
 def looks(specifications: Iterable[str]) -> dict[str, Look]:
     """A look for every controller: each of the six presets has its own, others take the remaining ones in turn."""
@@ -162,7 +167,7 @@ def draw_band(ax: Axes, time: np.ndarray, rows: np.ndarray, look: Look) -> None:
     if not np.allclose(low, high, equal_nan=True, rtol=0.0, atol=1e-12):
         at, edges = _thinned_together(time, np.stack([low, high]))
         ax.fill_between(at, *edges, facecolor=look.color, alpha=0.3, linewidth=0, zorder=1.8)
-    draw_line(ax, time, middle, color=look.color, linestyle=look.line, linewidth=1.0, zorder=2.2)
+    draw_line(ax, time, middle, **look.of_line, linewidth=1.0, zorder=2.2)
 
 
 def _percentiles(rows: np.ndarray) -> np.ndarray:
@@ -386,6 +391,18 @@ def placed(shape: np.ndarray, x: np.ndarray, y: np.ndarray, heading: np.ndarray)
 def legend_entries(*axes: Axes) -> dict[str, Any]:
     """The handles of what is drawn in one or several axes, by name; each name once."""
     return {name: handle for ax in axes for handle, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+
+
+def draw_common_legend(owner: Axes | Figure, axes: Iterable[Axes], **options: Any) -> None:
+    """A legend of all that is drawn in several axes, each name once.
+
+    Args:
+        owner: The axes or the figure that it belongs to.
+        axes: The axes.
+        options: Options of ``owner.legend``; without ``ncol`` it has one row.
+    """
+    found = legend_entries(*axes)
+    owner.legend(list(found.values()), list(found), **{"ncol": len(found)} | options)
 
 
 def draw_legend(ax: Axes, last: Sequence[str] = (), **options: Any) -> None:

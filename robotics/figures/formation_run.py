@@ -10,29 +10,27 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure
 from robotics.figures.drawing import (
     TARGET,
     PlotError,
     cut_to_what_robots_can,
-    draw_legend,
     draw_line,
     draw_title,
-    draw_top_view,
-    mark_contacts,
     shown_until,
     top_view_height,
 )
 from robotics.figures.faults import FEW_ROBOTS
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import draw_path, draw_robots, draw_way, robot_look
-from robotics.figures.world import draw_bodies, draw_world, moments
+from robotics.figures.world import draw_surroundings, moments
 from robotics.laws.catalogue import CATALOGUE
 from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
 
+_THIN: dict[str, Any] = {"linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}  # of commands
 _AFTER = 1.0  # s shown after the last robot came to rest
 
 
@@ -67,7 +65,17 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
     unit = "torque [N m]" if torque else "[m/s]"
 
     def panel(label: str, values: np.ndarray, command: str = "") -> TimePlot:
-        draw = partial(_draw_channel, run=run, place=place, values=values[..., : last + 1], command=command)
+        """A channel (runs, robots, samples), thinly with what was commanded in the channel ``command``."""
+        robots, time = values.shape[1], run.time[: last + 1]
+
+        def draw(ax: Axes) -> None:
+            ax.axhline(0.0, **TARGET)
+            if command and not torque:
+                for i in range(robots if robots <= FEW_ROBOTS else 0):
+                    draw_line(ax, time, run[command][place, i, : last + 1], color=COLORS[i % len(COLORS)], **_THIN)
+                cut_to_what_robots_can(ax, run, place, command)
+            draw_robots(ax, run, values[..., : last + 1], [place], lambda robot, _: _look(robot, robots))
+
         return TimePlot(label, draw)
 
     lead = TimePlot("lead in x [m]" if x_grows(run) else "lead along\nits path [m]",
@@ -78,10 +86,9 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         (panel("v [m/s]", run["v"], "command_1"), panel("ω [rad/s]", run["w"], "command_2")),
         (panel(f"right wheel {unit}", right), panel(f"left wheel {unit}", left)),
     ]
-    with style():
-        seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
-        top = top_view_height([*run.paths, *seen], 0.9 * width)
-        figure = new_figure(width, top + 6.2)
+    seen = [np.stack([run[axis][place, :, : last + 1].ravel() for axis in "xy"])]
+    top = top_view_height([*run.paths, *seen], 0.9 * width)
+    with styled_figure(width, top + 6.2) as figure:
         top_view = partial(_draw_top_view, run=run, place=place, last=last)
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), top_view, (0.0, float(run.time[last])))
         draw_title(figure, run, [place])
@@ -104,7 +111,6 @@ def _look(robot: int, robots: int) -> dict[str, Any]:
 
 def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     robots, x, y = run.samples.shape[3], run["x"][place], run["y"][place]
-    draw_world(ax, run, last)
     order = np.argsort(y[:, 0], kind="stable")
     at = moments(last)
     ax.plot(x[order][:, at], y[order][:, at], color="0.75", linestyle="-", linewidth=0.8, zorder=1)
@@ -112,10 +118,7 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
         draw_path(ax, run, i, quiet=robots > FEW_ROBOTS, zorder=1)
         name = f"robot {i + 1}" if robots <= FEW_ROBOTS else "robot 1" if i == 0 else "others" if i == 1 else None
         draw_way(ax, run, place, i, last + 1, **_look(i, robots), label=name)
-    draw_bodies(ax, run, place, last)
-    mark_contacts(ax, run, place)
-    draw_top_view(ax)
-    draw_legend(ax, ("path", "contact"))
+    draw_surroundings(ax, run, place, last, ("path", "contact"))
 
 
 def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
@@ -130,15 +133,3 @@ def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
         ax.text(run.time[end], 0.9, text, transform=ax.get_xaxis_transform(), ha="right", va="top", fontsize=6.5)
         low, high = ax.get_ylim()
         ax.set_ylim(low, high + 0.25 * (high - low))  # above the curve there is room for the words
-
-
-def _draw_channel(ax: Axes, run: Run, place: int, values: np.ndarray, command: str) -> None:
-    """Draw a channel (runs, robots, samples) over time, thinly with what was commanded in the channel ``command``."""
-    robots, time = values.shape[1], run.time[: values.shape[2]]
-    ax.axhline(0.0, **TARGET)
-    if command and run.level != "torque":
-        for i in range(robots if robots <= FEW_ROBOTS else 0):
-            thin = {"color": COLORS[i % len(COLORS)], "linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}
-            draw_line(ax, time, run[command][place, i, : len(time)], **thin)
-        cut_to_what_robots_can(ax, run, place, command)
-    draw_robots(ax, run, values, [place], lambda robot, _: _look(robot, robots))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
@@ -12,11 +13,11 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from anfis.plot import draw_errors
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, styled_figure
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.experiments.learning.formationdata import FormationRun
-from robotics.figures.drawing import thinned
+from robotics.figures.drawing import draw_common_legend, thinned
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
 _ARROW = Outline([(1.0, 0.0), (-0.8, 0.6), (-0.35, 0.0), (-0.8, -0.6), (1.0, 0.0)], closed=True)
@@ -40,10 +41,9 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
     Arrow heads show the poses at seven equal times; a grey line joins the robots of one time. ``width`` is that of the
     figure in inches.
     """
-    with style():
-        columns = 2 if width > PAGE_WIDTH else 1
-        rows = -(-len(runs) // columns)
-        figure = new_figure(width, 0.3 + 1.45 * rows)
+    columns = 2 if width > PAGE_WIDTH else 1
+    rows = -(-len(runs) // columns)
+    with styled_figure(width, 0.3 + 1.45 * rows) as figure:
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for ax, (title, run) in zip(axes, runs.items(), strict=False):
             at = np.linspace(0, len(run.time) - 1, _MARKS).round().astype(int)
@@ -58,14 +58,12 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
                     ax.plot(x[k], y[k], marker=head, markersize=7, markeredgewidth=0, color=color, zorder=3)
             ax.set_title(title, fontsize=8, loc="left", pad=2)
             ax.set_aspect("equal")
-        for ax in axes[len(runs) :]:
-            ax.set_visible(False)
-        for ax in axes[: len(runs)]:
-            ax.set_ylabel("y [m]")
+        setp(axes[len(runs) :], visible=False)
+        setp(axes[: len(runs)], ylabel="y [m]")
         for ax in axes[max(len(runs) - columns, 0) : len(runs)]:
             ax.set_xlabel("x [m]")
             ax.tick_params(labelbottom=True)
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        draw_common_legend(figure, axes[:1], loc="outside upper left", ncol=2)
         return figure
 
 
@@ -87,8 +85,7 @@ def plot_formation_signals(
         ("lead dx [m]", lambda name: runs[name].dx),
         ("w_f [rad/s]", lambda name: turns[name][1]),
     )
-    with style():
-        figure = new_figure(width, 6.2)
+    with styled_figure(width, 6.2) as figure:
         axes = figure.subplots(4, 2, sharex=True)
         for ax, (label, values) in zip(axes.ravel(), panels, strict=True):
             for below, name in zip(range(len(runs), 0, -1), runs, strict=True):  # lines below others are wider
@@ -96,14 +93,10 @@ def plot_formation_signals(
             ax.set_ylabel(label, parse_math=False)
             _widen(ax)
             ax.locator_params(nbins=4)
-        for ax in axes[-1]:
-            ax.set_xlabel("time [s]")
+        setp(axes[-1], xlabel="time [s]")
         figure.align_ylabels()
-        figure.legend(
-            *axes[0, 0].get_legend_handles_labels(),
-            loc="outside upper left",
-            ncols=len(runs) if width > PAGE_WIDTH else 2,
-        )
+        beside = len(runs) if width > PAGE_WIDTH else 2
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left", ncol=beside)
         return figure
 
 
@@ -113,9 +106,8 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
     The root mean square of each difference from the data stands over its panel, in the order of the legend. ``width``
     is that of the figure in inches.
     """
-    with style():
-        rows = max(len(fits) for fits in columns.values())
-        figure = new_figure(width, 0.4 + 1.35 * rows)
+    rows = max(len(fits) for fits in columns.values())
+    with styled_figure(width, 0.4 + 1.35 * rows) as figure:
         axes = figure.subplots(rows, len(columns), sharex="col", squeeze=False)
         for (title, fits), column in zip(columns.items(), axes.T, strict=True):
             for ax, fit in zip(column, fits, strict=True):
@@ -135,8 +127,7 @@ def plot_fits(columns: Mapping[str, Sequence[Fit]], width: float = DOUBLE) -> Fi
             )
             column[-1].set_xlabel("sample" if fits[0].time is None else "time [s]")
         figure.align_ylabels()
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+        draw_common_legend(figure, axes[0, :1], loc="outside upper left")
         return figure
 
 
@@ -148,8 +139,7 @@ def plot_searches(searches: Mapping[str, SearchResult], width: float = DOUBLE) -
         width: The width of the figure in inches.
     """
     units = list(dict.fromkeys(search.outputs[0][1] for search in searches.values()))
-    with style():
-        figure = new_figure(width, 3.0)
+    with styled_figure(width, 3.0) as figure:
         for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
             plot_rules_error({n: s for n, s in searches.items() if s.outputs[0][1] == unit}, ax)
         return figure
@@ -164,8 +154,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
     Args:
         sets: The set's title, and the output over it, by stage of learning.
     """
-    with style():
-        figure = new_figure(DOUBLE, 0.35 + 2.7 * len(sets))
+    with styled_figure(DOUBLE, 0.35 + 2.7 * len(sets)) as figure:
         grid = figure.add_gridspec(2 * len(sets), 2, width_ratios=(2.2, 1), height_ratios=(1.9, 0.8) * len(sets))
         for row, (title, fit) in enumerate(sets.items()):
             over = figure.add_subplot(grid[2 * row, 0])
@@ -175,8 +164,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
             errors = ", then ".join(f"{rms(found - fit.target):.2e}" for found in fit.found.values())
             over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
         figure.align_ylabels()
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), markerscale=2)
+        draw_common_legend(figure, figure.axes[:1], loc="outside upper left", markerscale=2)
         return figure
 
 
@@ -223,8 +211,7 @@ def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit:
         history: The epochs of learning.
         unit: The unit of the output.
     """
-    with style():
-        figure = new_figure(DOUBLE, 3.1)
+    with styled_figure(DOUBLE, 3.1) as figure:
         left, right = figure.subplots(1, 2)
         plot_rules_error(search, left)
         draw_errors(right, history)
@@ -258,8 +245,7 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
         "after learning, training": (lambda s: s.training, {"marker": "s", "color": COLORS[0], "markersize": 4.5}),
         "after learning, checking": (lambda s: s.checking, {"marker": "D", "color": COLORS[1], "markersize": 4.5}),
     }
-    with style():
-        figure = new_figure(DOUBLE, 0.85 + 0.24 * len(shares))
+    with styled_figure(DOUBLE, 0.85 + 0.24 * len(shares)) as figure:
         ax = figure.add_subplot()
         rows = np.arange(len(shares))
         spans = np.array([100 * np.array(s.scatter) for s in shares])
@@ -278,11 +264,10 @@ def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
             for axis_formatter in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
                 axis_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else ""))
         ax.set_yticks(rows, [s.output for s in shares], parse_math=False)
-        ax.set_ylim(len(shares) - 0.5, -0.5)
+        ax.set(ylim=(len(shares) - 0.5, -0.5), xlabel="RMSE [% of the output's range]")
         ax.set_xlim(left=least / 2 if ax.get_xscale() == "log" else 0.0)
-        ax.set_xlabel("RMSE [% of the output's range]")
         ax.grid(axis="x", color="0.9", linewidth=0.6)
-        figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=4, markerscale=0.9)
+        draw_common_legend(figure, [ax], loc="outside upper left", ncol=4, markerscale=0.9)
         return figure
 
 
@@ -295,8 +280,7 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
         width: The width of the figure in inches.
     """
     rows = {unit: [name for name in histories if units[name] == unit] for unit in dict.fromkeys(units.values())}
-    with style():
-        figure = new_figure(width, 0.7 + 1.6 * len(rows))
+    with styled_figure(width, 0.7 + 1.6 * len(rows)) as figure:
         axes = figure.subplots(len(rows), 2, sharex=True, sharey="row", squeeze=False)
         for pair, (unit, names) in zip(axes, rows.items(), strict=True):
             for ax, what in zip(pair, ("train", "check"), strict=True):
@@ -309,15 +293,8 @@ def plot_epochs(histories: Mapping[str, Sequence[Epoch]], units: Mapping[str, st
             pair[0].set_ylabel(f"RMSE [{unit}]", parse_math=False)
         for ax, title in zip(axes[0], ("training error", "checking error"), strict=True):
             ax.set_title(title, fontsize=8)
-        for ax in axes[-1]:
-            ax.set_xlabel("epoch")
-        pairs = [pair[0].get_legend_handles_labels() for pair in axes]
-        figure.legend(
-            [h for handles, _ in pairs for h in handles],
-            [name for _, names in pairs for name in names],
-            loc="outside upper left",
-            ncols=len(histories),
-        )
+        setp(axes[-1], xlabel="epoch")
+        draw_common_legend(figure, axes[:, 0], loc="outside upper left", ncol=len(histories))
         return figure
 
 

@@ -3,16 +3,21 @@
 These are the thesis's Figs 2.3, 2.19, 2.20, 2.23, 2.24, 6.4, 6.5, 6.20 and 6.21.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
+from matplotlib.artist import setp
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, number, styled_figure
 from fuzzy.figures.plot import plot_memberships, plot_surface
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 
+# The turns: what they are called, and what they are over
+_TURNS = {"lateral": ("λ", "y_err"), "eta": ("η", "d_ij"), "theta": ("Θ", "ro")}
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
 _SETTINGS = (((0.2, 1.0), (0.2, 0.5), (0.2, 0.2), (0.2, 0.1)), ((0.4, 0.1), (0.2, 0.1), (0.1, 0.1), (1.0, 1.0)))
 
@@ -35,9 +40,8 @@ def plot_switching(
     half = np.concatenate([[1e-9], np.linspace(0, reach, 201)[1:]])
     s = np.concatenate([-half[::-1], half])
     steep = list(dict.fromkeys(pair for group in settings for pair in group if pair[1] < 1))
-    with style():
-        rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
-        figure = new_figure(width, 2.6 * rows)
+    rows, columns = (1, len(settings)) if width > PAGE_WIDTH else (len(settings), 1)
+    with styled_figure(width, 2.6 * rows) as figure:
         for n, group in enumerate(settings):
             ax = figure.add_subplot(rows, columns, n + 1)
             for k, mu0 in sorted(group, key=lambda pair: -pair[0] / pair[1]):  # as the curves end, from above
@@ -51,30 +55,25 @@ def plot_switching(
         return figure
 
 
-def plot_tracking_memberships(rule_base: str = "tracking", width: float = DOUBLE) -> Figure:
+def plot_tracking_memberships(width: float = DOUBLE) -> Figure:
     """Draw the membership functions of distance and α, thesis Fig 2.19; ``width`` is that of the figure in inches."""
-    fis = load_rule_base(rule_base)
-    with style():
-        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
-        figure = new_figure(width, 2.0 * rows)
-        axes = figure.subplots(rows, columns)
-        figure.draw_without_rendering()
-        for ax, name in zip(axes, ("distance", "alpha"), strict=True):
-            plot_memberships(fis, name, ax=ax)
-        axes[1].set_xlabel("α [rad]")
+    fis = load_rule_base("tracking")
+    with _pair(width) as (figure, left, right):
+        plot_memberships(fis, "distance", ax=left)
+        plot_memberships(fis, "alpha", ax=right)
+        right.set_xlabel("α [rad]")
         return figure
 
 
-def plot_tracking_velocities(rule_base: str = "tracking", width: float = DOUBLE) -> Figure:
+def plot_tracking_velocities(width: float = DOUBLE) -> Figure:
     """Draw v over the distance and ω over α with the target ahead; below, both over x_err. Thesis Fig 2.20.
 
     ``width`` is that of the figure in inches.
     """
-    fis = load_rule_base(rule_base)
+    fis = load_rule_base("tracking")
     ahead = {"x_err": 0.1, "alpha": 0.0, "distance": 0.15, "heading_err": 0.0}
-    ahead = {name: value for name, value in ahead.items() if name in {v.name for v in fis.inputs}}
-    with style():
-        figure = new_figure(width, 4.6)
+    ahead = {name: ahead[name] for name in ahead if name in {v.name for v in fis.inputs}}
+    with styled_figure(width, 4.6) as figure:
         axes = figure.subplots(2, 2)
         pictures = (
             ("distance", "v"),
@@ -86,8 +85,7 @@ def plot_tracking_velocities(rule_base: str = "tracking", width: float = DOUBLE)
             fixed = {name: value for name, value in ahead.items() if name not in inputs}
             plot_surface(fis, inputs, output, fixed, ax=ax)
             ax.set_title(_held(fixed), fontsize=7)
-        for ax in axes[:, 1]:
-            ax.set_xlabel("α [rad]")
+        setp(axes[:, 1], xlabel="α [rad]")
         axes[0, 1].set_ylabel("ω [rad/s]")
         figure.axes[-1].set_ylabel("ω [rad/s]")  # the colour bar
         return figure
@@ -99,35 +97,29 @@ def _held(fixed: dict[str, float]) -> str:
     return "at " + ", ".join(f"{names[name]} = {number(value)} {units[name]}" for name, value in fixed.items())
 
 
-def plot_lateral(rule_base: str = "lateral", width: float = DOUBLE) -> Figure:
-    """Draw the membership functions of y_err, and the turn λ over y_err, thesis Figs 2.23 and 2.24."""
-    return _plot_turn(rule_base, "λ", "y_err", width)
+def plot_turn(rule_base: str, width: float = DOUBLE) -> Figure:
+    """Draw a rule base of one input: its membership functions, and the turn over the input.
 
-
-def plot_crash_turn(rule_base: str = "eta", width: float = DOUBLE) -> Figure:
-    """Draw the membership functions of d_ij, and the turn η of (6.4) over d_ij, thesis Figs 6.4 and 6.5."""
-    return _plot_turn(rule_base, "η", "d_ij", width)
-
-
-def plot_obstacle_turn(rule_base: str = "theta", width: float = DOUBLE) -> Figure:
-    """Draw the membership functions of ro, and the turn Θ of (6.7) over ro, thesis Figs 6.20 and 6.21.
-
-    The thesis uses these two numbers twice; meant are those of ro and Θ.
+    Args:
+        rule_base: "lateral", with λ over y_err, thesis Figs 2.23 and 2.24; "eta", with η of (6.4) over d_ij, Figs 6.4
+            and 6.5; or "theta", with Θ of (6.7) over ro, Figs 6.20 and 6.21. The thesis uses these two numbers twice;
+            meant are those of ro and Θ.
+        width: The width of the figure in inches.
     """
-    return _plot_turn(rule_base, "Θ", "ro", width)
-
-
-def _plot_turn(rule_base: str, symbol: str, argument: str, width: float) -> Figure:
-    """Draw a rule base with one input, the ``argument`` [m]: its membership functions and its turn [rad]."""
-    fis = load_rule_base(rule_base)
-    with style():
-        rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
-        figure = new_figure(width, 2.0 * rows)
-        left, right = figure.subplots(rows, columns)
-        figure.draw_without_rendering()
+    fis, (symbol, argument) = load_rule_base(rule_base), _TURNS[rule_base]
+    with _pair(width) as (figure, left, right):
         plot_memberships(fis, 0, ax=left)
         plot_surface(fis, 0, 0, ax=right)
-        for ax in (left, right):
-            ax.set_xlabel(f"{argument} [m]")
+        setp((left, right), xlabel=f"{argument} [m]")
         right.set_ylabel(f"{symbol} [rad]")
         return figure
+
+
+@contextmanager
+def _pair(width: float) -> Iterator[tuple[Figure, Axes, Axes]]:
+    """A figure of two panels beside each other, or below each other where it is narrow."""
+    rows, columns = (1, 2) if width > PAGE_WIDTH else (2, 1)
+    with styled_figure(width, 2.0 * rows) as figure:
+        axes = figure.subplots(rows, columns)
+        figure.draw_without_rendering()
+        yield figure, *axes

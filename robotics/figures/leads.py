@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from fuzzy.figures.drawing import COLORS, new_figure, style
+from fuzzy.figures.drawing import COLORS, styled_figure
 from robotics.figures.drawing import panel_grid
 from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, Standing
@@ -34,9 +34,8 @@ def plot_leads(leads: Sequence[Lead], width: float = _WIDTH, columns: int = _COL
     columns = min(columns, len(leads))
     rows = [leads[k : k + columns] for k in range(0, len(leads), columns)]
     heights = [max(len(lead.standings) for lead in row) for row in rows]
-    with style():
-        legend = 0.17 * (3 - min(columns, 3))  # inches: its three entries stand below each other where it is narrow
-        figure = new_figure(width, sum(0.155 * n + 0.52 for n in heights) + 0.35 + legend)
+    legend = 0.17 * (3 - min(columns, 3))  # inches: its three entries stand below each other where it is narrow
+    with styled_figure(width, sum(0.155 * n + 0.52 for n in heights) + 0.35 + legend) as figure:
         for ax, lead in zip(panel_grid(figure, len(leads), columns, [n + 2 for n in heights]), leads, strict=True):
             _draw(ax, lead)
         figure.supxlabel("times the leader's mean, with the 95 % interval over the seeds", fontsize=8)

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, styled_figure
 from robotics.environment.world import outlines
 from robotics.figures.drawing import TARGET, PlotError, draw_obstacles, legend_entries, page_title
 from robotics.figures.world import draw_body
@@ -39,8 +39,7 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
     """
     place = seed_place(run, seed)
     met = _meetings(run, place)
-    with style():
-        figure = new_figure(DOUBLE * max(len(met), 2) / MEETINGS_DRAWN, 3.1)
+    with styled_figure(DOUBLE * max(len(met), 2) / MEETINGS_DRAWN, 3.1) as figure:
         panels = figure.subplots(1, len(met), squeeze=False)[0]
         for ax, (pair, sample, distance) in zip(panels, met, strict=True):
             _draw(ax, run, place, pair, sample, distance)
@@ -83,9 +82,7 @@ def _draw(ax: Axes, run: Run, place: int, pair: tuple[int, int], sample: int, di
         draw_body(ax, run, place, i, seen[inside & (seen != sample)], facecolors="none", zorder=2, alpha=_FAINT)
         draw_body(ax, run, place, i, np.array([sample]), facecolors=look["color"], alpha=0.55, zorder=3)
     ax.add_patch(Circle((middle[0], middle[1]), distance / 2, fill=False, linestyle="--", linewidth=0.7, zorder=4))
-    ax.set_xlim(middle[0] - room, middle[0] + room)
-    ax.set_ylim(middle[1] - room, middle[1] + room)
-    ax.set_aspect("equal")
-    ax.set_xlabel("x [m]")
+    (left, right), (low, high) = ((at - room, at + room) for at in middle)
+    ax.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]")
     i, j = pair
     ax.set_title(f"robots {i + 1} and {j + 1}: {distance:.2f} m at {run.time[sample]:.1f} s", fontsize=7)

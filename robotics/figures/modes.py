@@ -7,8 +7,16 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.figures.drawing import ABOVE, MODE_COLORS, MODE_LINES, PlotError, legend_entries, page_title, shown_until
+from fuzzy.figures.drawing import DOUBLE, styled_figure
+from robotics.figures.drawing import (
+    ABOVE,
+    MODE_COLORS,
+    MODE_LINES,
+    PlotError,
+    draw_common_legend,
+    page_title,
+    shown_until,
+)
 from robotics.figures.page import TimePlot, draw_page
 from robotics.laws.modes import LEFT_BEHIND, MODES, STOPPED
 from robotics.simulation.run import Run
@@ -30,12 +38,10 @@ def plot_modes(run: Run, *, seed: int | None = None) -> Figure:
     if run.modes is None:
         raise PlotError(f"the run of {run.controller!r} on {run.scenario!r} has no modes: its law knows none")
     end = shown_until(run, place)
-    with style():
-        figure = new_figure(DOUBLE, 1.0 + 0.24 * max(run.modes.shape[2], 3))
+    with styled_figure(DOUBLE, 1.0 + 0.24 * max(run.modes.shape[2], 3)) as figure:
         panel = TimePlot("robot", partial(draw_modes, run=run, place=place, end=end))
         (ax,) = draw_page(figure, [(panel,)], span=(0.0, float(run.time[end - 1])))
-        pairs = legend_entries(ax)
-        ax.legend(pairs.values(), pairs.keys(), ncol=6, **ABOVE)
+        draw_common_legend(ax, [ax], ncol=6, **ABOVE)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, styled_figure
 from robotics.figures.drawing import ABOVE, PlotError, draw_legend, page_title
 from robotics.figures.faults import FEW_ROBOTS, shade_panels
 from robotics.figures.page import TimePlot, draw_page
@@ -34,8 +34,7 @@ def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
     span = float(run.time[0]), float(run.time[-1])
     draw = partial(draw_team_channel, run=run, values=run["progress"], order=[place], named=True)
     rows = [(TimePlot("progress s [1]", draw),), (differences_panel(run, run["progress"], [place], " [1]"),)]
-    with style():
-        figure = new_figure(DOUBLE, 4.2)
+    with styled_figure(DOUBLE, 4.2) as figure:
         axes = draw_page(figure, rows, span=span)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         draw_legend(axes[0], **ABOVE)

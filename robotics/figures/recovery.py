@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, number, styled_figure
 from robotics.experiments.recovery import Recovery
 from robotics.experiments.scaling import Scaling
-from robotics.figures.drawing import TARGET, legend_entries, panel_grid, scale_values
+from robotics.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Estimate, rate_of
 
@@ -29,8 +29,7 @@ def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figu
         width: The width of the figure in inches.
     """
     names = list(dict.fromkeys(r.controller for r in recoveries))
-    with style():
-        figure = new_figure(width, 2.3 + 0.15 * len(names))
+    with styled_figure(width, 2.3 + 0.15 * len(names)) as figure:
         left, right = figure.subplots(1, 2)
         for i, name in enumerate(names):
             mine = [r for r in recoveries if r.controller == name]
@@ -72,15 +71,13 @@ def plot_robot_errors(
         width: The width of the figure in inches.
     """
     columns = 4 if width > PAGE_WIDTH else 2
-    with style():
-        figure = new_figure(width, 0.3 + -(-len(titles) // columns) * (0.55 + 0.34 * len(means)))
+    with styled_figure(width, 0.3 + -(-len(titles) // columns) * (0.55 + 0.34 * len(means))) as figure:
         axes = panel_grid(figure, len(titles), columns)
         for k, (ax, title) in enumerate(zip(axes, titles, strict=True)):
             _draw_robot_errors(ax, [kinds[k] for kinds in means.values()], title)
         axes[0].set_yticks(range(len(means)), [textwrap.fill(name, 22) for name in means], parse_math=False)
         axes[0].set_ylim(len(means) - 0.5, -0.5)
-        unique = legend_entries(axes[0])
-        figure.legend(unique.values(), unique.keys(), loc="outside upper right", ncol=len(unique))
+        draw_common_legend(figure, axes[:1], loc="outside upper right")
         return figure
 
 
@@ -112,8 +109,7 @@ def plot_scaling(scaling: Sequence[Scaling], width: float = DOUBLE) -> Figure:
     """
     losses = sorted({s.loss for s in scaling})
     sizes = sorted({s.robots for s in scaling})
-    with style():
-        figure = new_figure(width, 2.5)
+    with styled_figure(width, 2.5) as figure:
         left, right = figure.subplots(1, 2)
         for i, loss in enumerate(losses):
             mine = [s for s in scaling if s.loss == loss]

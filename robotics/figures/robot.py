@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle, Wedge
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, number, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, number, styled_figure
 from robotics.scenario.robots import RobotModel
 from robotics.sensing.sonar import RangeSensor
 from robotics.vehicle.robot import Robot
@@ -22,8 +22,7 @@ _SIGHT = 1.6  # as many lengths around the robot are shown
 
 def plot_robot(model: RobotModel) -> Figure:
     """Draw a robot from above to scale, the step response of its wheel loop, and the velocities that it can drive."""
-    with style():
-        figure = new_figure(DOUBLE, 3.1)
+    with styled_figure(DOUBLE, 3.1) as figure:
         grid = figure.add_gridspec(2, 3, width_ratios=(1.25, 1.0, 1.0))
         _draw_above(figure.add_subplot(grid[:, 0]), model)
         speed = figure.add_subplot(grid[0, 1])
@@ -50,11 +49,8 @@ def _draw_above(ax: Axes, model: RobotModel) -> None:
     ax.plot([robot.mass_offset], [0], "o", color="black", markersize=4, zorder=4, label="center of mass")
     for sensor in model.sensors.values():
         ax.plot([sensor.x], [sensor.y], "s", color=_SENSOR, markersize=2.5, zorder=4)
-    ax.set_aspect("equal")
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
-    ax.set_xlabel("x, ahead [m]")
-    ax.set_ylabel("y, to the left [m]")
+    ends = (-reach, reach)
+    ax.set(aspect="equal", xlim=ends, ylim=ends, xlabel="x, ahead [m]", ylabel="y, to the left [m]")
     seen = sorted({sensor.range for sensor in model.sensors.values()})
     sight = f"; sensors reach {' and '.join(map(number, seen))} m" if seen else "; no range sensors"
     ax.set_title(f"● center of mass{sight}", fontsize=7)
@@ -104,10 +100,8 @@ def _draw_limits(ax: Axes, robot: Robot) -> None:
     for side in (-1, 1):
         ax.axvline(side * robot.v_max, color=COLORS[1], linewidth=0.9, linestyle="--")
         ax.axhline(side * robot.w_max, color=COLORS[1], linewidth=0.9, linestyle="--")
-    ax.set_xlim(-1.15 * max(v, robot.v_max), 1.15 * max(v, robot.v_max))
-    ax.set_ylim(-1.15 * max(w, robot.w_max), 1.15 * max(w, robot.w_max))
-    ax.set_xlabel("v [m/s]")
-    ax.set_ylabel("ω [rad/s]")
+    across, up = 1.15 * max(v, robot.v_max), 1.15 * max(w, robot.w_max)
+    ax.set(xlim=(-across, across), ylim=(-up, up), xlabel="v [m/s]", ylabel="ω [rad/s]")
     ax.set_title("— wheels, - - v_max and w_max", fontsize=7)
 
 

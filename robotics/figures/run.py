@@ -7,21 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import DOUBLE, new_figure, style
-from robotics.figures.drawing import (
-    TARGET,
-    cut_to_what_robots_can,
-    draw_legend,
-    draw_title,
-    draw_top_view,
-    mark_contacts,
-    top_view_height,
-    unjumped,
-)
+from fuzzy.figures.drawing import DOUBLE, styled_figure
+from robotics.figures.drawing import TARGET, cut_to_what_robots_can, draw_title, top_view_height, unjumped
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.figures.team import plot_team
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_surroundings
 from robotics.measures.standing import last_move
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.simulation.run import Run
@@ -48,9 +39,17 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
     error, torque = tracking_error(run), run.level == "torque"
 
     def panel(label: str, values: np.ndarray, target: np.ndarray | None = None, command: str = "") -> TimePlot:
-        return TimePlot(
-            label, partial(_draw_channel, run=run, values=values, order=order, target=target, command=command)
-        )
+        """A channel (runs, robots, samples), the reference if there is one, and the ``command`` at which it is cut."""
+
+        def draw(ax: Axes) -> None:
+            draw_robots(ax, run, values, order, partial(_look, values.shape[1]), target)
+            if target is None:
+                ax.axhline(0.0, **TARGET)
+            ax.margins(x=0)
+            if command:
+                cut_to_what_robots_can(ax, run, order[0], command)
+
+        return TimePlot(label, draw)
 
     right, left = ("right wheel [N m]", "left wheel [N m]") if torque else ("commanded v [m/s]", "commanded ω [rad/s]")
     rows = [
@@ -59,10 +58,9 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
         (panel("heading error [rad]", unjumped(error.heading)), panel(right, run["command_1"], command="command_1")),
         (panel("cross-track error [m]", cross_track_error(run)), panel(left, run["command_2"], command="command_2")),
     ]
-    with style():
-        seen = [np.stack([run[axis][r].ravel() for axis in "xy"]) for r in order]
-        top = top_view_height([*run.paths, *seen], 0.9 * width)
-        figure = new_figure(width, top + 6.2)
+    seen = [np.stack([run[axis][r].ravel() for axis in "xy"]) for r in order]
+    top = top_view_height([*run.paths, *seen], 0.9 * width)
+    with styled_figure(width, top + 6.2) as figure:
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), partial(_draw_top_view, run=run, order=order))
         draw_title(figure, run, order)
         return figure
@@ -70,36 +68,15 @@ def plot_run(run: Run, *, seed: int | None = None, width: float = DOUBLE) -> Fig
 
 def _draw_top_view(ax: Axes, run: Run, order: list[int]) -> None:
     first, robots = order[0], len(run.paths)
-    if run.obstacles is not None:
-        last = last_move(run, first)
-        draw_world(ax, run, last)
-        draw_bodies(ax, run, first, last)
     for i in range(robots):
         for r in reversed(order):
             name = None if r != first else f"robot {i + 1}" if robots > 1 else "robot"
-            draw_way(ax, run, r, i, **_look(i, robots, r == first), label=name)
+            draw_way(ax, run, r, i, **_look(robots, i, r == first), label=name)
         draw_path(ax, run, i, name="reference")
         start = (run[axis][first, i, :1] for axis in "xy")
         ax.plot(*start, **START, zorder=5, label=None if i else "start")
-    mark_contacts(ax, run, first)
-    draw_top_view(ax)
-    draw_legend(ax, ("reference", "start"))
+    draw_surroundings(ax, run, first, last_move(run, first), ("reference", "start"), run.obstacles is not None)
 
 
-def _look(robot: int, robots: int, bold: bool) -> dict[str, Any]:
+def _look(robots: int, robot: int, bold: bool) -> dict[str, Any]:
     return robot_look(robot, robots, bold, thin=1.0 if bold else 0.5)
-
-
-def _draw_channel(
-    ax: Axes, run: Run, values: np.ndarray, order: list[int], target: np.ndarray | None, command: str
-) -> None:
-    """Draw one channel (runs, robots, samples) over time, with the reference (robots, samples) if there is one.
-
-    ``command`` names the channel of a command whose axis is cut where robots cannot follow, or is empty.
-    """
-    draw_robots(ax, run, values, order, lambda robot, bold: _look(robot, values.shape[1], bold), target)
-    if target is None:
-        ax.axhline(0.0, **TARGET)
-    ax.margins(x=0)
-    if command:
-        cut_to_what_robots_can(ax, run, order[0], command)

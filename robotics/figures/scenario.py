@@ -9,11 +9,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, styled_figure
 from robotics.environment.world import outlines
 from robotics.experiments.inspection import ScenarioFinding
 from robotics.figures.drawing import draw_obstacles, rectangles, strided
-from robotics.paths.references import sampled
 from robotics.scenario.description import Scenario
 
 MARKS = 5  # times that are written along a path
@@ -33,14 +32,13 @@ def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) 
         scenario: The scenario.
         findings: What ``robotics check`` finds in it.
     """
-    with style():
-        low, high = _extent(scenario)
-        width, height = high - low
-        figure = new_figure(DOUBLE, float(np.clip(6.6 * height / max(width, 1e-9), 2.2, 7.0)) + 0.6)
+    low, high = _extent(scenario)
+    width, height = high - low
+    with styled_figure(DOUBLE, float(np.clip(6.6 * height / max(width, 1e-9), 2.2, 7.0)) + 0.6) as figure:
         ax = figure.add_subplot()
         _draw_obstacles(ax, scenario)
         times = np.linspace(0.0, min(scenario.duration, float(scenario.trajectory.ends.max())), 1201)
-        on = sampled(scenario.trajectory, times)
+        on = scenario.trajectory.sampled(times)
         few, written = len(scenario.robots) <= _FEW, list[tuple[float, float]]()
         for i, path in enumerate(scenario.trajectory.paths):
             color = COLORS[i % len(COLORS)]

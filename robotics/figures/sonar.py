@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, new_figure, style
-from robotics.figures.drawing import PlotError, draw_line, legend_entries, page_title, shown_until
+from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, styled_figure
+from robotics.figures.drawing import PlotError, draw_common_legend, draw_line, page_title, shown_until
 from robotics.figures.page import TimePlot, draw_page
 from robotics.measures.clearance import clearances
 from robotics.sensing.carried import sensor_names
@@ -44,10 +44,9 @@ def plot_sonar(run: Run, *, seed: int | None = None, robot: int | None = None) -
     end = shown_until(run, place)
     of = {i: f"robot {i + 1}\n" if len(run.paths) > 1 else "" for i in shown}
     rows = [(TimePlot(f"{of[i]}range [m]", partial(_draw, run=run, place=place, robot=i, end=end)),) for i in shown]
-    with style():
-        figure = new_figure(DOUBLE, 0.9 + (1.9 if len(shown) == 1 else 1.15 * len(shown)))
-        pairs = legend_entries(*draw_page(figure, rows, span=(0.0, float(run.time[end - 1]))))
-        figure.legend(pairs.values(), pairs.keys(), loc="outside lower center", ncol=5)
+    with styled_figure(DOUBLE, 0.9 + (1.9 if len(shown) == 1 else 1.15 * len(shown))) as figure:
+        axes = draw_page(figure, rows, span=(0.0, float(run.time[end - 1])))
+        draw_common_legend(figure, axes, loc="outside lower center", ncol=5)
         figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
         return figure
 

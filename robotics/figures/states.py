@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from fuzzy.figures.drawing import COLORS, DOUBLE, new_figure, style, text_width
+from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure, text_width
 from robotics.figures.drawing import PlotError
 from robotics.laws.catalogue import law_title, make_controller
 from robotics.laws.modes import StateBox, StateDiagram, Transition
@@ -50,8 +50,7 @@ def plot_states(specifications: Sequence[str]) -> Figure:
     drawn.sort(key=lambda pair: len(pair[1]))  # what several laws share comes last
     heights = [_height(diagram) for diagram, _ in drawn]
     total = sum(heights)
-    with style():
-        figure = new_figure(DOUBLE, total, constrained=False)
+    with styled_figure(DOUBLE, total, constrained=False) as figure:
         top = total
         for (diagram, names), height in zip(drawn, heights, strict=True):
             ax = figure.add_axes((0.0, (top - height) / total, 1.0, height / total))

@@ -15,25 +15,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from fuzzy.figures.drawing import DOUBLE, line_look, new_figure, style
+from fuzzy.figures.drawing import DOUBLE, line_look, styled_figure
 from fuzzy.shown import shown
 from robotics.figures.drawing import (
     ABOVE,
     TARGET,
-    draw_legend,
     draw_line,
     draw_many,
     draw_title,
-    draw_top_view,
     last_known,
-    mark_contacts,
     top_view_height,
     unjumped,
 )
 from robotics.figures.faults import FEW_ROBOTS, WORDS, shade_panels
 from robotics.figures.page import TimePlot, draw_page
 from robotics.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
-from robotics.figures.world import draw_bodies, draw_world
+from robotics.figures.world import draw_surroundings
 from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.simulation.run import Run
@@ -81,8 +78,7 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
     if apart >= LEAST:
         rows.append((differences_panel(run, progress, order),))
     heights = [top_view_height(run.paths, 0.9 * width), 1.15, 1.15, 1.15, 1.45][: 1 + len(rows)]
-    with style():
-        figure = new_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6))
+    with styled_figure(width, sum(heights) + (2.0 if apart >= LEAST else 1.6)) as figure:
         engine = figure.get_layout_engine()
         assert isinstance(engine, ConstrainedLayoutEngine)
         engine.set(w_pad=0.08)  # inches: labels that are aligned below may move a little outwards
@@ -136,14 +132,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Sequence[FaultS
             bbox=box,
             zorder=6,
         )
-    if run.obstacles is not None:
-        last = last_move(run, first)
-        draw_world(ax, run, last)
-        if few:
-            draw_bodies(ax, run, first, last)
-    mark_contacts(ax, run, first)
-    draw_top_view(ax)
-    draw_legend(ax, ("path", "start", "end", "contact"))
+    bodies, names = few and run.obstacles is not None, ("path", "start", "end", "contact")
+    draw_surroundings(ax, run, first, last_move(run, first), names, bodies)
 
 
 def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], named: bool = False) -> None:

@@ -1,5 +1,6 @@
 """The world in a top view: obstacles where they are, robots in their true size, at equal times until all stand."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from matplotlib.collections import PolyCollection
 
 from fuzzy.figures.drawing import COLORS
 from robotics.environment.world import outlines
-from robotics.figures.drawing import draw_obstacles, rectangles
+from robotics.figures.drawing import draw_legend, draw_obstacles, draw_top_view, mark_contacts, rectangles
 from robotics.simulation.run import Run
 
 _MOMENTS = 8  # number of samples at which robots, and obstacles that move, are drawn
@@ -37,6 +38,25 @@ def draw_bodies(ax: Axes, run: Run, place: int, last: int) -> None:
     seen = moments(last)
     for i in range(run.samples.shape[3]):
         draw_body(ax, run, place, i, seen[np.isfinite(run["x"][place, i, seen])], facecolors="white", zorder=3)
+
+
+def draw_surroundings(ax: Axes, run: Run, place: int, last: int, names: Sequence[str], bodies: bool = True) -> None:
+    """End a top view of robots' ways with what is around them: obstacles, robots in true size, contacts, a legend.
+
+    Args:
+        ax: The axes.
+        run: The run.
+        place: The place of the seed in the run.
+        last: The last sample that is drawn.
+        names: The names that come last in the legend, as of :func:`robotics.figures.drawing.draw_legend`.
+        bodies: Whether robots are drawn in true size.
+    """
+    draw_world(ax, run, last)
+    if bodies:
+        draw_bodies(ax, run, place, last)
+    mark_contacts(ax, run, place)
+    draw_top_view(ax)
+    draw_legend(ax, names)
 
 
 def draw_body(ax: Axes, run: Run, place: int, robot: int, samples: np.ndarray, **style: Any) -> None:

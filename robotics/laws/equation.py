@@ -24,7 +24,7 @@ of one run, and no lane reads what another one writes in the same period.
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from functools import cache
+from functools import cache, cached_property
 from threading import Lock
 from typing import Any, ClassVar, Literal, NamedTuple, cast, get_args, get_origin, get_type_hints
 
@@ -43,12 +43,12 @@ from fuzzy.compiled.columns import (
     within,
 )
 from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
+from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import expected
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.references import References
+from robotics.paths.references import Reference, References
 from robotics.paths.road import Road
-from robotics.paths.trajectory import Reference
 from robotics.radio.channel import AirColumns
 from robotics.radio.channel import HeardColumns as HeardColumns
 from robotics.vehicle.plant import MotionColumns
@@ -381,10 +381,10 @@ class EquationLaw(Law[Memory]):
         compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
         return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
 
-    @property
+    @cached_property
     def working(self) -> int:
-        """How many numbers the equation works in."""
-        return self.works.size
+        """How many numbers the equation works in: its own, and those in which its rule bases are evaluated."""
+        return self.works.size + max((packed_work(rules) for rules in self.rule_rows()), default=0)
 
     def commanded(self, rows: np.ndarray) -> Command:
         """The rows (rows, runs, robots) that the equation has written, as a command."""

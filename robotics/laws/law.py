@@ -19,8 +19,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
-from robotics.paths.references import References
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference, References
 from robotics.quantity import check_quantities
 from robotics.radio.channel import NOTHING, Heard
 from robotics.radio.graph import is_connected

@@ -64,7 +64,9 @@ def write_mcap(
     distribution: str = DEFAULT_DISTRIBUTION,
     progress: Callable[[], None] | None = None,
 ) -> None:
-    """Write the run of one seed as an MCAP file of ROS 2 messages, which Foxglove opens; docs/logs.md lists its topics.
+    """Write the run of one seed as an MCAP file of ROS 2 messages, which Foxglove opens.
+
+    docs/howto/logs.md lists its topics.
 
     What the run does not keep is left out; ``simulate(..., message_ages=True, encoders=True, messages=True)`` keeps it.
 

@@ -13,7 +13,7 @@ from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
 from robotics.paths.posture import PostureError, posture_error
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.simulation.run import Run
 
 _START = 6.0  # s: the start is over

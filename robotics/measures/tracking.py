@@ -15,7 +15,7 @@ from fuzzy.compiled.trigonometry import sincos
 from robotics.measures.once import CachedPerRun
 from robotics.paths.nearest import signed_distances
 from robotics.paths.posture import PostureError, posture_error, wrapped_compiled
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.simulation.run import Run
 
 _SETTLED = 0.05  # m: a robot that stays nearer has settled

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from robotics.paths.joined import PathTable
-from robotics.paths.references import Later, References
+from robotics.paths.references import References
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +24,7 @@ class Level:
     @classmethod
     def of(cls, references: References) -> "Level":
         """The level places on the paths of ``references``."""
-        whole = references.whole if isinstance(references, Later) else references
-        return cls(whole.joined, whole.at(0.0).s)
+        return cls(references.joined, references.at(-references.road.since).s)
 
     @cached_property
     def _leader_nodes(self) -> np.ndarray:

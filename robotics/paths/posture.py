@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 
 
 class PostureError(NamedTuple):

@@ -3,16 +3,16 @@
 A path says where, a :class:`Timing` says how fast; together they are the moving target that controllers track.
 """
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
-from robotics.paths.joined import PathTable, join_paths
+from robotics.paths.joined import join_paths
 from robotics.paths.path import Path, PathError
-from robotics.paths.road import TIMED, Road, road_of, rows_at
+from robotics.paths.references import References
+from robotics.paths.road import TIMED, road_of
 from robotics.quantity import check_quantities, quantity
 
 
@@ -52,53 +52,42 @@ class Timing:
             raise PathError(f"timing: two ramps of {self.ramp:g} s do not fit into {self.duration:g} s")
 
 
-class Reference(NamedTuple):
-    """The moving target of every robot at one time; each field is (robots,)."""
-
-    x: np.ndarray  # m
-    y: np.ndarray  # m
-    heading: np.ndarray  # rad, continuous
-    v: np.ndarray  # m/s
-    w: np.ndarray  # rad/s
-    s: np.ndarray  # m, the abscissa on the robot's path
-
-
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, eq=False, init=False)
+class Trajectory(References):
     """Paths with their timing, for all robots of a scenario.
 
     Attributes:
         paths: Of each robot.
         tables: (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps.
-        ends: (robots,) [s]: when each reference reaches the end of its path.
-        joined: The same paths, for looking up all at once.
     """
 
     paths: tuple[Path, ...]
     tables: np.ndarray = field(repr=False)
-    ends: np.ndarray = field(repr=False)
-    joined: PathTable = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "joined", join_paths(self.paths))
+    def __init__(self, paths: tuple[Path, ...], tables: np.ndarray, ends: np.ndarray) -> None:
+        joined = join_paths(paths)
+        super().__init__(joined, ends, road_of(joined, TIMED.tabulated, ends, timing=tables))
+        object.__setattr__(self, "paths", paths)
+        object.__setattr__(self, "tables", tables)
 
-    @cached_property
-    def road(self) -> Road:
-        """The same as plain arrays."""
-        return road_of(self.joined, TIMED.tabulated, self.ends, timing=self.tables)
 
-    def at(self, time: float) -> Reference:
-        """Every robot's reference at ``time`` [s]; after its end a reference rests there."""
-        return Reference(*rows_at(self.road, np.full(len(self.paths), float(time))))
+def together(trajectories: Sequence[Trajectory]) -> Trajectory:
+    """The robots of all ``trajectories``, one after the other."""
+    return Trajectory(
+        tuple(path for t in trajectories for path in t.paths),
+        np.concatenate([t.tables for t in trajectories]),
+        np.concatenate([t.ends for t in trajectories]),
+    )
 
-    def sampled(self, times: np.ndarray) -> Reference:
-        """The references at ``times`` (n,) [s]; each field is (n, robots)."""
-        times = np.asarray(times, dtype=float)
-        return Reference(*rows_at(self.road, np.repeat(times[:, None], len(self.paths), axis=1)))
 
-    def each_at(self, times: np.ndarray) -> Reference:
-        """Each robot's reference at a time of its own, ``times`` (n, robots) [s]; each field is (n, robots)."""
-        return Reference(*rows_at(self.road, times))
+def side_by_side(trajectories: Sequence[Trajectory]) -> References:
+    """The trajectories of several scenarios, one for each run; to the last bit as each alone.
+
+    They must have the same number of robots.
+    """
+    flat, shape = together(trajectories), (len(trajectories), -1)
+    joined = replace(flat.joined, lengths=flat.joined.lengths.reshape(shape))
+    return References(joined, flat.ends.reshape(shape), flat.road)
 
 
 def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> Trajectory:

@@ -5,7 +5,7 @@ obstacles, the readings of the sonars, and the mode of each robot.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -22,16 +22,17 @@ from robotics.vehicle.robot import Robot
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
 
 
-class ReplayFrame(NamedTuple):
-    """The places of the robots at one time; each field is (robots,)."""
+@dataclass(frozen=True, eq=False)
+class ReplayFrame:
+    """The places of the robots; each array is (robots,) at one time, or (robots, frames) of a whole replay."""
 
-    x: np.ndarray  # m
-    y: np.ndarray  # m
-    heading: np.ndarray  # rad, not wrapped
-    v: np.ndarray  # m/s
-    w: np.ndarray  # rad/s
-    x_target: np.ndarray  # m
-    y_target: np.ndarray  # m
+    x: np.ndarray = field(repr=False)  # m
+    y: np.ndarray = field(repr=False)  # m
+    heading: np.ndarray = field(repr=False)  # rad, not wrapped
+    v: np.ndarray = field(repr=False)  # m/s
+    w: np.ndarray = field(repr=False)  # rad/s
+    x_target: np.ndarray = field(repr=False)  # m
+    y_target: np.ndarray = field(repr=False)  # m
 
 
 class StaleSpans(NamedTuple):
@@ -50,20 +51,13 @@ class StaleSpans(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class Replay(ReplayFrame):
     """One seed of a run. Arrays are (robots, frames) unless stated otherwise; a stopped robot stays where it was."""
 
     scenario: str
     controller: str
     seed: int
     time: np.ndarray = field(repr=False)  # (frames,) s
-    x: np.ndarray = field(repr=False)  # m
-    y: np.ndarray = field(repr=False)  # m
-    heading: np.ndarray = field(repr=False)  # rad, not wrapped
-    v: np.ndarray = field(repr=False)  # m/s
-    w: np.ndarray = field(repr=False)  # rad/s
-    x_target: np.ndarray = field(repr=False)  # m
-    y_target: np.ndarray = field(repr=False)  # m
     progress: np.ndarray | None = field(repr=False)  # 1; none: the law has no path parameter
     paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m
     stops: np.ndarray = field(repr=False)  # (robots,) s; infinite: never stopped
@@ -77,9 +71,7 @@ class Replay:
     robots: tuple[Robot, ...] = field(default=(), repr=False)  # those that ran
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
-    contacts: tuple[Contact, ...] = field(
-        default=(), repr=False
-    )  # by time, of the first MOST_DRAWN those that it shows
+    contacts: tuple[Contact, ...] = field(default=(), repr=False)  # by time, of the first MOST_DRAWN those it shows
 
     @property
     def title(self) -> str:
@@ -103,7 +95,7 @@ class Replay:
     def at(self, time: float) -> ReplayFrame:
         """The robots at ``time`` [s], interpolated between frames."""
         k, after, share = self._between(time)
-        rows = (getattr(self, name) for name in ReplayFrame._fields)
+        rows = (getattr(self, f.name) for f in fields(ReplayFrame))
         return ReplayFrame(*((1 - share) * row[:, k] + share * row[:, after] for row in rows))
 
     def _between(self, time: float) -> tuple[int, int, float]:
@@ -159,7 +151,8 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         return np.stack([np.interp(times, run.time, _held(row)) for row in values])
 
     team = run.team is not None
-    aims = [run[f"{name}_target"][place] if team else run.target(name) for name in "xy"]
+    rows = {name: run[name][place] for name in ("x", "y", "v", "w")} | {"heading": _unwrapped(run["heading"][place])}
+    rows |= {f"{name}_target": run[f"{name}_target"][place] if team else run.target(name) for name in "xy"}
     progress = run["progress"][place] if team else np.full(1, np.nan)
     hears, spans, limit = None, StaleSpans(*np.zeros((5, 0))), 0.0
     if run.message_ages is not None:
@@ -171,9 +164,7 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     obstacles = run.obstacles
     if obstacles is not None and len(obstacles.counts) > 1:
         obstacles = Geometry(*(part[held] for part in obstacles))
-    ranges = None
-    if run.ranges is not None:
-        ranges = np.moveaxis(run.ranges[held, place], 0, -1)
+    ranges = None if run.ranges is None else np.moveaxis(run.ranges[held, place], 0, -1)
     modes: np.ndarray | None = None
     handovers: tuple[ModeChange, ...] = ()
     if run.modes is not None:
@@ -181,31 +172,27 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         changes = mode_changes_in(run.time, run.modes[:, place : place + 1])
         handovers = tuple(e for e in changes if times[0] < e.time <= times[-1] + 1e-9)
     return Replay(
-        run.scenario,
-        run.controller,
-        run.seeds[place],
-        times,
-        over(run["x"][place]),
-        over(run["y"][place]),
-        over(_unwrapped(run["heading"][place])),
-        over(run["v"][place]),
-        over(run["w"][place]),
-        over(aims[0]),
-        over(aims[1]),
-        over(progress) if np.isfinite(progress).any() else None,
-        run.paths,
-        np.where(stopped >= 0, run.time[stopped], np.inf),
-        fault_spans(run, place),
-        hears,
-        spans,
-        limit,
-        obstacles,
-        ranges,
-        run.about.sensors,
-        run.about.robots,
-        modes,
-        handovers,
-        tuple(c for c in contacts(run, place, MOST_DRAWN) if c.start <= times[-1] + 1e-9 and c.end >= times[0]),
+        **{name: over(values) for name, values in rows.items()},
+        scenario=run.scenario,
+        controller=run.controller,
+        seed=run.seeds[place],
+        time=times,
+        progress=over(progress) if np.isfinite(progress).any() else None,
+        paths=run.paths,
+        stops=np.where(stopped >= 0, run.time[stopped], np.inf),
+        faults=fault_spans(run, place),
+        hears=hears,
+        stale=spans,
+        stale_after=limit,
+        obstacles=obstacles,
+        ranges=ranges,
+        sensors=run.about.sensors,
+        robots=run.about.robots,
+        modes=modes,
+        handovers=handovers,
+        contacts=tuple(
+            c for c in contacts(run, place, MOST_DRAWN) if c.start <= times[-1] + 1e-9 and c.end >= times[0]
+        ),
     )
 
 

@@ -1,7 +1,7 @@
 """The moving picture of a run, frame by frame: the scene from above, and below it a chart with a moving cursor."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib import patheffects
@@ -37,7 +37,11 @@ from robotics.simulation.spans import FAULT_KINDS
 _MANY_LINKS = 400  # of more links only the stale ones are drawn
 _STANDS = 0.005, 0.05  # m/s and rad/s: a robot that is slower is drawn hollow
 _LEFT, _RIGHT, _TITLE, _CHART, _GAP, _NOTE = 0.55, 0.15, 0.3, 1.25, 0.5, 0.4  # inches
+_STILL = ("figure", "film", "enlarged", "sizes")  # what of a scene does not move
 _OUTLINE = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+
+
+_Collection = TypeVar("_Collection", PolyCollection, LineCollection)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,18 +113,9 @@ class _Backdrop(Artist):
 
 
 def _moving(scene: Scene) -> list[Artist]:
-    fixed = (scene.bodies, scene.marks, scene.trails, scene.targets, scene.fresh, scene.old, scene.stops, scene.clock)
-    return [
-        *fixed,
-        scene.wheels,
-        scene.touches,
-        scene.rings,
-        scene.solids,
-        scene.walls,
-        scene.cursor,
-        *scene.hatched.values(),
-        *scene.labels,
-    ]
+    parts = [getattr(scene, f.name) for f in fields(scene) if f.name not in _STILL]
+    several = [p.values() if isinstance(p, dict) else p if isinstance(p, list) else [p] for p in parts]
+    return [artist for each in several for artist in each]
 
 
 def _leaves(figure: Figure) -> list[Artist]:
@@ -158,52 +153,37 @@ def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
     note = _note(film, enlarged, speed)
     figure.text(_LEFT / DOUBLE, (_GAP + _CHART + 0.13) / height, note, fontsize=6.5, color="0.35")
     thin = 1.2 if few else 0.7
-    collections = (
-        PolyCollection([], edgecolors=colors, linewidths=thin, zorder=5),
-        PolyCollection([], facecolors="0.2", linewidths=0, zorder=6.5),
-        PolyCollection([], linewidths=0, zorder=7),
-        {kind: PolyCollection([], facecolors="none", hatch=HATCHES[kind], zorder=6) for kind in FAULT_KINDS.values()},
-        LineCollection([], colors=colors, linewidths=thin, zorder=2),
-    )
-    bodies, wheels, marks, hatched, trails = collections
-    fresh = LineCollection([], colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3)
-    old = LineCollection([], colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3)
-    rings = LineCollection([], linewidths=2.0 if few else 1.2, zorder=4.5)
-    solids = PolyCollection([], **OBSTACLE, zorder=1.5)
-    walls = LineCollection([], colors="0.3", linewidths=2.0, zorder=1.5)
     if film.obstacles is not None and len(film.obstacles.counts) == 1:
         draw_obstacles(ax, film.obstacles_at(film.time[0]))
-    for collection in (bodies, wheels, marks, *hatched.values(), trails, fresh, old, rings, solids, walls):
-        ax.add_collection(collection, autolim=False)
-    aims = np.zeros(robots)
-    targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
-    (stops,) = ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)
-    (touches,) = ax.plot([], [], **CONTACT | {"markersize": 12, "zorder": 8.5})
-    style: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
-    labels = [ax.text(0, 0, "", **style, clip_on=True) for _ in range(robots)]
-    clock = figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace")
-    cursor = chart.axvline(film.time[0], color="black", linewidth=1.0)
+
+    def empty(kind: type[_Collection], **look: Any) -> _Collection:
+        made = kind([], **look)
+        ax.add_collection(made, autolim=False)
+        return made
+
+    aims, clear = np.zeros(robots), {"facecolors": "none", "zorder": 6}
+    name: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
     return Scene(
         figure,
         film,
         enlarged,
         sizes * enlarged,
-        bodies,
-        wheels,
-        marks,
-        hatched,
-        trails,
-        targets,
-        fresh,
-        old,
-        stops,
-        touches,
-        rings,
-        solids,
-        walls,
-        labels,
-        clock,
-        cursor,
+        bodies=empty(PolyCollection, edgecolors=colors, linewidths=thin, zorder=5),
+        wheels=empty(PolyCollection, facecolors="0.2", linewidths=0, zorder=6.5),
+        marks=empty(PolyCollection, linewidths=0, zorder=7),
+        hatched={kind: empty(PolyCollection, hatch=HATCHES[kind], **clear) for kind in FAULT_KINDS.values()},
+        trails=empty(LineCollection, colors=colors, linewidths=thin, zorder=2),
+        fresh=empty(LineCollection, colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3),
+        old=empty(LineCollection, colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3),
+        rings=empty(LineCollection, linewidths=2.0 if few else 1.2, zorder=4.5),
+        solids=empty(PolyCollection, **OBSTACLE, zorder=1.5),
+        walls=empty(LineCollection, colors="0.3", linewidths=2.0, zorder=1.5),
+        targets=ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4),
+        stops=ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)[0],
+        touches=ax.plot([], [], **CONTACT | {"markersize": 12, "zorder": 8.5})[0],
+        labels=[ax.text(0, 0, "", **name, clip_on=True) for _ in range(robots)],
+        clock=figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace"),
+        cursor=chart.axvline(film.time[0], color="black", linewidth=1.0),
     )
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import Bools2, Columns, Floats3, Floats5, Ints1, ShortInts2, ShortInts3, column, several
-from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
+from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.radio.description import Radio
 from robotics.random_streams import RADIO_STREAM
 
@@ -31,6 +31,14 @@ class AirColumns(HeardColumns):
     """The same with the values of any message."""
 
     values = several(0, "", "heard last; not-a-number before the first")
+
+
+def predicted_arrays(value: np.ndarray, rate: np.ndarray, age: np.ndarray) -> np.ndarray:
+    """What was heard, ``age`` [s] after it was sent, by its rate, which is believed for BELIEVED seconds."""
+    return value + rate * np.minimum(age, BELIEVED)
+
+
+predicted = compiled_only(predicted_arrays)  # the same, for one number in a compiled loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +75,7 @@ class Heard:
 
         A rate is believed for half a second. The value is not-a-number before the first message.
         """
-        return np.asarray(_all_predicted(self[name], self[by], self.age))
+        return predicted_arrays(self[name], self[by], self.age)
 
 
 NOTHING = Heard.nothing(0, 0)
@@ -172,22 +180,6 @@ class Channel:
         robots = len(air.graph)
         planes = AirColumns(air.heard.reshape(len(air.heard), -1, robots, robots))
         return Heard(self.fields, planes.values, planes.age, air.graph)
-
-
-@compiled_only
-def predicted(value, rate, age):  # type: ignore[no-untyped-def]
-    """A value that was heard, ``age`` [s] after it was sent, by its rate, which is believed for BELIEVED seconds."""
-    return value + rate * min(age, BELIEVED)
-
-
-@kernel
-def _all_predicted(values, rates, age):  # type: ignore[no-untyped-def]
-    out = np.empty(values.shape)
-    for r in range(values.shape[0]):
-        for i in range(values.shape[1]):
-            for j in range(values.shape[2]):
-                out[r, i, j] = predicted(values[r, i, j], rates[r, i, j], age[r, i, j])
-    return out
 
 
 @without_refcounts

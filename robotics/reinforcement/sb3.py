@@ -8,9 +8,9 @@ from gymnasium import spaces
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from robotics.reinforcement.stepping import SpanColumns
-from robotics.reinforcement.task import FAILED_COST
+from robotics.reinforcement.reward import SpanColumns
 from robotics.reinforcement.vector import TrackingVectorEnv
+from robotics.tuning.cost import FAILED_COST
 
 
 class EpisodeVectorEnv(VecEnv):
@@ -47,8 +47,8 @@ class EpisodeVectorEnv(VecEnv):
 
     def step_wait(self) -> Any:
         """Take a step."""
-        lanes = self.env.episodes.lanes
-        many = SpanColumns(lanes.spans).many[lanes.path]
+        notes = self.env.episodes.lanes.notes
+        many = SpanColumns(notes.spans).many[notes.robot]
         observed, rewards, terminated, truncated, infos = self.env.step(self.actions)
         rewards = -np.log1p(np.minimum(-rewards * many, FAILED_COST))
         rewards[terminated] /= 1 - self.discount

@@ -1,4 +1,4 @@
-"""The tables of docs/environments.md, made of the entries themselves: a test holds the page to them."""
+"""The tables of docs/howto/environments.md, made of the entries themselves: a test holds the page to them."""
 
 from collections.abc import Sequence
 

@@ -15,20 +15,26 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.environment.world import World, compile_worlds
 from robotics.laws.tracking.observed import Entry, command_limits, entries
-from robotics.measures.tracking import moves_on
-from robotics.paths.references import side_by_side
+from robotics.paths.trajectory import side_by_side
 from robotics.scenario.description import Scenario
-from robotics.tuning.cost import COST_TERMS, FAILED_COST
 from robotics.vehicle import plant as p
 from robotics.vehicle.plant import Level
 
 RewardKind = Literal["dense", "cost"]
 SHARED = ("period", "latency", "plant", "sensing", "divergence")  # what scenarios of one environment have in common
-SCALES = tuple(term.weight / term.scale for term in COST_TERMS)  # 1/m, 1/rad, s²/rad: of the arena's cost
 
 
 class TaskError(InputError):
     """An environment that cannot be, or an action that it cannot take. The message says what is accepted."""
+
+
+def check_reward(level: str, reward: str, approach: float) -> None:
+    """Raise TaskError for a level of commands, a reward or what a sample of the approach counts that cannot be."""
+    for name, value, choices in (("level", level, get_args(Level)), ("reward", reward, get_args(RewardKind))):
+        if value not in choices:
+            raise TaskError(expected(str(value), choices, name))
+    if not (isfinite(approach) and approach >= 0):
+        raise TaskError(f"approach must be a number >= 0; got {approach!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +52,7 @@ class Task:
     def __post_init__(self) -> None:
         if not self.scenarios:
             raise TaskError("an environment needs at least one scenario")
-        for name, choices in (("level", ("velocity", "torque")), ("reward", get_args(RewardKind))):
-            if getattr(self, name) not in choices:
-                raise TaskError(expected(str(getattr(self, name)), choices, name))
-        if not (isfinite(self.approach) and self.approach >= 0):
-            raise TaskError(f"approach must be a number >= 0; got {self.approach!r}")
+        check_reward(self.level, self.reward, self.approach)
         if self.divergence is not None:
             if not (isfinite(self.divergence) and self.divergence > 0):
                 raise TaskError(f"divergence must be a number > 0 [m]; got {self.divergence!r}")
@@ -127,23 +129,9 @@ class Task:
         return np.array([s.ticks for s in self.scenarios])
 
     @cached_property
-    def counted_from(self) -> np.ndarray:
-        """The first sample that the arena's cost counts, of each scenario (scenarios,) int."""
-        found = []
-        for scenario in self.scenarios:
-            on = scenario.trajectory.sampled(scenario.times)
-            found.append(int(np.argmax(moves_on(on.v.T, scenario.times)[0])))
-        return np.array(found)
-
-    @cached_property
     def parameters(self) -> np.ndarray:
         """The plant's parameters (PARAMETERS, scenarios)."""
         return np.stack([p.parameters(s.setting.robots[0]) for s in self.scenarios], axis=1)
-
-    @cached_property
-    def limits(self) -> np.ndarray:
-        """The bounds of the velocities (4, scenarios), as of robotics.vehicle.plant.velocity_limits."""
-        return np.ascontiguousarray(p.velocity_limits([s.setting.robots[0] for s in self.scenarios]))
 
     @cached_property
     def starts(self) -> np.ndarray:
@@ -156,6 +144,3 @@ class Task:
         if not any(s.obstacles for s in self.scenarios):
             return None
         return compile_worlds([World(obstacles=s.obstacles, known=False) for s in self.scenarios])
-
-
-__all__ = ["FAILED_COST", "SCALES", "RewardKind", "Task", "TaskError"]

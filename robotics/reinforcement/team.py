@@ -1,57 +1,30 @@
 """A team as an environment of PettingZoo: every robot is an agent, and hears of the others what the radio brings."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fuzzy.extras import install_command
-from fuzzy.naming import expected
-from robotics.environment.swept import Watch
-from robotics.laws.law import Command, Law, Observation
-from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import command_limits
+from robotics.laws.law import Command
+from robotics.laws.tracking.observed import FIXED_ENTRIES, command_limits, highs_of
+from robotics.reinforcement.agents import BROADCAST, Agents
 from robotics.reinforcement.choosing import Chooser
 from robotics.reinforcement.packages import gymnasium
-from robotics.reinforcement.stepping import END, collide, costs, judge, observe_all
-from robotics.reinforcement.task import RewardKind, TaskError
-from robotics.reinforcement.teamcolumns import BROADCAST, columns, heard_of, team_entries
+from robotics.reinforcement.reward import END, RewardColumns, costs, pay, reward_observer, settle
+from robotics.reinforcement.stepping import EpisodeLanes, observe_lanes
+from robotics.reinforcement.task import RewardKind, TaskError, check_reward
+from robotics.reinforcement.teamcolumns import heard_of, team_entries
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import Simulation
+from robotics.simulation.observer import moment_of
 from robotics.vehicle.plant import Level
 
 try:
     from pettingzoo import ParallelEnv
 except ModuleNotFoundError:
     raise TaskError(f"environments of teams need pettingzoo: {install_command('gym')}") from None
-
-
-@dataclass(frozen=True)
-class Agents(Law[None]):
-    """The law of robots that somebody else drives; each broadcasts where it is, and how fast, as it knows it."""
-
-    at: Level = "velocity"
-    sees: bool = False
-    message = BROADCAST
-
-    @property
-    def level(self) -> Level:
-        """What the agents command."""
-        return self.at
-
-    @property
-    def looks(self) -> bool:
-        """Whether the robots carry range sensors among obstacles."""
-        return self.sees
-
-    def init(self, setting: Setting, runs: int) -> None:
-        """It remembers nothing."""
-
-    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
-        """Nobody asks it."""
-        raise NotImplementedError
 
 
 class TeamEnv(ParallelEnv):
@@ -64,7 +37,7 @@ class TeamEnv(ParallelEnv):
         scenario: A scenario of two robots or more, its name or its file.
         level: Whether actions are velocities or wheel torques.
         units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
-        reward: "dense" or "cost", as docs/environments.md tells.
+        reward: "dense" or "cost", as docs/howto/environments.md tells.
         approach: What a sample before those that the arena's cost counts, counts in the dense reward.
 
     Raises:
@@ -89,11 +62,7 @@ class TeamEnv(ParallelEnv):
             raise TaskError(
                 f"the scenario {self.scenario.name!r} has one robot; that is robotics.TrackingEnv, not a team"
             )
-        for name, value, choices in (("level", level, ("velocity", "torque")), ("reward", reward, ("dense", "cost"))):
-            if value not in choices:
-                raise TaskError(expected(str(value), choices, name))
-        if not (np.isfinite(approach) and approach >= 0):
-            raise TaskError(f"approach must be a number >= 0; got {approach!r}")
+        check_reward(level, reward, approach)
         if level == "torque" and setting.plant == "kinematic":
             raise TaskError(f"the scenario {self.scenario.name!r} has a kinematic plant, which takes no torques")
         self.level, self.reward, self.approach = level, reward, float(approach)
@@ -145,12 +114,10 @@ class TeamEnv(ParallelEnv):
         self.seed = self.chooser.next()[1]
         setting = self.scenario.setting
         self.k, self.simulation = 0, Simulation(setting, self.law, (self.seed,))
-        self.columns = columns(self.scenario, self.simulation, self.level, self.reward, self.approach)
+        self.notes = reward_observer(self.scenario, level=self.level, reward=self.reward, approach=self.approach).notes
+        self.columns = self._columns(self.simulation)
         self.agents = list(self.possible_agents)
-        truth = self.simulation.lanes.body.truth
-        world = None if setting.world is None else setting.world.at(0.0)
-        self.watch = Watch.opened(setting.robots, 0.0, truth[:5, None].copy(), world)
-        self.columns.touched[:] = self.watch.known.counts[0] > 0
+        settle(moment_of(self.simulation.lanes, 0), self.notes)
         self._perceive()
         return self._observed(self.agents), {agent: {"seed": self.seed} for agent in self.agents}
 
@@ -173,23 +140,19 @@ class TeamEnv(ParallelEnv):
         if one is None or not before:
             raise TaskError("no episode goes on: reset() begins one")
         wanted = self._wanted(actions)
-        lanes, mine, setting = one.lanes, self.columns, self.scenario.setting
+        lanes, mine, setting = one.lanes, self.notes.episodes, self.scenario.setting
         seen = lanes.known.seen[:, None]
         speeds = wanted if self.level == "velocity" else lanes.body.truth[3:5]
         message = dict(zip(BROADCAST, seen[:5], strict=True))
         one.told(Command(wanted[:1], wanted[1:], speeds[:1], speeds[1:], message))
         one.obey()
-        judge(mine, wanted)
+        pay(0, len(self.possible_agents), moment_of(one.lanes, self.k), mine)
         one.lanes.lost[:] |= (mine.ended != END.running) & (mine.ended != END.time) & (one.lanes.stopped < 0)
-        mine.last[:] = wanted
-        last = self.k == setting.ticks
-        if not last:
+        if self.k < setting.ticks:
             one.say(self.k)
             one.move(self.k)
             self.k += 1
-        mine.clock[:] += 1
-        if not last:
-            self._touch()
+            settle(moment_of(one.lanes, self.k), self.notes)
             self._perceive()
         places = [self.possible_agents.index(agent) for agent in before]
         ended = [int(mine.ended[n]) for n in places]
@@ -197,7 +160,8 @@ class TeamEnv(ParallelEnv):
         costs(mine, np.array(places), costed)
         terminated = {a: end not in (END.running, END.time) for a, end in zip(before, ended, strict=True)}
         truncated = {a: end == END.time for a, end in zip(before, ended, strict=True)}
-        rewards = {a: float(mine.rewards[n]) for a, n in zip(before, places, strict=True)}
+        paid = RewardColumns(mine.columns).reward
+        rewards = {a: float(paid[n]) for a, n in zip(before, places, strict=True)}
         infos: dict[str, dict[str, Any]] = {
             a: {"cost": float(cost), "end": END._fields[end]} if end != END.running else {}
             for a, end, cost in zip(before, ended, costed, strict=True)
@@ -236,20 +200,26 @@ class TeamEnv(ParallelEnv):
         one.look(self.k)
         one.hear(self.k)
 
-    def _touch(self) -> None:
-        """Carry the watch for contacts on, and end the agents whose robots have touched something."""
-        one, setting = self.simulation, self.scenario.setting
-        assert one is not None
-        time = self.k * setting.period
-        world = None if setting.world is None else setting.world.at(time)
-        self.watch, _ = self.watch.to(time, one.lanes.body.truth[:5, None].copy(), world)
-        self.columns.touched[:] = self.watch.known.counts[0] > 0
-        collide(self.columns, 0, len(self.possible_agents))
+    def _columns(self, one: Simulation) -> EpisodeLanes:
+        """The columns of an episode, a lane for each robot; they look at the arrays of the simulation."""
+        lanes, setting, robots = one.lanes, self.scenario.setting, len(self.possible_agents)
+        highs = [highs_of(found)[:FIXED_ENTRIES] for found in self.entries.values()]
+        return EpisodeLanes(
+            moment_of(lanes, 0),
+            self.notes.episodes,
+            lanes.body,
+            lanes.senses,
+            setting.references.road,
+            np.ones((2, robots)),
+            np.stack(highs, axis=1),
+            np.empty((0, robots)),
+            np.zeros((robots, FIXED_ENTRIES)),
+        )
 
     def _observed(self, agents: list[str]) -> dict[str, np.ndarray]:
         one, setting = self.simulation, self.scenario.setting
         assert one is not None
-        observe_all(self.columns, 0, len(self.possible_agents))
+        observe_lanes(self.columns, np.arange(len(self.possible_agents)))
         found = {}
         for agent in agents:
             n = self.possible_agents.index(agent)

@@ -1,4 +1,4 @@
-"""What the agents of a team observe of each other, and the columns by which they are rewarded."""
+"""What the agents of a team observe of each other."""
 
 from math import pi
 
@@ -7,16 +7,10 @@ import numpy as np
 from fuzzy.compiled.columns import within
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import FIXED_ENTRIES, Entry, entries, highs_of
-from robotics.measures.tracking import moves_on
+from robotics.laws.tracking.observed import Entry, entries
 from robotics.paths.posture import wrapped
-from robotics.reinforcement.stepping import REWARD, EpisodeLanes, SumColumns
-from robotics.reinforcement.task import FAILED_COST, SCALES, RewardKind
-from robotics.scenario.description import Scenario
-from robotics.simulation.loop import Simulation
-from robotics.vehicle.plant import Level, velocity_limits
+from robotics.vehicle.plant import Level
 
-BROADCAST = RobotColumns.leaves()  # what every robot broadcasts
 OLDEST = 5.0  # s: a message is told to be no older; also before the first
 
 
@@ -68,25 +62,3 @@ def heard_of(robot: int, seen: np.ndarray, heard: np.ndarray) -> np.ndarray:
     cos, sin = np.cos(own.heading), np.sin(own.heading)
     rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(said.heading - own.heading), said.v, age])
     return np.nan_to_num(rows).T.ravel()
-
-
-def columns(scenario: Scenario, one: Simulation, level: Level, reward: RewardKind, approach: float) -> EpisodeLanes:
-    """The columns of a team's episode, a lane for each robot; they look at the arrays of the simulation."""
-    setting, lanes = scenario.setting, one.lanes
-    robots, body = len(setting.robots), lanes.body
-    on = scenario.trajectory.sampled(scenario.times)
-    counted = np.argmax(moves_on(on.v.T, scenario.times), axis=1)
-    ends = np.full(robots, setting.ticks)
-    highs = np.stack([highs_of(entries(setting, level, (), n)) for n in range(robots)], axis=1)
-    none = np.zeros(robots, dtype=np.int64)
-    return EpisodeLanes(
-        float(setting.period), float(setting.divergence), body.steps, body.code, body.late_periods, body.late_steps,
-        getattr(REWARD, reward), approach, float(FAILED_COST), np.array(SCALES), np.ones((2, robots)),
-        np.ascontiguousarray(velocity_limits(setting.robots)), highs,
-        np.stack([ends, counted, ends + 1 - counted]).astype(np.int64),
-        setting.references.road, lanes.senses, body.parameters, body.truth, body.pending, lanes.known.seen,
-        np.empty((0, robots)), np.arange(robots), none.copy(), none,
-        np.zeros(robots, dtype=bool), np.zeros((2, robots)), np.full(robots, np.nan),
-        np.zeros((SumColumns.size, robots)),
-        np.zeros(robots), np.zeros((robots, FIXED_ENTRIES)),
-    )  # fmt: skip

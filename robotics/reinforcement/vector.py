@@ -9,7 +9,7 @@ import numpy as np
 from robotics.reinforcement.choosing import LEARNING, Chooser, Scenarios, chosen_scenarios
 from robotics.reinforcement.episodes import Episodes
 from robotics.reinforcement.packages import gymnasium
-from robotics.reinforcement.stepping import END
+from robotics.reinforcement.reward import END, RewardColumns
 from robotics.reinforcement.task import RewardKind, Task, TaskError
 from robotics.scenario.description import Scenario
 from robotics.vehicle.plant import Level
@@ -46,7 +46,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         level: Whether actions are velocities or wheel torques.
         units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
         most: The command of an action 1; by default the robot's own limits.
-        reward: "dense" or "cost", as docs/environments.md tells.
+        reward: "dense" or "cost", as docs/howto/environments.md tells.
         approach: What a sample before those that the arena's cost counts, counts in the dense reward.
         divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
         autoreset: When a lane whose episode has ended begins the next one.
@@ -86,7 +86,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             level: Whether actions are velocities or wheel torques.
             units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
             most: The command of an action 1; by default the robot's own limits.
-            reward: "dense" or "cost", as docs/environments.md tells.
+            reward: "dense" or "cost", as docs/howto/environments.md tells.
             approach: What a sample before those that the arena's cost counts, counts in the dense reward.
             divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
             autoreset: When a lane whose episode has ended begins the next one.
@@ -153,24 +153,23 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             TaskError: Actions of another shape.
         """
         actions = checked_actions(actions, self.num_envs)
-        lanes = self.episodes.lanes
+        episodes, notes = self.episodes, self.episodes.lanes.notes
         if not self.begun.all():
             raise TaskError("reset() begins the first episodes; step() comes after it")
-        over = np.flatnonzero(lanes.ended != END.running)
+        over = np.flatnonzero(notes.ended != END.running)
         if len(over) and self.autoreset == "disabled":
             raise TaskError(f"the episode of lane {over[0]} has ended: reset() it by options['reset_mask']")
-        self.episodes.step(actions)
+        episodes.step(actions)
         if len(over):  # the next-step mode: their action has no effect
             self._begin(over)
-            lanes.rewards[over] = 0.0
-        ended = lanes.ended.copy()
-        rewards, truncated = lanes.rewards.copy(), ended == END.time
+        ended = notes.ended.copy()
+        rewards, truncated = RewardColumns(notes.columns).reward.copy(), ended == END.time
         done = np.flatnonzero(ended != END.running)
         infos = self._ended(done, ended) if len(done) else {}
         if len(done) and self.autoreset == "same-step":
             infos = self._final(done, infos)
             self._begin(done)
-        return lanes.observed.copy(), rewards, (ended != END.running) & ~truncated, truncated, infos
+        return episodes.lanes.observed.copy(), rewards, (ended != END.running) & ~truncated, truncated, infos
 
     def _begin(self, chosen: np.ndarray, scenario: Any = None) -> None:
         drawn = [self.choosers[lane].next() for lane in chosen.tolist()]
@@ -185,7 +184,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
     def _infos(self) -> dict[str, Any]:
         everyone = np.ones(self.num_envs, dtype=bool)
         return {
-            "scenario": self.episodes.lanes.path.copy(),
+            "scenario": self.episodes.lanes.notes.robot.copy(),
             "_scenario": everyone,
             "seed": self.episodes.seeds.copy(),
             "_seed": everyone.copy(),

@@ -13,6 +13,7 @@ from robotics.report.glossary import side_of
 from robotics.report.summarytable import SummaryTable, shown_metrics
 
 _LEADERS = {"fuzzy": "a fuzzy law", "nonlinear": "a nonlinear law", "planning": "a plan"}
+_GROUPS = {"fuzzy": "fuzzy laws", "nonlinear": "nonlinear laws", "planning": "plans"}
 _MOST = 3  # laws that are named, where sides are not known
 _COUNTED: dict[Verdict, tuple[str, str]] = {
     "holds": ("holds", "hold"),
@@ -90,8 +91,7 @@ def _lowest(comparisons: Sequence[Comparison], tables: Mapping[str, SummaryTable
         (side, most), *others = [*sides.most_common(), ("", 0)]
         if most > others[0][1]:
             better.setdefault(side, []).append(f"{metric} ({most} of {sides.total()})")
-    plural = {"fuzzy": "fuzzy laws", "nonlinear": "nonlinear laws", "planning": "plans"}
-    said = [f"{plural[side]} have the lowest {listed(metrics)}" for side, metrics in sorted(better.items())]
+    said = [f"{_GROUPS[side]} have the lowest {listed(metrics)}" for side, metrics in sorted(better.items())]
     return [f"Scenario by scenario, {'; '.join(said)}."] if said else []
 
 

@@ -1,7 +1,8 @@
 """The page of an arena: the answer in one look, and behind it the terms, the costs and how sure they are."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -203,67 +204,59 @@ def ranking(outcome: Outcome) -> Picture:
 def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
     """The other pictures, by name."""
     laws, order = entrants(outcome), outcome.order
-    ordered = [laws[k] for k in order]
+    ordered, pairs = [laws[k] for k in order], np.ix_(order, order)
     cost, means = outcome.arena.made_cost, outcome.term_means("tuned")
-    found = {
-        "budget": Picture(
+    found = [
+        Picture(
             "budget",
             "What a law costs on the choosing runs after so many evaluations: the median over the searches of all "
             "engines and repeats, and their range. Where curves cross, the better law depends on the budget.",
             "Curves of cost over the number of evaluations, one a law.",
-            partial(plot_budget, laws, outcome.budgets, outcome.curves, "cost of the best so far [1]"),
+            partial(plot_budget, laws, outcome.budgets, outcome.curves),
         ),
-        "profiles": Picture(
+        Picture(
             "profiles",
             f"The share of runs that cost at most a multiple of {outcome.titles[outcome.reference]}'s interquartile "
             "mean on the same scenario, with 95 % bands.",
             "Performance profiles of all laws, a panel for each sort.",
             partial(plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]"),
         ),
-        "improvement": Picture(
+        Picture(
             "improvement",
             "How often the row's law costs less than the column's, run by run at the same start and noise, and what "
             "can be said of the pair: better or worse only where Holm's adjusted p is below 0.05 too.",
             "A matrix of probabilities of improvement between each two laws.",
-            partial(
-                plot_improvement,
-                ordered,
-                _both(outcome.improvement, order),
-                outcome.verdicts[np.ix_(order, order)],
-            ),
+            partial(plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs]),
         ),
-        "robustness": Picture(
+        Picture(
             "robustness",
             "The cost when something is otherwise than the laws, the wheel loops and odometry are told, over the cost "
             "when it is as told; nobody was tuned for it.",
             "A heat map of cost ratios, laws by changes.",
             partial(plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]),
         ),
-    }
+    ]
     points = means[[0, -1]][:, np.isfinite(means[[0, -1]]).all(axis=0)]
     if len(cost.terms) >= 2 and points.size and (np.ptp(points, axis=1) > 0).all():
         scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
         before = outcome.term_means("published")
-        found["front"] = Picture(
-            "front",
-            "Precision against effort: the interquartile means of the tuned laws, hollow as published. Whoever is on "
-            "the front is beaten by nobody in both.",
-            "Points of effort and cross-track error, one a law, and the front of the unbeaten.",
-            partial(
-                plot_pareto,
-                laws,
-                means[-1],
-                scale * means[0],
-                ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error"),
-                np.stack([before[-1], scale * before[0]], axis=1),
-            ),
+        found.append(
+            Picture(
+                "front",
+                "Precision against effort: the interquartile means of the tuned laws, hollow as published. Whoever is "
+                "on the front is beaten by nobody in both.",
+                "Points of effort and cross-track error, one a law, and the front of the unbeaten.",
+                partial(
+                    plot_pareto,
+                    laws,
+                    means[-1],
+                    scale * means[0],
+                    ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error"),
+                    np.stack([before[-1], scale * before[0]], axis=1),
+                ),
+            )
         )
-    return found
-
-
-def _both(matrix: Interval, order: Sequence[int]) -> Interval:
-    where = np.ix_(order, order)
-    return Interval(matrix.value[where], matrix.low[where], matrix.high[where])
+    return {picture.name: picture for picture in found}
 
 
 # Chapters -----------------------------------------------------------------------------------------------------------
@@ -272,6 +265,7 @@ def _both(matrix: Interval, order: Sequence[int]) -> Interval:
 def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list[Chapter]:
     """What stands behind the answer."""
     pictures = arena_pictures(outcome)
+    failed = outcome.robust_failures
     return [
         _terms(outcome),
         _costs(outcome, pictures),
@@ -285,7 +279,9 @@ def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list
                 "fifth, its commands later or its sensors noisier by a factor of two, and nobody is told: neither the "
                 "laws, nor the wheel loops, nor odometry.",
             ),
-            details=[_robust_failures(outcome)],
+            details=[
+                _grid(outcome, "Share of runs that failed.", CHANGES, lambda k: (f"{100 * v:.2g} %" for v in failed[k]))
+            ],
             pictures=[pictures["robustness"]],
             folded="Failed runs under each change",
         ),
@@ -293,22 +289,21 @@ def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list
     ]
 
 
+def _grid(outcome: Outcome, caption: str, head: Iterable[str], cells: Callable[[int], Iterable[str]]) -> Grid:
+    """A table with a row for each law, from the least tuned cost up; ``cells`` gives those of the law at a place."""
+    return Grid(caption, ("Law", *head), [(outcome.titles[k], *cells(k)) for k in outcome.order])
+
+
 def _terms(outcome: Outcome) -> Chapter:
     arena = outcome.arena
     c = arena.conditions
-    rows = []
-    for k in outcome.order:
+
+    def cells(k: int) -> Iterator[str]:
         entry, terms = outcome.entries[k], terms_of(outcome.made[k])
-        rows.append(
-            (
-                outcome.titles[k],
-                terms.level,
-                terms.knows,
-                str(len(entry.parameters)),
-                f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published",
-                microseconds(outcome.computing[entry.law]),
-            )
-        )
+        yield from (terms.level, terms.knows, str(len(entry.parameters)))
+        yield f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published"
+        yield microseconds(outcome.computing[entry.law])
+
     unseen = ", ".join(arena.unseen_sorts) or "none"
     text = (
         f"All laws drive the same dynamic plant with the same limits, a period of {1000 * c.period:g} ms, a latency of "
@@ -322,18 +317,8 @@ def _terms(outcome: Outcome) -> Chapter:
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",
     )
-    grid = Grid(
-        "The terms of each law.",
-        (
-            "Law",
-            "Commands",
-            "Knows beside the posture",
-            "Numbers tuned",
-            "Searches × evaluations",
-            "Computing a period",
-        ),
-        rows,
-    )
+    head = ("Commands", "Knows beside the posture", "Numbers tuned", "Searches × evaluations", "Computing a period")
+    grid = _grid(outcome, "The terms of each law.", head, cells)
     return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], folded="The scenarios")
 
 
@@ -370,32 +355,30 @@ def _facts(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
-    rows, terms = [], outcome.term_means("tuned")
-    cost = outcome.arena.made_cost
-    for k in outcome.order:
-        rows.append(
-            (
-                outcome.titles[k],
-                _interval(outcome.published_ratio[k]),
-                _interval(outcome.tuned_ratio[k]),
-                _interval(outcome.closed[k], 100, " %"),
-                _interval(outcome.pooled[k]),
-                _interval(outcome.tail[k]),
-                _interval(outcome.failures[k], 100, " %"),
-            )
-        )
-    unit = outcome.titles[outcome.reference]
-    head = ("Law", "As published", "Tuned", "Share of the gap closed", "IQM of all runs", "Worst tenth", "Failed")
-    grid = Grid(f"Costs over that of {unit}, tuned, with 95 % intervals.", head, rows)
-    metrics = [ALL_METRICS[term.metric] for term in cost.terms]
-    parts = Grid(
-        "What the tuned laws' cost is made of: interquartile means of all runs.",
-        ("Law", *(f"{metric.title} [{metric.unit}]" for metric in metrics)),
-        [(outcome.titles[k], *(_number(float(v)) for v in terms[:, k])) for k in outcome.order],
+    unit, means = outcome.titles[outcome.reference], outcome.term_means("tuned")
+    columns = {
+        "As published": (outcome.published_ratio,),
+        "Tuned": (outcome.tuned_ratio,),
+        "Share of the gap closed": (outcome.closed, 100, " %"),
+        "IQM of all runs": (outcome.pooled,),
+        "Worst tenth": (outcome.tail,),
+        "Failed": (outcome.failures, 100, " %"),
+    }
+    grid = _grid(
+        outcome,
+        f"Costs over that of {unit}, tuned, with 95 % intervals.",
+        columns,
+        lambda k: (_interval(found[k], *how) for found, *how in columns.values()),
     )
-    labels = outcome.arena.labels("test")
-    each = [(outcome.titles[k], *(_number(float(v)) for v in outcome.by_scenario[k])) for k in outcome.order]
-    per = Grid(f"Interquartile means of each scenario, over {unit}'s.", ("Law", *labels), each)
+    metrics = [ALL_METRICS[term.metric] for term in outcome.arena.made_cost.terms]
+    parts = _grid(
+        outcome,
+        "What the tuned laws' cost is made of: interquartile means of all runs.",
+        [f"{metric.title} [{metric.unit}]" for metric in metrics],
+        lambda k: map(_number, means[:, k]),
+    )
+    caption = f"Interquartile means of each scenario, over {unit}'s."
+    per = _grid(outcome, caption, outcome.arena.labels("test"), lambda k: map(_number, outcome.by_scenario[k]))
     text = (
         "What ranks the laws is the interquartile mean of each scenario's runs, its geometric mean over the scenarios, "
         "so that no scenario counts for more because it is harder. Intervals are bootstraps within scenarios that draw "
@@ -406,15 +389,11 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
 
 
 def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
-    engines = outcome.arena.engines
-    rows = [
-        (outcome.titles[k], *(_number(float(v)) for v in outcome.by_engine[:, k]), outcome.entries[k].by or "published")
-        for k in outcome.order
-    ]
-    grid = Grid(
+    grid = _grid(
+        outcome,
         "Cost on the choosing runs of the best that each engine found, or of the law as published if that is better.",
-        ("Law", *engines, "Chosen"),
-        rows,
+        (*outcome.arena.engines, "Chosen"),
+        lambda k: (*map(_number, outcome.by_engine[:, k]), outcome.entries[k].by or "published"),
     )
     return Chapter("budgets", "Budgets and engines", tables=[grid], pictures=[pictures["budget"]])
 
@@ -439,17 +418,13 @@ def _weights(outcome: Outcome) -> Chapter:
     return Chapter("weights", "Other weights", text, [grid])
 
 
-def _robust_failures(outcome: Outcome) -> Grid:
-    rows = [(outcome.titles[k], *(f"{100 * v:.2g} %" for v in outcome.robust_failures[k])) for k in outcome.order]
-    return Grid("Share of runs that failed.", ("Law", *CHANGES), rows)
-
-
 def _laws(outcome: Outcome, specifications: Sequence[str]) -> Chapter:
-    rows = []
-    for k in outcome.order:
-        entry = outcome.entries[k]
-        rows.append((outcome.titles[k], entry.by or "as published", specifications[k] if specifications else ""))
-    grid = Grid("The chosen laws, usable with --controller.", ("Law", "By", "Specification"), rows)
+    grid = _grid(
+        outcome,
+        "The chosen laws, usable with --controller.",
+        ("By", "Specification"),
+        lambda k: (outcome.entries[k].by or "as published", specifications[k] if specifications else ""),
+    )
     return Chapter("laws", "The tuned laws", details=[grid], folded="Specifications")
 
 
@@ -475,36 +450,24 @@ def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
 
 def write_tables(outcome: Outcome, folder: Path) -> None:
     """Write results.csv, summary.csv, pairs.csv, budgets.csv and robustness.csv."""
-    write_frame(results_table(outcome), folder / "results.csv")
-    write_frame(summary_table(outcome), folder / "summary.csv")
-    write_frame(pairs_table(outcome), folder / "pairs.csv")
-    curves = outcome.curves
-    rows = [
-        {
-            "law": law,
-            "evaluations": int(n),
-            "cost": curves.value[k, b],
-            "low": curves.low[k, b],
-            "high": curves.high[k, b],
-        }
-        for k, law in enumerate(outcome.laws)
-        for b, n in enumerate(outcome.budgets)
-    ]
-    write_frame(pd.DataFrame(rows), folder / "budgets.csv")
-    ratios = outcome.robustness
-    rows = [
-        {
-            "law": law,
-            "change": change,
-            "ratio": ratios.value[k, c],
-            "low": ratios.low[k, c],
-            "high": ratios.high[k, c],
-            "failed": outcome.robust_failures[k, c],
-        }
-        for k, law in enumerate(outcome.laws)
-        for c, change in enumerate(CHANGES)
-    ]
-    write_frame(pd.DataFrame(rows), folder / "robustness.csv")
+    tables = {
+        "results": results_table(outcome),
+        "summary": summary_table(outcome),
+        "pairs": pairs_table(outcome),
+        "budgets": _crossed(outcome, "evaluations", outcome.budgets, "cost", outcome.curves),
+        "robustness": _crossed(outcome, "change", CHANGES, "ratio", outcome.robustness, failed=outcome.robust_failures),
+    }
+    for name, table in tables.items():
+        write_frame(table, folder / f"{name}.csv")
+
+
+def _crossed(
+    outcome: Outcome, name: str, values: Iterable[Any], called: str, found: Interval, **more: np.ndarray
+) -> pd.DataFrame:
+    """A row for each law and each of the ``values``, in the column ``name``, with what was ``found`` (laws, values)."""
+    rows = pd.MultiIndex.from_product([outcome.laws, values], names=["law", name])
+    cells = {called: found.value, "low": found.low, "high": found.high, **more}
+    return pd.DataFrame({column: array.ravel() for column, array in cells.items()}, rows).reset_index()
 
 
 def results_table(outcome: Outcome) -> pd.DataFrame:
@@ -547,22 +510,20 @@ def summary_table(outcome: Outcome) -> pd.DataFrame:
 
 def pairs_table(outcome: Outcome) -> pd.DataFrame:
     """A row for each two laws: the ratio of their costs, the verdict, and how often the first costs less."""
-    rows = [
+    pairs = tuple(np.array(list(permutations(outcome.order, 2))).T)
+    laws, ratio = np.array(outcome.laws), outcome.pairs[pairs]
+    return pd.DataFrame(
         {
-            "law": outcome.laws[a],
-            "against": outcome.laws[b],
-            "ratio": outcome.pairs.value[a, b],
-            "low": outcome.pairs.low[a, b],
-            "high": outcome.pairs.high[a, b],
-            "verdict": str(outcome.verdicts[a, b]),
-            "p_holm": outcome.p_values[a, b],
-            "costs_less": outcome.improvement.value[a, b],
+            "law": laws[pairs[0]],
+            "against": laws[pairs[1]],
+            "ratio": ratio.value,
+            "low": ratio.low,
+            "high": ratio.high,
+            "verdict": outcome.verdicts[pairs],
+            "p_holm": outcome.p_values[pairs],
+            "costs_less": outcome.improvement.value[pairs],
         }
-        for a in outcome.order
-        for b in outcome.order
-        if a != b
-    ]
-    return pd.DataFrame(rows)
+    )
 
 
 def write_laws(outcome: Outcome, folder: Path) -> list[str]:
@@ -570,10 +531,10 @@ def write_laws(outcome: Outcome, folder: Path) -> list[str]:
     found = []
     for entry in outcome.entries:
         search = next((s for s in entry.searches if s.name == entry.by), None)
-        if search is None:
+        if search is not None:
+            there = folder / "tuned" / plain(entry.law)
+            there.mkdir(parents=True, exist_ok=True)
+            found.append(write_tuned(tuned(outcome.arena, folder, None, search), search.law, there))
+        else:
             found.append(entry.law)
-            continue
-        there = folder / "tuned" / plain(entry.law)
-        there.mkdir(parents=True, exist_ok=True)
-        found.append(write_tuned(tuned(outcome.arena, folder, None, search), search.law, there))
     return found

@@ -1,12 +1,12 @@
 """The parts of a report: pictures, tables, claims, chapters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from robotics.measures.evidence import AT_BEST, FORMS, Form, Part, Verdict, judge
+from robotics.measures.evidence import AT_BEST, FORMS, Estimate, Form, Part, Verdict, judge
 from robotics.measures.leading import Lead
 from robotics.report.wording import sentence
 
@@ -45,7 +45,7 @@ class Front(NamedTuple):
     """What opens a report: one picture, and what it says in a few sentences."""
 
     title: str
-    picture: "Picture | Plate"
+    picture: Picture
     sentences: Sequence[str]
     note: str  # on what terms, and where there is more
 
@@ -56,6 +56,12 @@ class Grid(NamedTuple):
     caption: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
+
+    @classmethod
+    def of(cls, caption: str, about: Iterable[Any], columns: Mapping[str, Callable[[Any], str]]) -> "Grid":
+        """A table with a row for each thing that it is ``about``; a column, by its title, says a cell of each."""
+        rows = [tuple(cell(each) for cell in columns.values()) for each in about]
+        return cls(caption, tuple(columns), rows)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,28 +106,17 @@ class Claim:
         return [self._row(part) for part in self.parts]
 
     def _row(self, part: Part) -> dict[str, str | float | int]:
-        row: dict[str, str | float | int] = {
-            "claim": self.name,
-            "form": part.form,
-            "says": part.says,
-            "quantity": part.quantity,
-            "on": part.on,
-            "robot": part.robots,
-            "of": part.of,
-            "against": "; ".join(part.against),
-            "kind": part.estimate.kind,
-            "value": part.estimate.value,
-            "low": part.estimate.low,
-            "high": part.estimate.high,
-            "runs": part.estimate.runs,
-            "unit": part.unit,
-            "sense": part.sense,
-            "bound": part.bound,
-            "outcome": part.outcome,
-        }
+        row = {"claim": self.name} | _fields(part, "form", "says", "quantity", "on")
+        row |= {"robot": part.robots, "of": part.of, "against": "; ".join(part.against)}
+        row |= _fields(part.estimate, "kind", "value", "low", "high", "runs")
+        row |= _fields(part, "unit", "sense", "bound", "outcome")
         if not part.form:
-            row |= {"scale": part.scale, "fewest": part.fewest, "note": part.note}
+            row |= _fields(part, "scale", "fewest", "note")
         return row
+
+
+def _fields(of: Part | Estimate, *names: str) -> dict[str, Any]:
+    return {name: getattr(of, name) for name in names}
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from robotics.report.wording import limit
 from robotics.tables.build import Builder, Keys, Special
 
 ALL_SCENARIOS = "all"  # as the only scenario: every one of the study
+_NAMELESS = 'a claim needs a name, such as name = "Mine is more precise"'
 
 
 def run_name(scenario: str, law: str) -> str:
@@ -158,7 +159,7 @@ RELATIONS = ("below", "above", "less", "more", "no_worse_by", "no_worse_by_perce
 class Statement:
     """A claim before anything is measured. Raises ClaimError."""
 
-    name: str = described("What the claim is called.", "")
+    name: str = described("What the claim is called.", example="Mine is better", missing=_NAMELESS)
     says: str = described("What is claimed, in a sentence. Default: its name.", "", example="It is better.")
     source: str = described("Where the claim is made, such as a paper. May be left out.", "", example="A paper")
     untested: str = described("What of it is not tested here. May be left out.", "", example="A paper")
@@ -169,7 +170,7 @@ class Statement:
 
     def __post_init__(self) -> None:
         if not self.name:
-            raise ClaimError('a claim needs a name, such as name = "Mine is more precise"')
+            raise ClaimError(_NAMELESS)
         if not self.parts:
             raise ClaimError(
                 f"the claim {self.name!r} has no part: give metric, of and a relation, or [[claims.parts]]"
@@ -210,21 +211,15 @@ def statements(
 
 
 def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement], condition: type[Any]) -> Any:
-    own = {f.name for f in fields(kind)} - {"direct"}
-    inner = {f.name for f in fields(condition)} - own
-    direct = {key: value for key, value in row.items() if key in inner}
-    if not isinstance(row.get("name", ""), str):
-        raise builder.fault(f"name must be text in quotes; got {row['name']!r}").about(*keys, "name")
-    rest = {key: value for key, value in row.items() if key not in direct and key != "name"}
-    given: dict[str, Any] = {"name": row.get("name", ""), "direct": bool(direct)}
-    if direct:
-        if "parts" in row:
-            first = next(iter(direct))
-            raise builder.fault(
-                f"{first} stands in the claim itself, which has parts: write it into one of them"
-            ).about(*keys, first)
-        given["parts"] = (builder.build(condition, direct, keys),)
-    return builder.build(kind, rest, keys, also=tuple(f.name for f in fields(condition)), **given)
+    parts = tuple(f.name for f in fields(condition))
+    direct = {key: value for key, value in row.items() if key in parts and key != "says"}
+    if direct and "parts" in row:
+        first = next(iter(direct))
+        what = f"{first} stands in the claim itself, which has parts: write it into one of them"
+        raise builder.fault(what).about(*keys, first)
+    rest = {key: value for key, value in row.items() if key not in direct}
+    given: dict[str, Any] = {"parts": (builder.build(condition, direct, keys),)} if direct else {}
+    return builder.build(kind, rest, keys, also=parts, direct=bool(direct), **given)
 
 
 # Judging ----------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from robotics.tables.keys import Key, KeyTable, first_line, keys_of
 def study_table() -> KeyTable:
     """The description of a study's file."""
     claims = Key(name="claims", doc="A claim.", holds="tables", table=_claim())
-    keys = keys_of(StudyPlan, without=("folder", "file", "content", "claims"))
+    keys = keys_of(StudyPlan, without=("claims",))
     return KeyTable(name="study", doc=first_line(StudyPlan), keys=(*keys, claims))
 
 
@@ -25,7 +25,6 @@ def _claim() -> KeyTable:
         holds="tables",
         table=conditions,
     )
-    name = Key(name="name", doc="What the claim is called.", holds="text", required=True, example="Mine is better")
-    own = keys_of(Statement, without=("parts", "direct"))
+    own = keys_of(Statement, without=("parts",))
     direct = tuple(replace(key, required=False) for key in part if key.name != "says")
-    return KeyTable(name="claim", doc=first_line(Statement), keys=(name, *own, *direct, parts), one_of=(RELATIONS,))
+    return KeyTable(name="claim", doc=first_line(Statement), keys=(*own, *direct, parts), one_of=(RELATIONS,))

@@ -4,7 +4,7 @@ Its numbers and pictures are those of the report's chapter on formations, for an
 networks. The page is one HTML file that needs nothing else.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -34,6 +34,7 @@ from robotics.measures.registry import headlines, measure_all
 from robotics.playback.player import player_fragment
 from robotics.report.chapter import Chapter, Film, Grid, Picture
 from robotics.report.paper import picture_count, write_paper
+from robotics.report.template import program
 from robotics.report.wording import shown
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
@@ -119,7 +120,7 @@ def write_learning_report(
         [*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
         chapters,
         command=command,
-        program=_program(networks, samples, check, folder, path),
+        program=program("learning", first=networks[0], samples=samples, check=check, folder=folder, path=path),
         advance=advance,
     )
 
@@ -238,36 +239,32 @@ def _lead(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
 
 
 def _summary(errors: Sequence[Errors]) -> Chapter:
-    scattered = [each.scatter[0] for each in errors]
-    rows = [
-        (
-            each.network.after.outputs[0].label,
-            str(each.network.trial.rules),
-            setting_of(each.network),
-            _plain(each.clustering),
-            _plain(each.training),
-            _plain(each.checking),
-            _percent(each.last, each.range),
-            _spanned(each.scatter),
-            _times(each.last, each.scatter[0]),
-        )
-        for each in errors
-    ]
-    untold = "" if np.isfinite(scattered).all() else " Fewer than 42 samples have no such estimate."
-    head = ("output", "rules", "radius, squash, accept, reject", "clustering", "learnt, training", "learnt, checking")
+    columns: dict[str, Callable[[Errors], str]] = {
+        "output": lambda each: each.network.after.outputs[0].label,
+        "rules": lambda each: str(each.network.trial.rules),
+        "radius, squash, accept, reject": lambda each: setting_of(each.network),
+        "clustering": lambda each: _plain(each.clustering),
+        "learnt, training": lambda each: _plain(each.training),
+        "learnt, checking": lambda each: _plain(each.checking),
+        "of its range": lambda each: _percent(each.last, each.range),
+        "scatter": lambda each: _spanned(each.scatter),
+        "of the scatter": lambda each: _times(each.last, each.scatter[0]),
+    }
+    known = all(np.isfinite(each.scatter[0]) for each in errors)
+    untold = "" if known else " Fewer than 42 samples have no such estimate."
     return Chapter(
         "summary",
         "Rules and errors",
         tables=[
-            Grid(
+            Grid.of(
                 "RMSE of each network in its output's unit. “Of its range”: the checking error, or without checking "
                 "data the training error, as a share of the range of the output in the training data. “Scatter”: how "
                 f"far the output scatters at equal inputs, Gamma test, mean and range of {DRAWS} draws; a smooth "
                 f"function errs by about that on fresh samples. “Of the scatter”: the same error over it. Beyond the "
                 "range of the training data an input counts as at its edge, as when robots drive; the curves over the "
                 f"epochs, below, do without that.{untold}",
-                (*head, "of its range", "scatter", "of the scatter"),
-                rows,
+                errors,
+                columns,
             ),
             Grid(
                 "What stands out.",
@@ -486,29 +483,6 @@ def _drive(k: int, run: Run) -> Chapter:
             )
         ],
         films=[Film(f"{run.scenario}, seed {run.seeds[0]}, in motion.", partial(player_fragment, run))],
-    )
-
-
-def _program(networks: Sequence[Learnt], samples: Samples, check: Samples | None, folder: str, path: str | Path) -> str:
-    options = networks[0].training.options
-
-    def read(table: Samples, more: str = "") -> str:
-        return f'formation_table("{table.file}"{more}{", skip_bad=True" if table.skipped else ""})'
-
-    return (
-        "# Without the drives\n"
-        "import anfis\n"
-        "from robotics.experiments.learning.formationlearning import formation_table, learn_networks, write_networks\n"
-        "from robotics.report.learning import Samples, write_learning_report\n\n"
-        f"data = {read(samples)}\n"
-        + ("" if check is None else f"check = {read(check, ', data.names')}\n")
-        + f'options = anfis.Options(method="{options.method}", epochs={options.epochs})\n'
-        f"networks = learn_networks(data.names, data.values, {'None' if check is None else 'check.values'}, "
-        f"rules={networks[0].search.wanted}, options=options)\n"
-        f'write_networks(networks, "{folder}")\n'
-        f'samples = Samples("{samples.file}", data.names, data.values, {samples.skipped})\n'
-        + ("" if check is None else f'held = Samples("{check.file}", check.names, check.values, {check.skipped})\n')
-        + f'write_learning_report("{path}", networks, samples{"" if check is None else ", held"})\n'
     )
 
 

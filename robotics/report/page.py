@@ -24,7 +24,7 @@ from robotics.report.answer import answer
 from robotics.report.chapter import Chapter, Claim, Front, Picture, Plate
 from robotics.report.plates import plate
 from robotics.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
-from robotics.report.template import rendered
+from robotics.report.template import program, rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
 
@@ -90,11 +90,11 @@ def write_report(
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
     leads = [lead for each in comparisons for lead in comparison_leads(each, first)]
     leads += [lead for chapter in chapters for lead in chapter.leads]
-    head = plate(_leads(leads))
-    own = [head, *(picture for section in sections for picture in section.pictures)]
-    front = front._replace(picture=plate(front.picture)) if front is not None else None
-    own = [front.picture, *own] if front is not None and isinstance(front.picture, Plate) else own
-    plates = [*own, *(plate(picture) for chapter in chapters for picture in chapter.pictures)]
+    head = _leads(leads)
+    first_pictures = [head] if front is None else [front.picture, head]
+    drawn = [picture for section in sections for picture in section.pictures]
+    pictures = [*first_pictures, *drawn, *(picture for chapter in chapters for picture in chapter.pictures)]
+    plates = [plate(picture) for picture in pictures]
     for picture in plates:
         write_whole(folder / "figures" / f"{picture.name}.png", picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
@@ -337,13 +337,5 @@ def _program(comparison: Comparison) -> str:
         chosen = f"range({len(seeds)})" if seeds[0] == 0 else f"range({seeds[0]}, {seeds[-1] + 1})"
     else:
         chosen = repr(list(seeds))
-    names = ", ".join(f'"{s.name}"' for s in comparison.scenarios)
-    laws = ", ".join(f'"{c}"' for c in comparison.controllers)
-    return (
-        "from robotics.experiments.comparison import compare\n"
-        "from robotics.report.page import write_report\n"
-        "from robotics.scenario.reading import load_scenario\n\n"
-        f"scenarios = [load_scenario(name) for name in [{names}]]\n"
-        f"comparison = compare(scenarios, [{laws}], {chosen})\n"
-        'write_report(comparison, [], "out")\n'
-    )
+    scenarios = [f'"{s.name}"' for s in comparison.scenarios]
+    return program("comparison", scenarios=scenarios, laws=[f'"{c}"' for c in comparison.controllers], seeds=chosen)

@@ -25,7 +25,7 @@ from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.tables.build import Keys
 from robotics.tables.files import TomlFiles
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 
 
 class StudyError(InputError):
@@ -314,8 +314,8 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
         file: The file's name in messages.
         folder: The folder to which paths in it are relative.
     """
-    table, builder = parse_table(text, file, StudyError), builder_of(fault=StudyError)
-    with placed(text, file, StudyError):
+    builder = builder_of(fault=StudyError)
+    with reading(text, file, StudyError) as table:
         claims = statements(table.pop("claims", []), ("claims",), builder)
         made = builder.build(
             StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text

@@ -16,6 +16,7 @@ from robotics.playback.player import player_script
 from robotics.report.chapter import Chapter, Plate
 from robotics.report.glossary import SIDES, Linker, law_term, terms, terms_in, words_of
 
+_HERE = resources.files("robotics") / "report"
 _GLOSSARY = "<!-- glossary -->"  # stands in the page until it is known which words it has
 
 
@@ -37,20 +38,12 @@ def rendered(
         laws: The controllers that the glossary explains.
         values: What else the template names.
     """
-    here = resources.files("robotics") / "report"
-    chapters = list(chapters)
-    environment = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=FunctionLoader(lambda file: (here / file).read_text(encoding="utf-8")),
-    )
+    chapters, environment = list(chapters), _environment()
     environment.filters["typeset"] = typeset
     linked = Linker()
     page = environment.get_template(name).render(
-        sheet=stylesheet() + (here / "static" / "report.css").read_text(encoding="utf-8"),
-        behaviour=(here / "static" / "report.js").read_text(encoding="utf-8"),
+        sheet=stylesheet() + (_HERE / "static" / "report.css").read_text(encoding="utf-8"),
+        behaviour=(_HERE / "static" / "report.js").read_text(encoding="utf-8"),
         chapters=chapters,
         images={each.name: _image(each) for each in plates},
         films={film.caption: film.make() for chapter in chapters for film in chapter.films},
@@ -72,6 +65,21 @@ def rendered(
     found = [term for term in terms() if term in there or term.name in linked.used]
     shown = parts.glossary(found, explained) if found or explained else ""  # type: ignore[attr-defined]
     return page.replace(_GLOSSARY, shown, 1)
+
+
+def program(name: str, **values: Any) -> str:
+    """The Python program that the template of that ``name`` makes of the values."""
+    return _environment().get_template(f"{name}.py.j2").render(**values) + "\n"
+
+
+def _environment() -> Environment:
+    return Environment(
+        autoescape=lambda name: name is not None and name.endswith(".html.j2"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=FunctionLoader(lambda file: (_HERE / file).read_text(encoding="utf-8")),
+    )
 
 
 def _image(plate: Plate) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from robotics.environment.world import Obstacle, World, compile_world
 from robotics.laws.setting import Kind, Setting
 from robotics.paths.offset import Offset, compile_offset
 from robotics.paths.path import PathError, Shape, compile_path
-from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory, together
 from robotics.quantity import LARGEST_NUMBER, check_quantities, described, is_number, quantity
 from robotics.radio.description import Radio, RadioError
 from robotics.radio.faults import Fault
@@ -32,6 +32,7 @@ from robotics.vehicle.plant import STEP
 from robotics.vehicle.robot import Robot
 
 Pose = tuple[float, float, float]
+_NO_PATH = "a robot needs a path, such as path = { shape = 'sine', amplitude = 1.0 }"
 # In a notebook
 _ROBOTS_DRAWN = 12
 _POINTS_DRAWN = 200  # of a path
@@ -61,7 +62,7 @@ class Member:
     start: Pose = described(
         "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
     )
-    path: Shape = described("The path that the robot shall follow.")
+    path: Shape = described("The path that the robot shall follow.", missing=_NO_PATH)
     timing: Timing = described("When the robot shall be where on its path.")
     robot: Robot = described(
         "Which robot this one is, instead of the one of all.", default_factory=lambda: standard_robot().robot
@@ -83,6 +84,20 @@ class Member:
                 f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"
                 + (" (degrees?)" if abs(self.start[2]) <= 360 else "")
             ).about("start")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualRobot:
+    """The virtual robot from which offsets are measured, thesis (3.3). Raises PathError."""
+
+    path: Shape = described("The path of the virtual robot.", missing=_NO_PATH)
+    timing: Timing = described(
+        "When the virtual robot shall be where on its path.",
+        missing="the virtual robot needs a timing, such as timing = { duration = 30.0 }",
+    )
+
+    def __post_init__(self) -> None:
+        _compiled(self.path, self.timing)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,6 +272,17 @@ class Scenario:
                 raise problem.about("robots", demand.robot, "timing")
 
 
+def _compiled(path: Shape, timing: Timing) -> Trajectory:
+    """One robot's trajectory. A PathError is about its path or about its timing."""
+    at = "path"
+    try:
+        compiled = compile_path(path)
+        at = "timing"
+        return compile_trajectory((compiled,), (timing,))
+    except PathError as error:
+        raise error.about(at) from None
+
+
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
     """Compile the robots' trajectory. A PathError is about the robot's path or about its timing."""
     parts = []
@@ -268,15 +294,7 @@ def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
                 raise error.about("robots", i, "offset") from None
             continue
         try:
-            path = compile_path(member.path)
+            parts.append(_compiled(member.path, member.timing))
         except PathError as error:
-            raise error.about("robots", i, "path") from None
-        try:
-            parts.append(compile_trajectory((path,), (member.timing,)))
-        except PathError as error:
-            raise error.about("robots", i, "timing") from None
-    return Trajectory(
-        tuple(part.paths[0] for part in parts),
-        np.concatenate([part.tables for part in parts]),
-        np.concatenate([part.ends for part in parts]),
-    )
+            raise error.about("robots", i) from None
+    return together(parts)

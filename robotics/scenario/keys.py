@@ -15,11 +15,10 @@ from robotics.paths.offset import Offset
 from robotics.paths.path import SHAPES, Shape
 from robotics.paths.trajectory import Timing
 from robotics.radio.description import RADIO_PRESETS, Radio
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.obstacletable import MEASURED
+from robotics.scenario.description import Member, Scenario, VirtualRobot
 from robotics.scenario.robots import RobotModel
 from robotics.sensing.sonar import SENSOR_PRESETS, RangeSensor
-from robotics.tables.keys import Key, KeyTable, Specials, first_line, keys_of, table_of
+from robotics.tables.keys import Key, KeyTable, Specials, first_line, keys_of, shapes_table, table_of
 from robotics.vehicle.robot import ALTERNATIVES, NEEDED, Robot
 
 _NAME = "the name of a robot or the path of its file in quotes"
@@ -32,15 +31,16 @@ def scenario_table() -> KeyTable:
     robots = KeyTable(
         name="robots",
         doc="One robot: its start, path, timing, parameters and sensors.",
-        keys=keys_of(Member, _SPECIALS, without=("model",), also=_member_keys(robot)),
+        keys=keys_of(Member, _SPECIALS, also=_member_keys(robot)),
         one_of=(("path", "offset"), ("timing", "offset")),
     )
+    virtual = table_of(VirtualRobot, "virtual", _SPECIALS)
     also = (
         Key(
             name="robots", doc="The robots, in the order of their numbers.", holds="tables", table=robots, required=True
         ),
         Key(name="robot", doc="Which robot all are; left out: the EtsRo.", holds="table", table=robot, or_text=_NAME),
-        Key(name="virtual", doc="The virtual robot of a formation by offsets.", holds="table", table=_virtual()),
+        Key(name="virtual", doc="The virtual robot of a formation by offsets.", holds="table", table=virtual),
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
     first = ("title", "source", "kind", "controller", "duration", "period", "latency", "plant", "divergence")
@@ -78,7 +78,7 @@ def robot_file_table() -> KeyTable:
 
 def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
     """The keys of a robot that the fields of Member do not tell."""
-    known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot", "model"))}
+    known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot",))}
     doc = "Which robot this one is, instead of the one of all."
     return (
         *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),
@@ -87,40 +87,14 @@ def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
 
 
 @cache
-def _virtual() -> KeyTable:
-    members = {key.name: key for key in keys_of(Member, _SPECIALS, without=("robot", "model"))}
-    docs = {"path": "The path of the virtual robot.", "timing": "When the virtual robot shall be where on its path."}
-    keys = tuple(replace(members[name], doc=doc) for name, doc in docs.items())
-    return KeyTable(name="virtual", doc="The virtual robot from which offsets are measured, thesis (3.3).", keys=keys)
-
-
-@cache
 def _path() -> KeyTable:
-    shape = Key(name="shape", doc="The shape of the path.", holds="word", words=tuple(SHAPES), required=True)
-    return KeyTable(
-        name="path",
-        doc="A path by its shape.",
-        keys=(shape,),
-        by="shape",
-        shapes={name: keys_of(kind) for name, kind in SHAPES.items()},
-        shape_docs={name: first_line(kind) for name, kind in SHAPES.items()},
-    )
+    return shapes_table("path", "A path by its shape.", "The shape of the path.", SHAPES)
 
 
 @cache
 def _obstacles() -> KeyTable:
-    kinds = {**OBSTACLES, **MEASURED}
-    shape = Key(name="shape", doc="The shape of the obstacle.", holds="word", words=tuple(kinds), required=True)
-    common = keys_of(Obstacle, _SPECIALS)
-    names = tuple(key.name for key in common)
-    return KeyTable(
-        name="obstacles",
-        doc="An obstacle: its shape and place; with a path and a timing it moves.",
-        keys=(shape, *common),
-        by="shape",
-        shapes={name: keys_of(kind, _SPECIALS, without=names) for name, kind in kinds.items()},
-        shape_docs={name: first_line(kind) for name, kind in kinds.items()},
-    )
+    doc = "An obstacle: its shape and place; with a path and a timing it moves."
+    return shapes_table("obstacles", doc, "The shape of the obstacle.", OBSTACLES, keys_of(Obstacle, _SPECIALS))
 
 
 @cache

@@ -8,21 +8,19 @@ from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.environment.world import Obstacle
+from robotics.environment.world import OBSTACLES, Obstacle
 from robotics.laws.catalogue import located, make_controller
 from robotics.laws.foreign import checked_init
 from robotics.laws.law import check_needs
 from robotics.paths.offset import Offset, offset_start
-from robotics.paths.path import SHAPES, PathError, Shape, compile_path
-from robotics.paths.trajectory import Timing, compile_trajectory
+from robotics.paths.path import SHAPES, PathError, Shape
 from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
-from robotics.scenario.description import Member, Scenario, ScenarioError
-from robotics.scenario.obstacletable import obstacle_from_table
+from robotics.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
 from robotics.scenario.robots import RobotChoice, chosen_robot
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys, numbers
 from robotics.tables.files import TomlFile, TomlFiles
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
 
@@ -75,8 +73,7 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
     Raises:
         ScenarioError: A text that makes no scenario; the message names line and key.
     """
-    table = parse_table(text, file, ScenarioError)
-    with placed(text, file, ScenarioError):
+    with reading(text, file, ScenarioError) as table:
         return scenario_from_table(table, name, FilePath(file).parent if folder is None else folder)
 
 
@@ -96,7 +93,9 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
     members = rest.pop("robots", [])
     if not (isinstance(members, list) and members):
         raise ScenarioError("at least one [[robots]] table is needed").about("robots")
-    virtual = _virtual(rest.pop("virtual")) if "virtual" in rest else None
+    virtual: VirtualRobot | None = None
+    if "virtual" in rest:
+        virtual = _BUILDER.build(VirtualRobot, _BUILDER.table(rest.pop("virtual"), ("virtual",)), ("virtual",))
     robots = tuple(_member(m, ("robots", i), virtual, _Shared(common, shared, folder)) for i, m in enumerate(members))
     if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
         raise ScenarioError("no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]").about(
@@ -116,43 +115,6 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
     return scenario
 
 
-def _virtual(table: Any) -> tuple[Shape, Timing]:
-    """The path and the timing of a formation's virtual robot, thesis (3.3)."""
-    keys = ("virtual",)
-    _BUILDER.table(table, keys)
-    for key in table:
-        if key not in ("path", "timing"):
-            raise ScenarioError(expected(key, ("path", "timing"), "key")).about(*keys, key)
-    if "timing" not in table:
-        raise ScenarioError("the virtual robot needs a timing, such as timing = { duration = 30.0 }").about(*keys)
-    path = _path(table, keys)
-    _BUILDER.table(table["timing"], (*keys, "timing"))
-    timing = _BUILDER.build(Timing, table["timing"], (*keys, "timing"))
-    at = "path"
-    try:
-        compiled = compile_path(path)
-        at = "timing"
-        compile_trajectory((compiled,), (timing,))
-    except PathError as error:
-        raise error.about(*keys, at) from None
-    return path, timing
-
-
-def _path(table: dict[str, Any], keys: Keys) -> Shape:
-    if "path" not in table:
-        raise ScenarioError("a robot needs a path, such as path = { shape = 'sine', amplitude = 1.0 }").about(*keys)
-    shape = table["path"]
-    _BUILDER.table(shape, (*keys, "path"))
-    shape = dict(shape)
-    if "shape" not in shape:
-        raise ScenarioError(f"path lacks shape, one of {', '.join(SHAPES)}").about(*keys, "path")
-    kind = shape.pop("shape")
-    if not isinstance(kind, str) or kind not in SHAPES:
-        raise ScenarioError(expected(str(kind), SHAPES, "path shape")).about(*keys, "path", "shape")
-    made: Shape = _BUILDER.build(SHAPES[kind], shape, (*keys, "path"), ("shape",))
-    return made
-
-
 class _Shared(NamedTuple):
     """What a file says of all robots."""
 
@@ -161,7 +123,7 @@ class _Shared(NamedTuple):
     folder: FilePath  # where the files of robots are looked for first
 
 
-def _member(table: Any, keys: Keys, virtual: tuple[Shape, Timing] | None, shared: _Shared) -> Member:
+def _member(table: Any, keys: Keys, virtual: VirtualRobot | None, shared: _Shared) -> Member:
     _BUILDER.table(table, keys)
     table = dict(table)
     choice = shared.robot
@@ -174,14 +136,10 @@ def _member(table: Any, keys: Keys, virtual: tuple[Shape, Timing] | None, shared
         given["sensors"] = sensors_from_table(carried, (*at, "sensors"), _BUILDER, choice.robot)
     if "offset" in table:
         return _offset_member(table, keys, virtual, given)
-    path = _path(table, keys)
-    del table["path"]
-    return _BUILDER.build(Member, table, keys, ("path", "offset", "robot", "sensors"), path=path, **given)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), **given)
 
 
-def _offset_member(
-    table: dict[str, Any], keys: Keys, virtual: tuple[Shape, Timing] | None, given: dict[str, Any]
-) -> Member:
+def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | None, given: dict[str, Any]) -> Member:
     """A robot of a formation: its path follows from its offset; without a start it begins in its place."""
     at = (*keys, "offset")
     if virtual is None:
@@ -200,13 +158,15 @@ def _offset_member(
 
     value = table.pop("offset")
     ahead, left = numbers(value, 2, refuse)
-    path, timing = Offset(path=virtual[0], offset=(ahead, left)), virtual[1]
+    path = Offset(path=virtual.path, offset=(ahead, left))
     try:
-        start = offset_start(path, timing)
+        start = offset_start(path, virtual.timing)
     except PathError as error:
         raise error.about(*at) from None
     table = {"start": list(start), **table}
-    return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=timing, **given)
+    return _BUILDER.build(
+        Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=virtual.timing, **given
+    )
 
 
 def _radio(value: Any, keys: Keys) -> Radio:
@@ -221,15 +181,14 @@ def _radio(value: Any, keys: Keys) -> Radio:
     return radio
 
 
+def _path(value: Any, keys: Keys) -> Shape:
+    made: Shape = _BUILDER.shaped(value, keys, SHAPES, "path")
+    return made
+
+
 def _obstacles(value: Any, keys: Keys) -> tuple[Obstacle, ...]:
     rows = _BUILDER.tables(value, keys)
-    return tuple(obstacle_from_table(row, (*keys, i), _BUILDER.build) for i, row in enumerate(rows))
+    return tuple(_BUILDER.shaped(row, (*keys, i), OBSTACLES, "an obstacle") for i, row in enumerate(rows))
 
 
-_BUILDER = Builder(
-    ScenarioError,
-    {
-        Radio: _radio,
-        tuple[Obstacle, ...]: _obstacles,
-    },
-)
+_BUILDER = Builder(ScenarioError, {Shape: _path, Radio: _radio, tuple[Obstacle, ...]: _obstacles})

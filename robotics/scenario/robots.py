@@ -13,7 +13,7 @@ from robotics.scenario.sensortable import sensors_from_table
 from robotics.sensing.sonar import RangeSensor
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFile, TomlFiles, placed_beside
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 from robotics.vehicle.robot import Robot, RobotError, merged, missing_numbers
 from robotics.vehicle.wheel_loop import Gains
 
@@ -128,8 +128,7 @@ def parse_robot(text: str, name: str, file: str = "<text>") -> RobotModel:
         name: The name of the robot.
         file: The name of the file in messages.
     """
-    table = parse_table(text, file, RobotError)
-    with placed(text, file, RobotError):
+    with reading(text, file, RobotError) as table:
         numbers = {key: value for key, value in table.items() if key not in ("title", "source", "sensors")}
         robot: Robot = _BUILDER.build(Robot, numbers, (), ("title", "source", "sensors"))
         sensors = sensors_from_table(table.get("sensors", []), ("sensors",), _BUILDER, robot)
@@ -226,4 +225,4 @@ def _named(name: str, keys: Keys, builder: Builder, folder: Path) -> RobotModel:
         raise builder.fault(str(error)).about(*keys) from None
 
 
-_BUILDER = Builder(RobotError, {})
+_BUILDER = Builder(RobotError)

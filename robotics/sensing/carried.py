@@ -199,8 +199,7 @@ class CarriedSensors:
 def nothing_to_see(lanes: int) -> Looks:
     """The columns of robots that do not look."""
     sensors = CarriedSensors((), (), np.full(lanes, -1), 1, (), 1.0)
-    none = Geometry(np.empty((1, 0, 3)), np.empty((1, 0, 4), np.int64), np.empty((1, 0, 4)), np.zeros(1, np.int64))
-    return sensors.looks(none, Moving.nothing(), np.empty((3, 0)))._replace(readings=np.empty((0, 0)))
+    return sensors.looks(Geometry.nothing(), Moving.nothing(), np.empty((3, 0)))._replace(readings=np.empty((0, 0)))
 
 
 def _periods(sensor: RangeSensor, tick: float) -> int:
@@ -244,22 +243,34 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
         robots: Of a run.
         ranges: Where the readings that a law needs are written (needs, lanes) [m].
     """
-    eyes, turned, here = looks.eyes, looks.turned, TruthColumns(truth)
-    any_due = False
-    for q in range(len(looks.every)):
-        eyes.due[q] = k % looks.every[q] == 0
-        any_due |= eyes.due[q]
-    if not any_due:
+    if not some_due(looks, k):
         return
+    turned, here = looks.turned, TruthColumns(truth)
     if looks.moving.frames.shape[0] > 0:
         place(looks.here, looks.moving, k)
     for lane in range(truth.shape[1]):
         turned[0, lane], turned[1, lane] = np.cos(here.heading[lane]), np.sin(here.heading[lane])
     for lane in range(truth.shape[1]):
         look_of(looks, k, lane, robots, truth)
+    for lane in range(truth.shape[1]):
+        tell(looks, lane, ranges)
+
+
+@compiled_only
+def some_due(looks, k):  # type: ignore[no-untyped-def]
+    """Note which sensors are due in control period ``k``; return whether any is."""
+    found = False
+    for q in range(len(looks.every)):
+        looks.eyes.due[q] = k % looks.every[q] == 0
+        found |= looks.eyes.due[q]
+    return found
+
+
+@compiled_only
+def tell(looks, lane, ranges):  # type: ignore[no-untyped-def]
+    """Write the readings of one lane that a law needs."""
     for n in range(len(looks.wanted)):
-        for lane in range(truth.shape[1]):
-            ranges[n, lane] = looks.readings[lane, looks.wanted[n]]
+        ranges[n, lane] = looks.readings[lane, looks.wanted[n]]
 
 
 @compiled_only

@@ -23,13 +23,13 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.laws.universe import say_of_inputs
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.faults import Faults
 from robotics.scenario.description import Scenario
 from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
-from robotics.simulation.observer import Moment, Observer
+from robotics.simulation.observer import Moment, Observer, moment_of
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
@@ -257,11 +257,7 @@ class Simulation:
 
     def watch(self, k: int) -> None:
         """Let the observers look at the period."""
-        one, air = self.lanes, self.lanes.air
-        moment = Moment(
-            k, one.period, one.robots, air.values, air.every, one.body.truth, one.known.seen, one.command, one.order,
-            one.trouble.code, air.heard, one.readings, one.stopped, one.goes_on,
-        )  # fmt: skip
+        moment = moment_of(self.lanes, k)
         for observer in self.observers:
             if observer.look(moment) and (end := observer.asked(k)) is not None:
                 self.end = min(self.end, end)

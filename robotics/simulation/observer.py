@@ -1,7 +1,7 @@
 """Observers: what looks at every period of a simulation, after the law has decided and before the robots move.
 
-The recorder, the judge of stress tests and whatever a user wants to know are observers of one loop. An observer is a
-compiled function of a :class:`Moment` and of its own notes, which it writes in place:
+The recorder, the judge of stress tests, the reward of environments and whatever a user wants to know are observers of
+one loop. An observer is a compiled function of a :class:`Moment` and of its own notes, which it writes in place:
 
     class Fastest(NamedTuple):
         speed: Floats1  # (lanes,) m/s
@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 from fuzzy.compiled.columns import Bools1, Floats2, Floats3, Ints1, check, compiled_type
 from fuzzy.compiled.jit import kernel, types
 from robotics.laws.equation import pointed
+from robotics.simulation.lanes import Lanes
 
 
 class Moment(NamedTuple):
@@ -42,6 +43,15 @@ class Moment(NamedTuple):
     readings: Floats2  # (lanes, sensors) m
     stopped: Ints1  # (lanes,): the period in which the robot was stopped, or -1
     goes_on: Bools1  # (runs,): the law of a run that does not is not asked any more; an observer may end a run
+
+
+def moment_of(lanes: Lanes, k: int) -> Moment:
+    """Period ``k`` of ``lanes`` as an observer sees it."""
+    one, air = lanes, lanes.air
+    return Moment(
+        k, one.period, one.robots, air.values, air.every, one.body.truth, one.known.seen, one.command, one.order,
+        one.trouble.code, air.heard, one.readings, one.stopped, one.goes_on,
+    )  # fmt: skip
 
 
 def observer(watch: Callable[..., Any]) -> Any:

@@ -11,7 +11,6 @@ from robotics.environment.collision import footprints
 from robotics.laws.equation import EquationLaw, Known, SeenColumns, Setup, fresh_commands
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
-from robotics.paths.references import sampled
 from robotics.radio.channel import Channel
 from robotics.radio.faults import Faults, Trouble, untroubled
 from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
@@ -99,7 +98,7 @@ class PreparedRuns:
                 memories.append(memory.rows)
         if faults is None and setting.faults:
             faults = Faults.drawn(setting.faults, len(setting.robots), seeds)
-        shared = np.empty((6, 0, 0)) if setting.ensemble else np.stack(sampled(setting.references, setting.times))
+        shared = np.empty((6, 0, 0)) if setting.ensemble else np.stack(setting.references.sampled(setting.times))
         return cls(tuple(drivers), tuple(seeds), faults, shared, tuple(setups), tuple(memories))
 
     @property

@@ -13,7 +13,6 @@ from robotics.laws.equation import EquationLaw, SeenColumns, WrittenColumns
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.modes import STOPPED
 from robotics.laws.setting import Setting
-from robotics.paths.references import sampled
 from robotics.radio.channel import HeardColumns
 from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, ENCODER_CHANNELS, RECORDS, TEAM_CHANNELS
@@ -217,7 +216,7 @@ class Recorder:
             seeds,
             times,
             recorded,
-            np.stack(sampled(setting.references, times)) if references is None else references[:, :end],
+            np.stack(setting.references.sampled(times)) if references is None else references[:, :end],
             tuple(path.table[:2] for path in setting.references.joined.paths),
             np.where(gone < end, gone, -1),
             _obstacles(setting, times),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from robotics.laws.law import Command
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.channel import Heard
 from robotics.sensing.sonar import Ranges
 

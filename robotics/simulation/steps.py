@@ -13,7 +13,7 @@ from robotics.paths.road import moving
 from robotics.radio.channel import broadcast, receive
 from robotics.radio.faults import notice
 from robotics.sensing.posture import measure, read_encoders
-from robotics.vehicle.plant import SUBSTEPS, TruthColumns, tick_into
+from robotics.vehicle.plant import SUBSTEPS, TruthColumns, tick_lanes
 
 VELOCITY = RobotColumns.v.row
 
@@ -84,12 +84,9 @@ def obey(period, divergence, watchdog, truth, trouble, command, order, held_for,
     The arguments are the fields of :class:`robotics.simulation.lanes.Lanes` of these names, and of its body.
     """
     for i in range(truth.shape[1]):
-        out, here = CommandColumns(command, i), TruthColumns(truth, i)
+        out = CommandColumns(command, i)
         first, second = out.first, out.second
-        dx, dy = here.x - out.target.x, here.y - out.target.y
-        near = dx * dx + dy * dy < divergence * divergence
-        good = math.isfinite(first) and math.isfinite(second) and near
-        lost[i] = not good and stopped[i] < 0
+        lost[i] = not on_course(first, second, TruthColumns(truth, i), out.target, divergence) and stopped[i] < 0
         # Without a new command a robot holds its last, until its watchdog stops it.
         held = trouble.held[i]
         held_for[i] = held_for[i] + period if held else 0.0
@@ -97,6 +94,13 @@ def obey(period, divergence, watchdog, truth, trouble, command, order, held_for,
             order[0, i], order[1, i] = first, second
         if trouble.failed[i] or held_for[i] > watchdog + 1e-9:
             order[0, i], order[1, i] = 0.0, 0.0
+
+
+@compiled_only
+def on_course(first, second, here, target, divergence):  # type: ignore[no-untyped-def]
+    """Whether a command is finite, and the robot ``here`` nearer than ``divergence`` [m] to its ``target``."""
+    dx, dy = here.x - target.x, here.y - target.y
+    return math.isfinite(first) and math.isfinite(second) and dx * dx + dy * dy < divergence * divergence
 
 
 @without_refcounts
@@ -109,17 +113,24 @@ def say(k, period, cut, air, command, truth):  # type: ignore[no-untyped-def]
 @without_refcounts
 def move(k, body, order, stopped, lost):  # type: ignore[no-untyped-def]
     """Stop the robots that are lost, and move the plant by period ``k``."""
-    flights = len(body.pending)
-    now = body.pending[k % flights]
     for i in range(order.shape[1]):
         if lost[i]:
             stopped[i] = k
         if stopped[i] >= 0:
             order[0, i], order[1, i] = 0.0, 0.0
+    move_lanes(0, order.shape[1], k, body, order, body.scratch)
+
+
+@compiled_only
+def move_lanes(first, last, k, body, order, scratch):  # type: ignore[no-untyped-def]
+    """Move the plant of the lanes from ``first`` to before ``last`` by period ``k``; it works in ``scratch``."""
+    flights = len(body.pending)
+    now = body.pending[k % flights]
+    for i in range(first, last):
         now[0, i], now[1, i] = order[0, i], order[1, i]
     earlier = body.pending[(k - body.late_periods - 1) % flights]
     command = body.pending[(k - body.late_periods) % flights]
-    tick_into(
-        body.truth, body.truth, body.parameters, earlier, command,
-        body.late_steps, body.steps, body.step, SUBSTEPS, body.code, body.scratch,
+    tick_lanes(
+        first, last, body.truth, body.truth, body.parameters, earlier, command,
+        body.late_steps, body.steps, body.step, SUBSTEPS, body.code, scratch,
     )  # fmt: skip

@@ -7,7 +7,7 @@ described by :mod:`robotics.quantity`, the same description stands in messages, 
 
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import partial
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -24,29 +24,30 @@ class Builder:
     """Makes dataclasses of tables; its errors are ``fault``, and are ``about`` the keys of what is wrong."""
 
     fault: type[InputError]
-    special: Mapping[Any, Special]  # by the type of the field
+    special: Mapping[Any, Special] = field(default_factory=dict)  # by the type of the field
 
     def build(self, kind: type, table: Mapping[str, Any], keys: Keys, also: tuple[str, ...] = (), **given: Any) -> Any:
         """Make a dataclass of a table.
 
         Args:
-            kind: The dataclass. A field "name" is never read, but given.
+            kind: The dataclass. Its fields that are described are read.
             table: The table.
             keys: Its place in the file.
             also: Other keys that messages say are accepted there.
             given: Fields that are not read.
         """
         hints = get_type_hints(kind)
-        known = {f.name: f for f in fields(kind) if f.init and f.name not in given and f.name != "name"}
+        known = {f.name: f for f in fields(kind) if "doc" in f.metadata and f.name not in given}
         values = dict(given)
         for key, value in table.items():
             if key not in known:
                 raise self.fault(expected(key, [*known, *also], "key")).about(*keys, key)
             values[key] = self.convert(value, hints[key], known[key], (*keys, key))
         needed = (f for f in known.values() if f.default is MISSING and f.default_factory is MISSING)
-        missing = [f.name for f in needed if f.name not in values]
+        missing = {f.name: f.metadata.get("missing") for f in needed if f.name not in values}
         if missing:
-            raise self.fault(f"{kind.__name__.lower()} lacks {', '.join(missing)}").about(*keys)
+            usual = f"{kind.__name__.lower()} lacks {', '.join(missing)}"
+            raise self.fault(next(filter(None, missing.values()), usual)).about(*keys)
         try:
             return kind(**values)
         except InputError as error:
@@ -56,7 +57,9 @@ class Builder:
         """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""
 
         def refuse(what: str) -> InputError:
-            return self.fault(f"{field.name} must be {what}; {got(value)}").about(*keys)
+            return self.fault(f"{field.name} must be {field.metadata.get('accepts') or what}; {got(value)}").about(
+                *keys
+            )
 
         origin = get_origin(hint)
         if origin in (Union, types.UnionType) and hint not in self.special:
@@ -67,6 +70,10 @@ class Builder:
         if is_dataclass(hint):
             assert isinstance(hint, type)
             return self.build(hint, self.table(value, keys), keys)
+        if origin is Mapping:
+            rows = self.table(value, keys).items()
+            inner = get_args(hint)[1]
+            return {name: self.build(inner, self.table(row, (*keys, name)), (*keys, name)) for name, row in rows}
         if origin is tuple:
             return self._tuple(value, get_args(hint), field, keys, refuse)
         if origin is Literal:
@@ -81,6 +88,23 @@ class Builder:
             name = f"{keys[-2]} {keys[-1] + 1}" if isinstance(keys[-1], int) else keys[-1]
             raise self.fault(f"{name} must be a table, {got(value)}").about(*keys)
         return value
+
+    def shaped(self, value: Any, keys: Keys, kinds: Mapping[str, type], what: str) -> Any:
+        """Make the one of several dataclasses that the key ``shape`` of a table names.
+
+        Args:
+            value: What stands in the file.
+            keys: Its place in the file.
+            kinds: The dataclasses by their names.
+            what: What messages call such a table.
+        """
+        table = dict(self.table(value, keys))
+        if "shape" not in table:
+            raise self.fault(f"{what} lacks shape, one of {', '.join(kinds)}").about(*keys)
+        shape = table.pop("shape")
+        if not isinstance(shape, str) or shape not in kinds:
+            raise self.fault(expected(str(shape), kinds, f"{what.split()[-1]} shape")).about(*keys, "shape")
+        return self.build(kinds[shape], table, keys, ("shape",))
 
     def tables(self, value: Any, keys: Keys) -> list[dict[str, Any]]:
         """``value`` itself, which must be a list of tables."""

@@ -178,20 +178,44 @@ def keys_of(
     """The keys that the dataclass ``kind`` is read from.
 
     Args:
-        kind: The dataclass. Fields that its constructor does not take, and "name", are no keys.
+        kind: The dataclass. Its fields that are described are keys.
         specials: What stands under a field whose type alone does not tell, by the type.
         without: Fields that are read otherwise.
         also: Further keys; those that have the name of a field take its place.
     """
     hints = get_type_hints(kind)
     others = {key.name: key for key in also}
-    own = [f for f in fields(kind) if f.init and f.name not in ("name", *without, *others)]
+    own = [f for f in fields(kind) if "doc" in f.metadata and f.name not in (*without, *others)]
     return (*also, *(key_of(f, hints[f.name], specials or {}) for f in own))
 
 
 def table_of(kind: type, name: str, specials: Specials | None = None, **more: Any) -> KeyTable:
     """The description of the table that the dataclass ``kind`` is read from; ``more`` is as of :func:`keys_of`."""
     return KeyTable(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
+
+
+def shapes_table(
+    name: str, doc: str, shape_doc: str, kinds: Mapping[str, type], common: tuple[Key, ...] = ()
+) -> KeyTable:
+    """The description of a table that is read into the one of several dataclasses that its key ``shape`` names.
+
+    Args:
+        name: Of the table.
+        doc: What the table is.
+        shape_doc: What its key ``shape`` says.
+        kinds: The dataclasses by their names.
+        common: The keys that all of them have.
+    """
+    shape = Key(name="shape", doc=shape_doc, holds="word", words=tuple(kinds), required=True)
+    names = tuple(key.name for key in common)
+    return KeyTable(
+        name=name,
+        doc=doc,
+        keys=(shape, *common),
+        by="shape",
+        shapes={shape: keys_of(kind, without=names) for shape, kind in kinds.items()},
+        shape_docs={shape: first_line(kind) for shape, kind in kinds.items()},
+    )
 
 
 def first_line(kind: Any) -> str:

@@ -33,15 +33,16 @@ def parse_table(text: str, file: str, fault: type[InputError]) -> dict[str, Any]
 
 
 @contextmanager
-def placed(text: str, file: str, fault: type[InputError]) -> Iterator[None]:
-    """Turn an InputError of the block into a ``fault`` that names the file, and the line of what it is about.
+def reading(text: str, file: str, fault: type[InputError]) -> Iterator[dict[str, Any]]:
+    """Give the block the table of a TOML text; its InputErrors become ``fault``, with file and line.
 
     Args:
         text: The TOML text.
         file: The name of the file in messages.
         fault: The error to raise.
     """
+    table = parse_table(text, file, fault)
     try:
-        yield
+        yield table
     except InputError as error:
         raise fault(f"{file}:{line_of(text, error.at)}: {error}") from None

@@ -1,12 +1,13 @@
 """The report's chapter on avoidance: robots that would meet, and obstacles that are not known before; thesis 6."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import product
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
-from robotics.figures.laws import plot_crash_turn, plot_obstacle_turn
+from robotics.figures.laws import plot_turn
 from robotics.figures.meetings import plot_meetings
 from robotics.figures.states import plot_states
 from robotics.laws.catalogue import label
@@ -31,10 +32,18 @@ from robotics.thesis.avoidance_runs import (
     values,
 )
 from robotics.thesis.claims import judged
-from robotics.thesis.rows import film_of, mean_cells
+from robotics.thesis.rows import film_of, run_columns
 from robotics.thesis.side_by_side import side_by_side_picture, side_by_side_table
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
+
+_SEEN = ("trajectories", "cross-track", "v", "sonar")
+
+
+def _figures(first: int, *rows: str) -> dict[str, str]:
+    """The thesis's figures of rows, one after the other."""
+    return {row: f"Fig 6.{number}" for number, row in enumerate(rows, first)}
+
 
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
@@ -60,22 +69,10 @@ CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
             "w": "Fig 6.18",
         },
     ),
-    "obstacles-on-two-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.28", "cross-track": "Fig 6.29", "v": "Fig 6.30", "sonar": "Fig 6.31"},
-    ),
-    "turn-into-neighbour": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.32", "cross-track": "Fig 6.33", "v": "Fig 6.34", "sonar": "Fig 6.35"},
-    ),
-    "trap-u": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.36", "cross-track": "Fig 6.37", "v": "Fig 6.38", "sonar": "Fig 6.39"},
-    ),
-    "obstacles-on-outer-paths": (
-        OBSTACLE_LAWS,
-        {"trajectories": "Fig 6.40", "cross-track": "Fig 6.41", "v": "Fig 6.42", "w": "Fig 6.43"},
-    ),
+    "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
+    "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
+    "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),
+    "obstacles-on-outer-paths": (OBSTACLE_LAWS, _figures(40, "trajectories", "cross-track", "v", "w")),
 }
 
 
@@ -124,34 +121,24 @@ def _played(runs: Runs) -> list[tuple[str, str]]:
 
 
 def _tests(runs: Runs) -> Grid:
-    rows = []
-    for test in AVOIDANCE_TESTS:
-        for law in CRASH_LAWS:
-            run = runs[test, law]
-            stood = ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))
-            rows.append((test, label(law), _touch(run), *mean_cells(run, "min_distance_m", *_ARRIVING), stood))
-    return Grid(
+    return Grid.of(
         "Tests 1 and 2 of thesis 6.1.3: means of the worst robot with 95 % intervals. Stood: "
         "the longest stop of robots 1, 2, 3 on the way.",
-        ("test", "controller", *_HEAD[:2], *_HEAD[3:], "stood"),
-        rows,
+        [runs[key] for key in product(AVOIDANCE_TESTS, CRASH_LAWS)],
+        run_columns("test", _TOUCHED, min_distance_m="least distance of centers", **_ARRIVING)
+        | {"stood": lambda run: ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))},
     )
 
 
 # Quantities that the tables show, and what they call them
-_ARRIVING = ("arrival_time_s", "arrival_spread_s", "max_cross_track_m")
-_HEAD = (
-    "runs with contact",
-    "least distance of centers",
-    "least clearance",
-    "last arrival",
-    "spread of arrivals",
-    "largest distance from the path",
-)
+_ARRIVING = {
+    "arrival_time_s": "last arrival",
+    "arrival_spread_s": "spread of arrivals",
+    "max_cross_track_m": "largest distance from the path",
+}
 
 
-def _touch(run: Run) -> str:
-    return f"{runs_touched(run)} of {len(run.seeds)}"
+_TOUCHED = {"runs with contact": lambda run: f"{runs_touched(run)} of {len(run.seeds)}"}
 
 
 def _crossings(results: Results) -> Grid:
@@ -182,40 +169,42 @@ def _crossings(results: Results) -> Grid:
 
 
 def _courses(runs: Runs) -> Grid:
-    rows = []
     order = (*COURSES, *CASES)
     shown_here = [key for key in runs if key[0] in order and key[1] in OBSTACLE_LAWS]
-    for scenario, law in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1])):
-        run = runs[scenario, law]
-        left = [str(i) for i in range(1, len(run.paths) + 1) if measured(run, "left_behind_s", str(i)).any()]
-        cells = mean_cells(run, "min_clearance_m", *_ARRIVING, "off_path_s")
-        rows.append((scenario, label(law), _touch(run), *cells, ", ".join(left) or "–"))
-    return Grid(
+    return Grid.of(
         "Robots among obstacles, thesis 6.2 and 6.3: means of the worst robot with 95 % "
         "intervals. Clearance: from the surface of a robot to the nearest obstacle or robot. Off the path: more than "
         "0.1 m. Left behind: robots that the group went on without in some run, for a while or for good.",
-        ("scenario", "controller", _HEAD[0], *_HEAD[2:], "longest off the path", "left behind"),
-        rows,
+        [runs[key] for key in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1]))],
+        run_columns(
+            "scenario", _TOUCHED, min_clearance_m="least clearance", **_ARRIVING, off_path_s="longest off the path"
+        )
+        | {"left behind": _left_behind},
     )
+
+
+def _left_behind(run: Run) -> str:
+    robots = [str(i) for i in range(1, len(run.paths) + 1)]
+    return ", ".join(robot for robot in robots if measured(run, "left_behind_s", robot).any()) or "–"
 
 
 # Pictures ---------------------------------------------------------------------------------------------------------
 
 
 def _pictures(runs: Runs) -> list[Picture]:
-    pictures = [
+    return [
         Picture(
             "avoidance-eta",
             "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
             "are missing; the numbers are choices.",
             "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            partial(plot_crash_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "eta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-theta",
             "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
             "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            partial(plot_obstacle_turn, width=PAGE_WIDTH),
+            partial(plot_turn, "theta", PAGE_WIDTH),
         ),
         Picture(
             "avoidance-states-crash",
@@ -242,33 +231,29 @@ def _pictures(runs: Runs) -> list[Picture]:
             )
             for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
+        *_pages(runs),
     ]
+
+
+def _pages(runs: Runs) -> Iterator[Picture]:
+    """Two pages a scenario: where robots were, and how they drove."""
     for scenario, (laws, figures) in CHAPTER_FIGURES.items():
-        crash = scenario in AVOIDANCE_TESTS
+        crash, columns = scenario in AVOIDANCE_TESTS, [runs[scenario, law] for law in laws]
         about = (
             "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
             "certainly in contact."
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
-        columns = [runs[scenario, law] for law in laws]
-        usual = CRASH_ROWS if crash else OBSTACLE_ROWS
-        for name, rows, what, said in (
-            (
-                f"avoidance-{scenario}",
-                WHERE,
-                "Trajectories and distances",
-                f"Robots in true size at equal times. {about}",
-            ),
-            (f"avoidance-{scenario}-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
+        where = f"Robots in true size at equal times. {about}"
+        for suffix, rows, what, said in (
+            ("", WHERE, "Trajectories and distances", where),
+            ("-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
         ):
-            chosen = [row for row in usual if row in rows]
-            pictures.append(
-                Picture(
-                    name,
-                    f"{load_scenario(scenario).title}. {said}",
-                    f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                    partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
-                )
+            chosen = [row for row in (CRASH_ROWS if crash else OBSTACLE_ROWS) if row in rows]
+            yield Picture(
+                f"avoidance-{scenario}{suffix}",
+                f"{load_scenario(scenario).title}. {said}",
+                f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
+                partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
             )
-    return pictures

@@ -45,9 +45,9 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     sighted, blind = _by_sight([law for law in SIDE_BY_SIDE if law not in OBSTACLE_LAWS])
     shared = range(seed, seed + -(-effort.trials // len(COURSES)))  # contacts on all courses together are a rate
     return [
-        *(Experiment(("meetings", law), partial(_meetings, law, seeds)) for law in CRASH_LAWS),
+        *(Experiment(("meetings", law), partial(_together, AVOIDANCE_TESTS, law, seeds)) for law in CRASH_LAWS),
         *(Experiment(("meetings", law), partial(_in_time, AVOIDANCE_TESTS, law, seeds)) for law in beside),
-        *(Experiment(("courses", law), partial(_courses, law, shared)) for law in OBSTACLE_LAWS),
+        *(Experiment(("courses", law), partial(_together, COURSES, law, shared, _LONGEST)) for law in OBSTACLE_LAWS),
         *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds)) for law in sighted),
         *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds[:_FEW])) for law in blind),
         *(Experiment(("cases", law), partial(_cases, law, seeds[:_FEW])) for law in OBSTACLE_LAWS),
@@ -82,18 +82,13 @@ def _by_sight(laws: Sequence[str]) -> tuple[list[str], list[str]]:
     return sighted, [law for law in laws if law not in sighted]
 
 
-def _meetings(law: str, seeds: Sequence[int]) -> list[Run]:
-    return run_together([load_scenario(name) for name in AVOIDANCE_TESTS], law, seeds)
-
-
-def _courses(law: str, seeds: Sequence[int]) -> list[Run]:
-    return run_together([load_scenario(name) for name in COURSES], law, seeds, _LONGEST)
+def _together(scenarios: Sequence[str], law: str, seeds: Sequence[int], duration: float | None = None) -> list[Run]:
+    return run_together([load_scenario(name) for name in scenarios], law, seeds, duration)
 
 
 def _in_time(scenarios: Sequence[str], law: str, seeds: Sequence[int]) -> list[Run]:
     """The scenarios of a table side by side, until it is too late to arrive."""
-    latest = LATEST * max(map(nominal_time, scenarios))
-    return run_together([load_scenario(name) for name in scenarios], law, seeds, latest)
+    return _together(scenarios, law, seeds, LATEST * max(map(nominal_time, scenarios)))
 
 
 def _cases(law: str, seeds: Sequence[int]) -> list[Run]:

@@ -17,7 +17,7 @@ from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.quantity import described
 from robotics.report.chapter import Claim
 from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, run_name, statements
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 
 _FORMS: dict[str, Form] = {
     "printed": "as printed",
@@ -116,6 +116,5 @@ def _parts(condition: _Condition, values: Measured) -> list[Part]:
 def _statements() -> tuple[_Statement, ...]:
     file = resources.files("robotics") / "thesis" / "claims.toml"
     text, builder = file.read_text(encoding="utf-8"), builder_of(_Condition)
-    table = parse_table(text, "claims.toml", ClaimError)
-    with placed(text, "claims.toml", ClaimError):
+    with reading(text, "claims.toml", ClaimError) as table:
         return statements(table["claims"], ("claims",), builder, _Statement, _Condition)

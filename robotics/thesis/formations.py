@@ -4,7 +4,7 @@ It generates both data sets, learns four networks from each, drives the two expe
 learnt from the well-posed set, with the analytic law and with the thesis's own systems, and judges the claims.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import product
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 import anfis
 from anfis.plot import plot_premises
+from anfis.state import Epoch
 from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.figures.structure import plot_structure
 from robotics.experiments.learning.formationdata import (
@@ -28,7 +29,7 @@ from robotics.experiments.learning.formationdata import (
 )
 from robotics.experiments.learning.formationlearning import Learnt, learn_network, write_networks
 from robotics.experiments.learning.fresh import FRESH, FreshErrors, fresh_errors
-from robotics.experiments.learning.scatter import DRAWS, Scatter, scatter
+from robotics.experiments.learning.scatter import DRAWS, scatter
 from robotics.figures.formation_run import plot_formation
 from robotics.figures.formations import (
     plot_epochs,
@@ -62,6 +63,11 @@ VARIANTS = {
 THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
 
 
+# The pictures of networks over data: name, the thesis's figures, what the data are, their table and time in _Data
+_FITS = (
+    ("formation-fit", "Figs 5.8, 5.12", "the five formations' runs", ("along", "time")),
+    ("formation-fit-check", "Fig 5.9", "the checking formation, 1 m behind", ("check_along", "check_time")),
+)
 _DATA = "formation data, "  # and an output: what claims call the errors of learning it
 Kind = Literal["literal", "well-posed"]
 SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
@@ -93,10 +99,10 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
         ),
         Experiment(("fresh",), partial(_fresh, seed, networks)),
         *(
-            Experiment(
-                Needed(experiment, title, False), partial(_driven, experiment, title, effort.row(seed), networks)
-            )
-            for experiment, title in product(_EXPERIMENTS, VARIANTS.values())
+            Experiment(need, partial(_driven, need, law, effort.row(seed), networks))
+            for experiment in _EXPERIMENTS
+            for law, title in VARIANTS.items()
+            for need in [Needed(experiment, title, False)]
         ),
     ]
 
@@ -146,10 +152,9 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
     return fresh_errors(learnt, _recipe("well-posed", seed))
 
 
-def _driven(experiment: str, title: str, seeds: Sequence[int], networks: Path) -> Run:
-    specification = next(law for law, name in VARIANTS.items() if name == title)
+def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
     law = specification.replace("NETWORKS", str(networks))
-    return driven(Needed(experiment, title, False), load_scenario(experiment), law, seeds)
+    return driven(need, load_scenario(need.on), law, seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
@@ -158,8 +163,6 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
         kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS
     }
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
-    literal = results["data", "literal"].table
-    found = scatter(literal.values[:, : literal.inputs], literal.values[:, literal.inputs :])
     return Chapter(
         "formation",
         "Leader and followers: learning from formation data (thesis 5.2)",
@@ -175,8 +178,21 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
             "samples lie evenly over where leader and followers may be, three in five off the path.",
         ),
         [
-            _table_5_1("literal", learnt["literal"], found, {}),
-            _table_5_1("well-posed", learnt["well-posed"], None, results["fresh",]),
+            _table_5_1(
+                "literal",
+                learnt["literal"],
+                _scattered(results["data", "literal"].table),
+                f"Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
+                "smooth function errs by about that on fresh samples; a training error below it tells postures apart "
+                "that are all but equal.",
+            ),
+            _table_5_1(
+                "well-posed",
+                learnt["well-posed"],
+                _drawn_afresh(results["fresh",]),
+                f"Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the "
+                "first; clusters are found again in each with the setting shown, whatever number of rules that gives.",
+            ),
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
@@ -189,57 +205,42 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     )
 
 
-def _table_5_1(kind: str, networks: Sequence[Learnt], found: Scatter | None, fresh: Mapping[str, FreshErrors]) -> Grid:
-    rows = []
-    for k, network in enumerate(networks):
-        trial, training = network.trial, network.training
-        best = training.history[training.best]
-        last: tuple[str, ...]
-        if found is None:
-            drawn = fresh[network.output]
-            last = (_spanned(drawn.clustering), f"{drawn.rules.min():.0f} to {drawn.rules.max():.0f}")
-            last += (_spanned(drawn.learnt),)
-        else:
-            last = (f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})",)
-        rows.append(
-            (
-                network.output,
-                str(trial.rules),
-                setting_of(network),
-                f"{THESIS_ERRORS[network.output]:.2e}",
-                f"{training.history[0].train:.2e}",
-                f"{best.train:.2e}",
-                f"{best.check:.2e}",
-                *last,
-            )
-        )
-    if found is None:
-        caption = (
-            f" Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the first; "
-            "clusters are found again in each with the setting shown, whatever number of rules that gives."
-        )
-        head: tuple[str, ...] = ("clustering, fresh sets", "their rules", "learnt, fresh sets")
-    else:
-        caption = (
-            f" Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
-            "smooth function errs by about that on fresh samples; a training error below it tells postures apart that "
-            "are all but equal."
-        )
-        head = ("scatter",)
-    return Grid(
-        f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s." + caption,
-        (
-            "network",
-            "rules",
-            "radius, squash, accept, reject",
-            "thesis, clustering",
-            "clustering",
-            "learnt, training",
-            "learnt, checking",
-            *head,
-        ),
-        rows,
-    )
+def _table_5_1(
+    kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callable[[Learnt], str]], about_last: str
+) -> Grid:
+    def best(network: Learnt) -> Epoch:
+        return network.training.history[network.training.best]
+
+    columns: dict[str, Callable[[Learnt], str]] = {
+        "network": lambda network: network.output,
+        "rules": lambda network: str(network.trial.rules),
+        "radius, squash, accept, reject": setting_of,
+        "thesis, clustering": lambda network: f"{THESIS_ERRORS[network.output]:.2e}",
+        "clustering": lambda network: f"{network.training.history[0].train:.2e}",
+        "learnt, training": lambda network: f"{best(network).train:.2e}",
+        "learnt, checking": lambda network: f"{best(network).check:.2e}",
+    }
+    caption = f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s. {about_last}"
+    return Grid.of(caption, networks, columns | dict(last))
+
+
+def _scattered(table: FormationTable) -> dict[str, Callable[[Learnt], str]]:
+    """The column that says how far the outputs of a table scatter."""
+    found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+    cells = {
+        output: f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})"
+        for k, output in enumerate(FORMATION_OUTPUTS)
+    }
+    return {"scatter": lambda network: cells[network.output]}
+
+
+def _drawn_afresh(fresh: Mapping[str, FreshErrors]) -> dict[str, Callable[[Learnt], str]]:
+    """The columns that say what other sets of the same kind give."""
+    return {
+        "clustering, fresh sets": lambda network: _spanned(fresh[network.output].clustering),
+        "their rules": lambda n: f"{fresh[n.output].rules.min():.0f} to {fresh[n.output].rules.max():.0f}",
+        "learnt, fresh sets": lambda network: _spanned(fresh[network.output].learnt),
+    }
 
 
 def _spanned(values: np.ndarray) -> str:
@@ -262,24 +263,17 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
     for (experiment, title), run in runs.items():
         m = measure_formation(run)
         lateral = m["max_lateral_error_m"]
-        found = (
-            (m["alignment_time_s"][:, 0], "s"),
-            (m["final_spread_m"][:, 0], "m"),
-            (lateral[:, 0], "m"),
-            (lateral[:, 1:].max(axis=1), "m"),
-        )
-        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found)))
+        found = {
+            "aligned after": (m["alignment_time_s"][:, 0], "s"),
+            "spread of x at the end": (m["final_spread_m"][:, 0], "m"),
+            "leader's lateral error": (lateral[:, 0], "m"),
+            "followers' lateral error": (lateral[:, 1:].max(axis=1), "m"),
+        }
+        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found.values())))
     return Grid(
         "The two experiments of 5.2.3 on the full plant, with noise: leader 3 m behind, and 3 m ahead. Means with 95 % "
         "intervals over the seeds; “never”: not in every run.",
-        (
-            "experiment",
-            "controller",
-            "aligned after",
-            "spread of x at the end",
-            "leader's lateral error",
-            "followers' lateral error",
-        ),
+        ("experiment", "controller", *found),
         rows,
     )
 
@@ -288,7 +282,7 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
     posed, literal = learnt["well-posed"], data["literal"]
     first = posed[0]
     turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
-    pictures = [
+    return [
         Picture(
             "formation-paths",
             "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
@@ -332,54 +326,44 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
                 PAGE_WIDTH,
             ),
         ),
-    ]
-    for name, figures, which, time, where in (
-        ("formation-fit", "Figs 5.8, 5.12", "along", "time", "the five formations' runs"),
-        ("formation-fit-check", "Fig 5.9", "check_along", "check_time", "the checking formation, 1 m behind"),
-    ):
-        pictures.append(
+        *(
             Picture(
                 name,
                 f"The four networks after clustering and after learning, over {where} (thesis {figures}), one "
                 "after another. The networks of the well-posed set were not learnt from these samples.",
                 "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
-                partial(
-                    _fits,
-                    learnt,
-                    {kind: getattr(data[kind], which) for kind in SETS},
-                    {kind: getattr(data[kind], time) for kind in SETS},
-                ),
+                partial(_plot_fits, learnt, data, *fields),
             )
-        )
-    return pictures
+            for name, figures, where, fields in _FITS
+        ),
+    ]
 
 
-def _fits(
-    learnt: Mapping[Any, list[Learnt]], tables: dict[Kind, FormationTable], times: dict[Kind, np.ndarray]
-) -> Figure:
+def _plot_fits(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data], table: str, time: str) -> Figure:
+    """Draw what all networks give over one of the tables of their data, over its times."""
     columns = {
-        f"{kind} set": [fit_of(network, tables[kind])._replace(time=times[kind]) for network in networks]
+        f"{kind} set": [
+            fit_of(network, getattr(data[kind], table))._replace(time=getattr(data[kind], time)) for network in networks
+        ]
         for kind, networks in learnt.items()
     }
     return plot_fits(columns, PAGE_WIDTH)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
-    pictures = []
     figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
     title = next(iter(VARIANTS.values()))
-    for experiment in _EXPERIMENTS:
-        run = runs[experiment, title]
-        pictures.append(
-            Picture(
-                f"{experiment}-1",
-                f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
-                "lines: commands.",
-                f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
-                partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
-            )
+    drawn = {experiment: runs[experiment, title] for experiment in _EXPERIMENTS}
+    return [
+        Picture(
+            f"{experiment}-1",
+            f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
+            "lines: commands.",
+            f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
+            partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
         )
-    return pictures
+        for experiment, run in drawn.items()
+    ]
 
 
 def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:

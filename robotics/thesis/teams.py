@@ -18,7 +18,7 @@ from robotics.report.chapter import Chapter, Grid, Picture
 from robotics.report.wording import shown
 from robotics.scenario.reading import load_scenario
 from robotics.thesis.claims import Needed, judged
-from robotics.thesis.rows import film_of, mean_cells
+from robotics.thesis.rows import film_of, run_columns
 from robotics.thesis.team_runs import (
     DUELS,
     EXPERIMENTS,
@@ -105,27 +105,21 @@ def _table_5_6() -> Grid:
 
 
 def _experiments(results: Results) -> Grid:
-    rows = []
-    for scenario, laws in EXPERIMENTS.items():
-        for law in laws:
-            run = results[Needed(scenario, law, False)]
-            rows.append((scenario, label(law), str(len(run.seeds)), *mean_cells(run, *_SHOWN)))
-    return Grid(
+    return Grid.of(
         "The experiments of chapters 3, 4 and 5.3 with noise: means over the runs with 95 % intervals, of the worst "
         "robot each. Arrival: 99.5 % of the path. “never”: in some run a robot does not arrive.",
-        ("experiment", "controller", "runs", *_SHOWN.values()),
-        rows,
+        [results[Needed(scenario, law, False)] for scenario, laws in EXPERIMENTS.items() for law in laws],
+        run_columns(
+            "experiment",
+            {"runs": lambda run: str(len(run.seeds))},
+            arrival_time_s="last arrival",
+            arrival_spread_s="spread of arrivals",
+            max_progress_gap="largest s_i − s_j",
+            rms_cross_track_m="RMS cross-track",
+            max_cross_track_m="largest cross-track",
+            min_distance_m="least distance of centers",
+        ),
     )
-
-
-_SHOWN = {  # quantities and their titles
-    "arrival_time_s": "last arrival",
-    "arrival_spread_s": "spread of arrivals",
-    "max_progress_gap": "largest s_i − s_j",
-    "rms_cross_track_m": "RMS cross-track",
-    "max_cross_track_m": "largest cross-track",
-    "min_distance_m": "least distance of centers",
-}
 
 
 _TABLES = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}
@@ -184,20 +178,17 @@ def _recovery(results: Results) -> Grid:
 
 
 def _scaling(results: Results) -> Grid:
-    return Grid(
+    return Grid.of(
         "Random teams under the waiting virtual structure, each robot hearing all others. This law does not look where "
         "others are: robots whose paths cross may drive through each other here.",
-        (
-            "robots",
-            "messages lost",
-            "spread of arrivals [s]",
-            "last arrival after the reference [s]",
-            "largest s_i − s_j",
-        ),
-        [
-            (str(s.robots), f"{100 * s.loss:g} %", f"{s.spread:.2f}", f"{s.late:.1f}", f"{s.gap:.4f}")
-            for s in _scalings(results)
-        ],
+        _scalings(results),
+        {
+            "robots": lambda s: str(s.robots),
+            "messages lost": lambda s: f"{100 * s.loss:g} %",
+            "spread of arrivals [s]": lambda s: f"{s.spread:.2f}",
+            "last arrival after the reference [s]": lambda s: f"{s.late:.1f}",
+            "largest s_i − s_j": lambda s: f"{s.gap:.4f}",
+        },
     )
 
 

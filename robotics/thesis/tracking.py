@@ -14,7 +14,7 @@ import numpy as np
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.together import run_together
-from robotics.figures.laws import plot_lateral, plot_switching, plot_tracking_memberships, plot_tracking_velocities
+from robotics.figures.laws import plot_switching, plot_tracking_memberships, plot_tracking_velocities, plot_turn
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
 from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured
@@ -29,7 +29,7 @@ from robotics.simulation.run import Run
 from robotics.thesis.claims import Needed, judged, needed
 from robotics.thesis.driving import driven, experiments_of
 from robotics.thesis.experiment import Effort, Experiment
-from robotics.thesis.rows import mean_cells
+from robotics.thesis.rows import mean_cell
 
 _MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
@@ -48,11 +48,8 @@ _COLUMNS = (  # of that table
     "mean_error_norm",
     "mean_speed_error_mps",
 )
-CONDITIONS, SURFACE, _STARTS = (
-    "conditions of Table 2.1",
-    "the surface",
-    "random starts",
-)  # experiments, as claims call them
+CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
+_STARTS = "random starts"
 ON_THE_SINE = "lyapunov-sine, started on it"
 SWEEP_NOISE = 0.005  # m
 
@@ -118,7 +115,7 @@ def _table_2_1(results: Results) -> Grid:
     rows = []
     for mode, printed in PRINTED_TRACKING.items():
         run = results[Needed(TABLE, mode, False)]
-        ours = (f"{label(mode)}: here", *mean_cells(run, *_COLUMNS))
+        ours = (f"{label(mode)}: here", *(mean_cell(run, name) for name in _COLUMNS))
         rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), ours]
     return Grid(
         f"Table 2.1 beside ours: means over time in {TABLE}, with 95 % intervals over {len(run.seeds)} seeds. The "
@@ -162,7 +159,7 @@ def _pictures() -> list[Picture]:
             "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
             "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
             "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            partial(plot_lateral, width=PAGE_WIDTH),
+            partial(plot_turn, "lateral", PAGE_WIDTH),
         ),
     ]
 

@@ -1,22 +1,21 @@
 """Reading what may move, and what a run costs, from TOML; what is wrong is a TuningError with file, line and field."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.tuning.parameter import TuningError
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.measures.registry import ALL_METRICS
 from robotics.quantity import check_quantities, described, quantity
-from robotics.tables.build import Builder, Keys
+from robotics.tables.build import Builder
 from robotics.tables.files import TomlFiles
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of, table_of
-from robotics.tables.text import parse_table, placed
+from robotics.tables.text import reading
 from robotics.tuning.cost import COST_TERMS, FAILED_COST, Cost, Term
 from robotics.tuning.space import PARTS, PARTS_MOVED, Bound, LawSpace
 
@@ -45,7 +44,7 @@ class TuningFile:
     )
     bounds: Mapping[str, Bound] | None = described("From where to where a parameter moves, instead of the rule.", None)
     cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", COST_TERMS)
-    folder: Path = field(default=Path(), metadata={"doc": ""})  # of the file
+    folder: Path = Path()  # of the file
 
     def __post_init__(self) -> None:
         check_quantities(self, TuningError)
@@ -84,7 +83,7 @@ def load_tuning(name: str | Path) -> TuningFile:
     return parse_tuning(found.text, found.file, found.folder)
 
 
-def parse_tuning(text: str, file: str = "<text>", folder: Path | None = None) -> TuningFile:
+def parse_tuning(text: str, file: str = "<text>", folder: Path = Path()) -> TuningFile:
     """Read the tuning that a TOML text describes. Raises TuningError.
 
     Args:
@@ -92,10 +91,8 @@ def parse_tuning(text: str, file: str = "<text>", folder: Path | None = None) ->
         file: The file's name in messages.
         folder: The folder in which functions of the user's own are looked for first.
     """
-    table = parse_table(text, file, TuningError)
-    with placed(text, file, TuningError):
-        builder = Builder(TuningError, {Mapping[str, Bound] | None: _bounds, tuple[Term, ...]: read_terms})
-        found: TuningFile = builder.build(TuningFile, table, (), folder=folder or Path())
+    with reading(text, file, TuningError) as table:
+        found: TuningFile = Builder(TuningError).build(TuningFile, table, (), folder=folder)
         for n, term in enumerate(found.cost):
             if ":" not in term.metric and term.metric not in ALL_METRICS:
                 raise TuningError(expected(term.metric, ALL_METRICS, "metric")).about("cost", n, "metric")
@@ -106,19 +103,6 @@ def parse_tuning(text: str, file: str = "<text>", folder: Path | None = None) ->
         return found
 
 
-def _bounds(value: Any, keys: Keys) -> dict[str, Bound]:
-    builder = Builder(TuningError, {})
-    table = builder.table(value, keys)
-    return {name: builder.build(Bound, builder.table(row, (*keys, name)), (*keys, name)) for name, row in table.items()}
-
-
-def read_terms(value: Any, keys: Keys, fault: type[InputError] = TuningError) -> tuple[Term, ...]:
-    """The terms of a cost that stand at ``keys`` of a file. Raises ``fault``."""
-    builder = Builder(fault, {})
-    rows = enumerate(builder.tables(value, keys))
-    return tuple(builder.build(Term, row, (*keys, n), measure=None) for n, row in rows)
-
-
 def _located(metric: str, folder: Path) -> str:
     return str(Specification.of(metric).located(folder)) if ":" in metric else metric
 
@@ -126,8 +110,8 @@ def _located(metric: str, folder: Path) -> str:
 @cache
 def tuning_table() -> KeyTable:
     """The description of a tuning's file."""
-    keys = keys_of(TuningFile, {Mapping[str, Bound] | None: _bound_key}, without=("folder", "cost"))
-    term = table_of(Term, "term", without=("measure",))
+    keys = keys_of(TuningFile, {Mapping[str, Bound] | None: _bound_key}, without=("cost",))
+    term = table_of(Term, "term")
     cost = Key(name="cost", doc="A term of the cost, whose sum is made smaller.", holds="tables", table=term)
     return KeyTable(name="tuning", doc=first_line(TuningFile), keys=(*keys, cost))
 

@@ -18,8 +18,7 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
-from robotics.paths.references import sampled
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.channel import Heard
 from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import Ranges
@@ -153,7 +152,7 @@ class Onboard:
     def plan(self, points: int) -> list[Posture]:
         """So many postures of this robot's reference, from its start to the end of the task."""
         times = np.linspace(0.0, self.duration, points)
-        on = sampled(self.setting.references, times)
+        on = self.setting.references.sampled(times)
         rows = zip(*(field[:, self.robot].tolist() for field in on[:3]), strict=True)
         return [Posture(*row) for row in rows]
 

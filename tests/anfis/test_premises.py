@@ -18,6 +18,7 @@ from fuzzy import membership as mf
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis
 from fuzzy.system import Linear
+from tests.randomcases import cases
 
 torch.set_num_threads(1)
 # Two terms over [0, 1] of every kind; no sample lies on a corner.
@@ -149,7 +150,7 @@ def test_a_huge_step_makes_a_legal_system_with_bounded_widths(kind, seed, size):
 
 
 @pytest.mark.parametrize("kind", [mf.Gaussian, mf.Bell])
-@settings(max_examples=40)
+@settings(max_examples=cases(40))
 @given(seed=st.integers(0, 10_000), size=st.floats(0, 5))
 def test_keep_order_keeps_order_and_coverage(kind, seed, size):
     centers = np.linspace(-2, 3, 4)

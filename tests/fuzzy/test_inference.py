@@ -16,9 +16,10 @@ from fuzzy.membership import Gaussian, LinearS, LinearZ, Sigmoid, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
 from tests.fuzzy.random_systems import POSITIVE, conditioning, points, systems, systems_with_points
+from tests.randomcases import cases
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
-law = settings(max_examples=150)
+law = settings(max_examples=cases(150))
 
 # Two inputs whose degrees are read off: a is high to x/10, b is high to y/4.
 A = Variable("a", (0, 10), {"low": LinearZ(0, 10), "high": LinearS(0, 10)}, "m")

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fuzzy.language import RuleError, parse_rule
 from fuzzy.rule import KEYWORDS, Clause, Rule
+from tests.randomcases import cases
 
 INPUTS = {
     "distance": ["near", "far", "very far"],
@@ -208,7 +209,7 @@ def systems_with_a_rule(draw):
     return inputs, outputs, Rule(when, then, connective, draw(WEIGHTS))
 
 
-@settings(max_examples=300)
+@settings(max_examples=cases(300))
 @given(systems_with_a_rule())
 def test_every_rule_reads_back(system):
     inputs, outputs, rule = system
@@ -254,7 +255,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=cases(300))
 @given(st.one_of(st.lists(WORDS, max_size=14).map(" ".join), st.text(max_size=30)))
 def test_any_text_is_a_rule_or_a_rule_error_that_marks_a_place_in_it(text):
     try:

@@ -1,4 +1,4 @@
-"""The page docs/ros.md: its snippets run as written, and what else it says is there."""
+"""The page docs/howto/on-ros-2.md: its snippets run as written, and what else it says is there."""
 
 import re
 from pathlib import Path
@@ -10,7 +10,7 @@ from robotics.laws.catalogue import make_controller
 from tests.snippets import run_commands, run_python, snippets
 
 ROOT = Path(__file__).parent.parent.parent
-PAGE = ROOT / "docs" / "ros.md"
+PAGE = ROOT / "docs" / "howto" / "on-ros-2.md"
 
 
 @pytest.mark.long
@@ -21,7 +21,7 @@ def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, cap
     run_commands(found[0][1])
     assert (tmp_path / "drive.png").stat().st_size > 10_000
     capsys.readouterr()
-    run_python(found[1][1], "ros.md")
+    run_python(found[1][1], PAGE.name)
     apart, said = capsys.readouterr().out.split(maxsplit=1)
     assert float(apart) < 1e-9
     assert said == "m apart\n"

@@ -12,7 +12,7 @@ very numbers that it has learnt by. What the robot was to follow is
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -26,8 +26,8 @@ from robotics.logs.drive import Drive, Track
 from robotics.logs.resampling import DrivePiece, pieces
 from robotics.paths.joined import PathTable, join_paths
 from robotics.paths.path import Line, PathError, Waypoints, compile_path
+from robotics.paths.references import Reference, References
 from robotics.paths.road import Road
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, described, quantity
 from robotics.radio.channel import Heard
 from robotics.radio.description import Radio
@@ -58,7 +58,7 @@ class DriveRecipe:
     """How a table is made of drives. Raises DriveDataError for numbers out of their ranges."""
 
     inputs: tuple[str, ...] = described(
-        "Quantities that the rule base shall know (docs/quantities.md). Default: "
+        "Quantities that the rule base shall know (docs/reference/quantities.md). Default: "
         "x_err,y_err,heading_err,target_v,target_w; of a path without times cross_track,path_bearing,curvature; of the "
         "way driven x_err,y_err.",
         (),
@@ -200,44 +200,33 @@ def _rows(
 
 
 @dataclass(frozen=True, eq=False)
-class TrackReferences:
-    """A track over time as the references of one robot; see :class:`robotics.paths.references.References`."""
+class TrackReferences(References):
+    """A track over time as the references of one robot; they have no road, for no compiled law drives along a log."""
 
-    joined: PathTable
     track: Track  # its time [s] since the drive's start
     s: np.ndarray  # (n,) m: its abscissae
 
     @property
     def end(self) -> float:
         """The time [s] at which it ends."""
-        return float(self.track.time[-1])
-
-    @property
-    def ends(self) -> np.ndarray:
-        """The same as an array (1,)."""
-        return np.array([self.end])
+        return float(self.ends[0])
 
     @property
     def rests(self) -> bool:
         """Whether it stands at its end, so that it is known where it is afterwards."""
         return bool(abs(self.track.v[-1]) < 1e-6 and abs(self.track.w[-1]) < 1e-6)
 
-    @property
-    def road(self) -> Road:
-        """Nothing: no compiled law drives along a log."""
-        raise NotImplementedError
-
     @cached_property
     def _columns(self) -> tuple[np.ndarray, ...]:
         return (*self.track[1:], self.s)
 
-    def at(self, time: float) -> Reference:
-        """The reference at ``time`` [s]; each field is (1,)."""
-        return self.each_at(np.array([time]))
-
     def each_at(self, times: np.ndarray) -> Reference:
         """The reference at ``times`` [s]; each field has their shape."""
         return Reference(*(np.interp(times, self.track.time, column) for column in self._columns))
+
+
+def _along(joined: PathTable, track: Track, s: np.ndarray) -> TrackReferences:
+    return TrackReferences(joined, track.time[-1:], cast(Road, None), track, s)
 
 
 def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> TrackReferences:
@@ -245,7 +234,7 @@ def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> Tra
     plan = None if piece.plan is None or way == "driven" else piece.plan.points
     if way == "path" and plan is not None:
         track = Track(piece.time, *(np.zeros_like(piece.time),) * 5)
-        return TrackReferences(_path(drive, plan, _APART, True), track, np.zeros(len(piece.time)))
+        return _along(_path(drive, plan, _APART, True), track, np.zeros(len(piece.time)))
     track, apart = Track(piece.time, piece.x, piece.y, piece.heading, piece.v, piece.w), DRIVEN_APART
     if way == "reference" and drive.reference is not None:
         track, apart = drive.reference._replace(time=drive.reference.time - piece.start), _APART
@@ -257,9 +246,9 @@ def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> Tra
         s = table.nearest(track.x[:, None], track.y[:, None], around[:, None], np.full((len(around), 1), NEAR_PLAN))
         point = table.at(s)
         if np.hypot(point.x[:, 0] - track.x, point.y[:, 0] - track.y).max() < NEAR_PLAN:
-            return TrackReferences(table, track, s[:, 0])
+            return _along(table, track, s[:, 0])
     table = _path(drive, np.stack([track.x, track.y], axis=-1), apart, by_path)
-    return TrackReferences(table, track, driven * (float(table.lengths[0]) / max(driven[-1], 1e-9)))
+    return _along(table, track, driven * (float(table.lengths[0]) / max(driven[-1], 1e-9)))
 
 
 def _path(drive: Drive, points: np.ndarray, apart: float, needed: bool) -> PathTable:

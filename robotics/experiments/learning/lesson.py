@@ -29,7 +29,7 @@ class ImitationPlan:
 
     teacher: str  # a controller's specification
     courses: tuple[ImitationTask, ...]
-    inputs: tuple[str, ...] = described("Inputs: quantities of docs/quantities.md.")
+    inputs: tuple[str, ...] = described("Inputs: quantities of docs/reference/quantities.md.")
     outputs: tuple[str, ...] = described("Outputs: v, w, or speed for at most.", ("v", "w"))
     into: str = described("The law that drives by the rule base, and its gain that names it.", "fuzzy:rule_base")
     seeds: tuple[int, ...] = tuple(range(12))

@@ -26,7 +26,7 @@ from robotics.laws.rules.formation_networks import asks_radio
 from robotics.laws.rules.quantities import Quantity, quantity_of
 from robotics.laws.rules.situation import NOTHING_NEAR, TEAM_MESSAGE, Situation
 from robotics.laws.setting import Setting
-from robotics.paths.references import Later
+from robotics.paths.references import later
 from robotics.quantity import check_quantities, described, quantity, whole
 from robotics.scenario.description import Scenario
 from robotics.simulation.loop import drive
@@ -46,9 +46,9 @@ class ScenarioRecipe:
 
     teacher: str = described("The law that drives, name or name:gain=value,...", "leader-follower")
     inputs: tuple[str, ...] = described(
-        "Quantities that each robot's networks know (docs/quantities.md). Default: leader_ahead,stretch,onward_bearing "
-        "for leader-follower (with curvature for other formation laws), x_err,y_err,heading_err,target_v,target_w for "
-        "laws that follow a timing.",
+        "Quantities that each robot's networks know (docs/reference/quantities.md). Default: "
+        "leader_ahead,stretch,onward_bearing for leader-follower (with curvature for other formation laws), "
+        "x_err,y_err,heading_err,target_v,target_w for laws that follow a timing.",
         (),
     )
     samples: int = whole(2000, least=2, most=MOST_SAMPLES, doc="Rows.")
@@ -199,7 +199,7 @@ def _displaced_rows(
         begun = replace(
             setting,
             starts=np.stack([x, y, point.heading + turned], axis=-1),
-            references=Later(setting.references, time),
+            references=later(setting.references, time),
             ticks=max(1, round(recipe.span / setting.period)),
             faults=(),
         )

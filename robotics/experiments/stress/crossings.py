@@ -20,7 +20,7 @@ from robotics.laws.setting import Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import fill, tabulated
-from robotics.paths.references import EvenTiming
+from robotics.paths.references import even_timing
 from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import LABORATORY
@@ -90,7 +90,7 @@ def drawn_ensemble(
         sensing=LABORATORY,
         radio=disturbance.radio,
     )
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))
+    return replace(scenario.setting, starts=starts, references=even_timing(paths, durations))
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:

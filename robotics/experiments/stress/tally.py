@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from robotics.environment.collision import footprints
-from robotics.environment.swept import GRID, TO, ContactNotes, Watch, stacked
-from robotics.environment.world import Geometry, Moving, place
-from robotics.experiments.stress.judge import JudgeNotes, WorldInTime, judge
+from robotics.environment.swept import GRID, TO, ContactWatch, Watch
+from robotics.environment.world import Geometry, Moving
+from robotics.experiments.stress.judge import JudgeNotes, judge
 from robotics.experiments.stress.outcome import Outcome, joined
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
@@ -42,65 +41,44 @@ class Tally:
         here, shape = slice(first, last), (last - first, len(ensemble.robots))
         paths = ensemble.references.joined
         goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
-        world, placed, moving = self._world(here)
-        contacts = ContactNotes.nothing(*shape, placed)
+        placed, moving = Geometry.nothing(), Moving.nothing()
+        if (obstacles := ensemble.world) is not None:
+            worlds = np.zeros(1, dtype=np.int64) if obstacles.runs == 1 else np.arange(obstacles.runs)[here]
+            placed, moving = obstacles.during(ensemble.times, worlds)
+        watch = ContactWatch.opened(ensemble.robots, shape[0], placed, moving)
+        contacts = watch.contacts
         # Contacts, and the gaps between two, are longer than GRID: of a pair no more than these end in a period
         most = contacts.since.size * (math.ceil(ensemble.period / (2 * GRID)) + 1)
         self.caused = np.zeros(shape, dtype=bool)  # the robot drove into something
         self.guards = False  # whether there is an emergency rule
         self.runs = here
         self.known = JudgeNotes(
-            footprints(ensemble.robots),
             np.stack([goals.x[here], goals.y[here]]),
             np.ascontiguousarray(near[here]),
             np.array(limits[here], dtype=float),
-            np.ones(shape[0], dtype=bool),
             np.full(shape, np.inf),
             np.zeros(shape[0], dtype=bool),
             np.full(shape[0], np.inf),
             np.zeros(shape[0], dtype=bool),
             np.zeros(shape[0], dtype=np.int64),
             np.zeros(shape[0], dtype=np.int64),
-            np.full((5, *shape, 2), np.nan),
             np.zeros(shape, dtype=np.int64),
             np.full_like(contacts.since, np.nan),
-            contacts,
-            world,
-            placed,
-            moving,
+            watch,
             np.empty((most, 7)),
             np.zeros(1, dtype=np.int64),
             int(after is None),
         )
         self.observer = Observer(judge, self.known, self.asked)
 
-    def _world(self, runs: slice) -> tuple[WorldInTime, Geometry, Moving]:
-        """The obstacles of ``runs`` at the start, once for each of two times if they move, and how they do."""
-        obstacles = self.ensemble.world
-        if obstacles is None:
-            rest = stacked([None])
-            placed, moving = rest._replace(circles=rest.circles[0], segments=rest.segments[0]), Moving.nothing()
-        else:
-            worlds = np.zeros(1, dtype=np.int64) if obstacles.runs == 1 else np.arange(obstacles.runs)[runs]
-            placed, moving = obstacles.during(self.ensemble.times, worlds)
-            place(placed, moving, 0)
-        world = stacked([placed, placed] if len(moving.frames) else [placed])
-        return WorldInTime(*(np.require(part, requirements=["C", "W"]) for part in world)), placed, moving
-
-    def geometry(self, now: bool) -> Geometry:
-        """The obstacles in the last period, or one before."""
-        world = self.known.world
-        t = len(world.circles) - 1 if now else 0
-        return Geometry(world.circles[t], world.bodies, world.segments[t], world.counts)
-
     def asked(self, k: int) -> int | None:
         """Find out whose fault the contacts are that began since the last period; end where no run goes on."""
-        known, robots, period = self.known, self.robots, self.ensemble.period
-        past = known.contacts._replace(counts=known.counts_before, since=known.since_before)
-        before = Watch(robots, max(k - 1, 0) * period, known.poses[..., 0], self.geometry(now=False), past)
-        after = Watch(robots, k * period, known.poses[..., 1], self.geometry(now=True), known.contacts)
+        known, robots, period, watch = self.known, self.robots, self.ensemble.period, self.known.watch
+        past = watch.contacts._replace(counts=known.counts_before, since=known.since_before)
+        before = Watch(robots, max(k - 1, 0) * period, watch.poses[..., 0], watch.geometry(now=False), past)
+        after = Watch(robots, k * period, watch.poses[..., 1], watch.geometry(now=True), watch.contacts)
         self.caused |= at_fault(before, after, known.ended[: known.many[0]])
-        if known.goes_on.any():
+        if watch.going.any():
             return None
         if self.after is None:
             return k
@@ -114,7 +92,7 @@ class Tally:
         :class:`robotics.experiments.stress.obstaclecourse.ObstacleOutcome`.
         """
         known, period = self.known, self.ensemble.period
-        touched = np.isfinite(known.contacts.first).any(axis=2)
+        touched = np.isfinite(known.watch.contacts.first).any(axis=2)
         all_of_them = {
             "seeds": tuple(seeds[self.runs]),
             "nominal": self.ensemble.references.ends[self.runs, 0],
@@ -122,7 +100,7 @@ class Tally:
             "collided": touched[TO.robot],
             "refused": known.refused,
             "min_distance": known.nearest,
-            "clearance": known.contacts.least.min(axis=(0, 2)),
+            "clearance": known.watch.contacts.least.min(axis=(0, 2)),
             "caused": self.caused,
             "driven": known.driven * period,
             "overridden": known.guarded * period if self.guards else None,

@@ -1,9 +1,9 @@
-"""The page ``docs/scenarios.md``: every key of a scenario's file and of a sweep's.
+"""The page ``docs/reference/file-scenario.md``: every key of a scenario's file and of a sweep's.
 
-``python -m robotics.experiments.sweeps.page > docs/scenarios.md`` makes it of the descriptions of both.
+``python -m robotics.experiments.sweeps.page > docs/reference/file-scenario.md`` makes it of the descriptions of both.
 """
 
-from robotics.experiments.sweeps.keys import sweep_table
+from robotics.experiments.sweeps.reading import sweep_table
 from robotics.scenario.keys import scenario_table
 from robotics.tables.page import key_reference
 

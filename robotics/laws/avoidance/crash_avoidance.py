@@ -30,21 +30,20 @@ the other waits for nobody. The law shows how far local rules carry, and is meas
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
-from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
-from fuzzy.compiled.packed import PackedColumns, evaluate_packed, packed, packed_work
+from fuzzy.compiled.jit import compiled_only, without_refcounts
+from fuzzy.compiled.packed import PackedColumns, evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends
 from robotics.laws.avoidance.ends import told as told_of_ends
-from robotics.laws.equation import EquationLaw, HeardColumns, RobotColumns, equation
-from robotics.laws.law import ControllerError, Observation
+from robotics.laws.equation import EquationLaw, HeardColumns, equation
+from robotics.laws.law import ControllerError
 from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory, CooperationMessage, FuzzyCooperation, steered
@@ -165,14 +164,6 @@ def avoid_crashes(robot, gain, memory, command, work, known, i, rules):  # type:
         command.first = command.second = command.wish_v = command.wish_w = 0.0
 
 
-class Danger(NamedTuple):
-    """What follows from how near the other robots are; each field is (runs, robots)."""
-
-    stands: np.ndarray  # bool: a robot of lower number is within d_min (6.5)
-    turn: np.ndarray  # rad: η of (6.4), with its sign; 0 unless a robot is within d_min
-    nearest: np.ndarray  # m to the nearest robot that was heard; infinite where none was
-
-
 @dataclass(frozen=True, kw_only=True)
 class CrashAvoidance(EquationLaw):
     """Crash avoidance: how near is too near, how far to turn, and the cooperation underneath."""
@@ -253,65 +244,8 @@ class CrashAvoidance(EquationLaw):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and η."""
-        return *self.cooperation.rule_rows(), self._packed_eta
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.works.size + max(packed_work(system) for system in self.rule_rows())
-
-    @cached_property
-    def _packed_eta(self) -> np.ndarray:
-        return packed(self.turn)
+        return *self.cooperation.rule_rows(), self.turn.system
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Return the memory of the cooperation. Raises ControllerError where the graph is not connected."""
-        return self.cooperation.begin(setting, runs)[: CooperationMemory.size]
-
-    def danger(self, seen: Observation) -> Danger:
-        """Judge by the messages "x" and "y" who stands, and who turns how far."""
-        runs, robots = seen.x.shape
-        heard = CrashHeard.zeros(runs * robots, robots)
-        heard.hears = np.tile(seen.heard.hears, (runs, 1))
-        heard.said.x, heard.said.y = (seen.heard[name].reshape(-1, robots) for name in ("x", "y"))
-        pose = RobotColumns.zeros(runs * robots)
-        pose.x, pose.y, pose.heading = seen.x.ravel(), seen.y.ravel(), seen.heading.ravel()
-        found = np.empty((3, runs * robots))
-        work = np.empty(self.working)
-        _danger(pose.array, heard.array, self.d_min, self.eta, self._packed_eta, work, found)
-        stands, turn, nearest = found.reshape(3, runs, robots)
-        return Danger(stands > 0, turn, nearest)
-
-    def turn_at(self, distance: np.ndarray) -> np.ndarray:
-        """|η| [rad] at ``distance`` [m], of any shape: the rule base, stretched so that it ends at d_min."""
-        flat, work = np.array(distance, dtype=float).ravel(), np.empty(self.working)
-        return np.asarray(_turns_at(flat, self.d_min, self.eta, self._packed_eta, work)).reshape(np.shape(distance))
-
-    def eta_input(self, distance: np.ndarray) -> np.ndarray:
-        """The rule base's input [m] for ``distance`` [m], of any shape; d_min is the far end of its range."""
-        flat = np.array(distance, dtype=float).ravel()
-        return np.asarray(_eta_inputs(flat, self.d_min, self._packed_eta)).reshape(np.shape(distance))
-
-
-@kernel
-def _danger(pose, heard, d_min, factor, eta, work, found):  # type: ignore[no-untyped-def]
-    for i in range(pose.shape[1]):
-        found[0, i], found[1, i], found[2, i] = danger(
-            i, RobotColumns(pose, i), heard, d_min, factor, eta, CrashWork(work)
-        )
-
-
-@kernel
-def _eta_inputs(distance, d_min, eta):  # type: ignore[no-untyped-def]
-    found = np.empty(len(distance))
-    for n in range(len(distance)):
-        found[n] = eta_input(distance[n], d_min, eta)
-    return found
-
-
-@kernel
-def _turns_at(distance, d_min, factor, eta, work):  # type: ignore[no-untyped-def]
-    found = np.empty(len(distance))
-    for n in range(len(distance)):
-        found[n] = turn_at(distance[n], d_min, factor, eta, CrashWork(work))
-    return found
+        return self.cooperation.begin(setting, runs)

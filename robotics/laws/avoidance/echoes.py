@@ -1,7 +1,6 @@
 """Echoes of robots that are known by their messages: they are no obstacles, and are left out of the readings."""
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -19,36 +18,6 @@ def in_own_frame(seen: Observation, dx: np.ndarray, dy: np.ndarray) -> tuple[np.
     return cos * dx + sin * dy, cos * dy - sin * dx
 
 
-def without_echoes(
-    readings: np.ndarray,
-    mounts: tuple[np.ndarray, ...],
-    ahead: np.ndarray,
-    left: np.ndarray,
-    known: np.ndarray,
-    *,
-    radius: Any,
-    nearer: Any = ROBOT_ECHO,
-    unsure: Any = 0.0,
-) -> np.ndarray:
-    """``readings`` [m] (runs, robots, sensors) without the echoes of ``known`` robots; one left out reads infinite.
-
-    Args:
-        readings: What the sensors read.
-        mounts: The sensors' x [m], y [m], axis [rad] and half_cone [rad], (robots, sensors) each.
-        ahead: The others' places in each robot's frame [m] (runs, robots, others).
-        left: The same to the left.
-        known: Whose echoes are left out (runs, robots, others) bool.
-        radius: Of the other robots [m], a number or (others,).
-        nearer: By how much less than their distance they may read [m].
-        unsure: How far they may be from those places [m], a number or (runs, robots, others).
-    """
-    shape = ahead.shape
-    given = [np.ascontiguousarray(np.broadcast_to(v, shape), dtype=float) for v in (known, radius, nearer, unsure)]
-    places = np.ascontiguousarray(ahead), np.ascontiguousarray(left)
-    mounts = tuple(np.ascontiguousarray(row, dtype=float) for row in mounts)
-    return np.asarray(_without(np.ascontiguousarray(readings), *mounts, *places, *given))
-
-
 @without_refcounts
 def is_echo(reading, x, y, axis, half_cone, ahead, left, radius, nearer, unsure):  # type: ignore[no-untyped-def]
     """Whether a sensor's reading [m] fits a robot at a place in its own robot's frame; see :func:`without_echoes`."""
@@ -60,17 +29,32 @@ def is_echo(reading, x, y, axis, half_cone, ahead, left, radius, nearer, unsure)
 
 
 @kernel
-def _without(  # type: ignore[no-untyped-def]
+def without_echoes(  # type: ignore[no-untyped-def]
     readings, x, y, axis, half_cone, ahead, left, known, radius, nearer, unsure
 ):
+    """``readings`` [m] (runs, robots, sensors) without the echoes of ``known`` robots; one left out reads infinite.
+
+    Args:
+        readings: What the sensors read.
+        x: Where the sensors are [m] (robots, sensors).
+        y: Likewise [m].
+        axis: Where they look [rad].
+        half_cone: Half their cones [rad].
+        ahead: The others' places in each robot's frame [m] (runs, robots, others).
+        left: The same to the left.
+        known: Whose echoes are left out (runs, robots, others) bool.
+        radius: Of the other robots [m] (others,).
+        nearer: By how much less than their distance they may read [m] (others,).
+        unsure: How far they may be from those places [m] (runs, robots, others).
+    """
     out = readings.copy()
     for r in range(readings.shape[0]):
         for i in range(readings.shape[1]):
             for q in range(readings.shape[2]):
                 for j in range(ahead.shape[2]):
-                    if known[r, i, j] > 0 and is_echo(
+                    if known[r, i, j] and is_echo(
                         readings[r, i, q], x[i, q], y[i, q], axis[i, q], half_cone[i, q],
-                        ahead[r, i, j], left[r, i, j], radius[r, i, j], nearer[r, i, j], unsure[r, i, j],
+                        ahead[r, i, j], left[r, i, j], radius[j], nearer[j], unsure[r, i, j],
                     ):  # fmt: skip
                         out[r, i, q] = np.inf
                         break

@@ -31,22 +31,32 @@ corners and stays in traps. And a robot may stand for one that waits for the clo
 stands.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage
-from robotics.laws.avoidance.obstacle_avoidance import LITERAL_RISE, ObstacleAvoidance
-from robotics.laws.avoidance.obstacle_modes import GROWTH
-from robotics.laws.law import Command, ControllerError, Law, Observation
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage, CrashWork, danger, eta_input
+from robotics.laws.avoidance.obstacle_avoidance import (
+    LITERAL_RISE,
+    SONARS,
+    ObstacleAvoidance,
+    sight_of,
+    stalled,
+    theta_input,
+)
+from robotics.laws.avoidance.obstacle_modes import SonarColumns
+from robotics.laws.equation import EquationLaw, equation
+from robotics.laws.law import ControllerError
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import CooperationMemory
+from robotics.laws.teams.cooperation import CooperationMemory, steered
+from robotics.laws.tracking.fuzzy_tracking import tell_inputs
 from robotics.sensing.sonar import SONAR
 
 _NEAR, _FREE = "ro ≤ ro_min, or a side sonar reads too little", "all sonars read enough"
@@ -80,17 +90,47 @@ _GROUP_DIAGRAM = StateDiagram(
 )
 
 
-class _Memory(NamedTuple):
-    """The memory of the cooperation, and what the robots saw; arrays are (runs, robots)."""
+class HierarchyMemory(CooperationMemory):
+    """What the law remembers."""
 
-    below: Any
-    ranges: np.ndarray  # (runs, robots, sensors) m
-    best: np.ndarray  # m: the largest place on the path
-    stalled: np.ndarray  # s for which the robot has avoided since that grew
+    ranges = several(SONARS, "m", "the readings, with lost echoes filled in")
+    best = column("m", "the largest place on the path")
+    stalled = column("s", "for which the robot has avoided since that grew")
+
+
+class HierarchyDerived(Columns):
+    """What the law makes of its rule bases."""
+
+    theta_begin = column("1", "where Θ begins in the packed rule bases")
+
+
+@equation
+def obey_printed_rules(robot, gain, memory, command, work, known, i, rules):  # type: ignore[no-untyped-def]
+    """Look and listen, add η and Θ to α, and stand by (6.5)."""
+    crash, obstacles, dt = gain.crash, gain.obstacles, known.dt
+    eta, theta = rules[int(crash.eta_begin) :], rules[int(gain.theta_begin) :]
+    for q in range(SONARS):
+        memory.ranges[q] = min(known.ranges[q, i], memory.ranges[q] + LITERAL_RISE * dt)
+    stands, away, nearest = danger(i, robot, known.heard, crash.d_min, crash.eta, eta, work)
+    avoids, aside, slowing, front = sight_of(SonarColumns(memory.ranges), obstacles, theta, work)
+    alone = memory.stalled > obstacles.patience
+    steered(robot, crash.cooperation, memory, command, work.tracking, known, i, away + aside, alone, avoids)
+    told = tell_inputs(command.inputs, crash.cooperation.tracker, work.tracking)
+    command.inputs[told], command.inputs[told + 1] = eta_input(nearest, crash.d_min, eta), theta_input(front, obstacles)
+    lost = dt if avoids and not stands else 0.0
+    memory.best, memory.stalled = stalled(memory.best, memory.stalled, memory.place, lost)
+    v, w, mode = command.first, command.second, TRACK
+    if avoids:
+        v, mode = v * slowing, AVOID
+    if stands:
+        v, w, mode = 0.0, 0.0, YIELD
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    command.mode = mode + LEFT_BEHIND if alone else mode
+    command.say.x, command.say.y = robot.x, robot.y
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyHierarchy(Law[_Memory]):
+class FuzzyHierarchy(EquationLaw):
     """The printed rules in one law: crash avoidance with its cooperation, and obstacle avoidance, as its parts."""
 
     crash: CrashAvoidance = field(default_factory=partial(CrashAvoidance, variant="lag-clock", lateral="world"))
@@ -98,7 +138,6 @@ class FuzzyHierarchy(Law[_Memory]):
 
     yields = True
     needs = tuple(SONAR)
-    message = CrashMessage.leaves()
     tasks = MappingProxyType({"tracking": "crash", "eta": "crash", "theta": "obstacles"})
 
     def __post_init__(self) -> None:
@@ -131,32 +170,21 @@ class FuzzyHierarchy(Law[_Memory]):
         """Say whose starts or goals are within d_min of each other."""
         return self.crash.misgivings(setting)
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
-        """Let all robots track. Raises ControllerError where the graph is not connected."""
-        zero = np.zeros((runs, len(setting.robots)))
-        nothing = np.full((*zero.shape, len(self.needs)), np.inf)
-        return _Memory(self.crash.cooperation.init(setting, runs), nothing, zero, zero)
+    equation = obey_printed_rules
+    says, remembers, works, derived = CrashMessage, HierarchyMemory, CrashWork, HierarchyDerived
+    aims = progresses = has_modes = True
 
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
-        """Look and listen, add η and Θ to α, and stand by (6.5)."""
-        ranges = memory.ranges
-        if seen.ranges is not None:
-            ranges = np.minimum(seen.ranges.of(self.needs), ranges + LITERAL_RISE * dt)
-        stands, eta, nearest = self.crash.danger(seen)
-        avoids, theta, slowing, front = self.obstacles.sight(ranges)
-        alone = memory.stalled > self.obstacles.patience
-        wish, below = self.crash.cooperation.steered(seen, memory.below, dt, eta + theta, alone, avoids)
-        place = CooperationMemory(below.rows).place.reshape(avoids.shape)
-        grows = place > memory.best + GROWTH
-        best = np.where(grows, place, memory.best)
-        lost = np.where(grows, 0.0, memory.stalled + dt * (avoids & ~stands))
-        v = np.where(stands, 0.0, np.where(avoids, wish.v * slowing, wish.v))
-        w = np.where(stands, 0.0, wish.w)
-        mode = np.where(stands, YIELD, np.where(avoids, AVOID, TRACK)) + np.where(alone, LEFT_BEHIND, 0)
-        assert wish.message is not None
-        assert wish.inputs is not None
-        message = {**wish.message, "x": seen.x, "y": seen.y}
-        turns = np.stack([self.crash.eta_input(nearest), self.obstacles.theta_input(front)])
-        inputs = np.concatenate([wish.inputs, turns])
-        command = wish._replace(first=v, second=w, v=v, w=w, message=message, mode=mode, inputs=inputs)
-        return command, _Memory(below, ranges, best, lost)
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """Where Θ begins."""
+        return {"theta_begin": sum(map(len, self.crash.rule_rows()))}
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The rule bases of the cooperation, of η and of Θ."""
+        return *self.crash.rule_rows(), self.obstacles.turn.system
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Let all robots track. Raises ControllerError where the graph is not connected."""
+        memory = HierarchyMemory.zeros(runs, len(setting.robots))
+        memory.array[: CooperationMemory.size] = self.crash.begin(setting, runs)
+        memory.ranges[...] = np.inf
+        return memory.array

@@ -36,15 +36,14 @@ Stability: the tracking below is that of :mod:`robotics.laws.teams.cooperation`;
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
-from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
+from fuzzy.compiled.jit import compiled_only
+from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
@@ -153,36 +152,17 @@ _GROUP_DIAGRAM = StateDiagram(
 )
 
 
-class Sight(NamedTuple):
-    """What the printed rules make of the sonars; each field is (runs, robots)."""
-
-    avoids: np.ndarray  # bool: an obstacle is within ro_min in front, or within push_range at a side
-    turn: np.ndarray  # rad: Θ of (6.7) and the push from the sides, with their signs; 0 unless it avoids
-    slowing: np.ndarray  # 1: the factor on v while it avoids
-    front: np.ndarray  # m: ro, the nearest front reading
-
-
 SONARS = len(SONAR)
 Variant = Literal["committed", "literal"]
 _VARIANT = codes(Variant)
 
 
-class SightColumns(Columns):
-    """The numbers of the printed rules."""
-
-    ro_min = column("m")
-    theta = column("1", "what Θ(ro) is multiplied by")
-    push = column("rad")
-    push_range = column("m")
-    begin = column("1", "where Θ begins in the packed rule bases")
-    close = column("m", "the ends of its range")
-    far = column("m")
-
-
 class ObstacleDerived(Columns):
     """What the law makes of its setting and of its rule bases."""
 
-    sight = within(SightColumns)
+    theta_begin = column("1", "where Θ begins in the packed rule bases")
+    close = column("m", "the ends of its range")
+    far = column("m")
     widening = column("m", "more than the law states, by the size of the robots")
     mount = within(MountColumns)
 
@@ -219,32 +199,37 @@ class ObstacleWork(Columns):
 
 
 @compiled_only
-def theta_input_of(distance, sight):  # type: ignore[no-untyped-def]
+def theta_input(distance, gain):  # type: ignore[no-untyped-def]
     """The input of Θ [m] for a distance [m]: its range stretched to end at ro_min."""
-    close, far, ro_min = sight.close, sight.far, sight.ro_min
+    close, far, ro_min = gain.close, gain.far, gain.ro_min
     return min(max(far - (ro_min - distance) * (far - close) / (ro_min - close), close), far)
 
 
 @compiled_only
-def theta_of(distance, sight, rules, work):  # type: ignore[no-untyped-def]
-    """|Θ| [rad] at a distance [m]."""
-    work.asked[0] = theta_input_of(distance, sight)
-    evaluate_packed(rules[int(sight.begin) :], work.asked, work.said, work.tracking.rest)
-    return sight.theta * work.said[0]
+def theta_at(distance, gain, theta, work):  # type: ignore[no-untyped-def]
+    """|Θ| [rad] at a distance [m]; ``theta`` is its packed rule base."""
+    work.asked[0] = theta_input(distance, gain)
+    evaluate_packed(theta, work.asked, work.said, work.tracking.rest)
+    return gain.theta * work.said[0]
 
 
 @compiled_only
-def sight_of(seen, sight, rules, work):  # type: ignore[no-untyped-def]
-    """Judge by (6.7) what four sonars read, SonarColumns: the fields of :class:`Sight`."""
-    front, near = min(seen.front_left, seen.front_right), sight.push_range
-    avoids = front <= sight.ro_min or min(front, seen.left, seen.right) < near
+def sight_of(seen, gain, theta, work):  # type: ignore[no-untyped-def]
+    """Judge by (6.7) what four sonars read, SonarColumns; ``theta`` is the packed rule base of Θ.
+
+    Returns whether an obstacle is within ro_min in front, or within push_range at a side; Θ of (6.7) and the push from
+    the sides [rad], with their signs, 0 unless there is one; the factor on v while it is there; and ro, the nearest
+    front reading [m].
+    """
+    front, near = min(seen.front_left, seen.front_right), gain.push_range
+    avoids = front <= gain.ro_min or min(front, seen.left, seen.right) < near
     turn = 0.0
     if avoids:
-        theta = theta_of(front, sight, rules, work)
-        turn = -theta if seen.front_left < seen.front_right else theta
-        turn += -sight.push if seen.left < near else 0.0
-        turn += sight.push if seen.right < near else 0.0
-    slowing = 0.0 if front < 0.12 else min(max(front / sight.ro_min, 0.25), 1.0)
+        size = theta_at(front, gain, theta, work)
+        turn = -size if seen.front_left < seen.front_right else size
+        turn += -gain.push if seen.left < near else 0.0
+        turn += gain.push if seen.right < near else 0.0
+    slowing = 0.0 if front < 0.12 else min(max(front / gain.ro_min, 0.25), 1.0)
     return avoids, turn, slowing, front
 
 
@@ -346,7 +331,7 @@ def _literal(  # type: ignore[no-untyped-def]
     The cooperation has steered already, turned by (6.7); ``alone`` robots are excused from its clock.
     """
     told = tell_inputs(command.inputs, gain.cooperation.tracker, work.tracking)
-    command.inputs[told] = theta_input_of(front, gain.sight)
+    command.inputs[told] = theta_input(front, gain)
     state, lost = memory.state, known.dt if avoids else 0.0
     state.best, state.stalled = stalled(state.best, state.stalled, memory.place, lost)
     v, w, mode = command.first, command.second, float(TRACK)
@@ -380,7 +365,7 @@ def _committed(robot, gain, memory, command, work, known, i, alone):  # type: ig
     if mode == TRACK:
         v, w = _at_most(command.first, min(most, CATCH_UP_SPEED)), command.second
     elif mode == AVOID:
-        turn = alpha - bearing + state.way * theta_of(distance, gain.sight, rules, work)
+        turn = alpha - bearing + state.way * theta_at(distance, gain, rules[int(gain.theta_begin) :], work)
         aim.v, aim.w = due.v, due.w
         # Rule 11 does not act: the target counts as ahead.
         _, w, _ = toward(robot, aim, 1.0, turn, False, gain.cooperation.tracker, rules, work.tracking)
@@ -442,7 +427,8 @@ def avoid_obstacles(robot, gain, memory, command, work, known, i, rules):  # typ
     if committed:
         alone = alone and memory.state.mode != TRACK
     else:
-        avoids, turn, slowing, front = sight_of(SonarColumns(memory.ranges), gain.sight, rules, work)
+        theta = rules[int(gain.theta_begin) :]
+        avoids, turn, slowing, front = sight_of(SonarColumns(memory.ranges), gain, theta, work)
     steered(robot, gain.cooperation, memory, command, work.tracking, known, i, turn, alone, False)
     if committed:
         v, w, mode, avoids = _committed(robot, gain, memory, command, work, known, i, alone)
@@ -451,16 +437,6 @@ def avoid_obstacles(robot, gain, memory, command, work, known, i, rules):  # typ
     command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
     command.mode, command.say.avoids = mode, 1.0 if avoids else 0.0
     tell_whereabouts(command.say.where, robot)
-
-
-@kernel
-def _sights(ranges, numbers, rules, work):  # type: ignore[no-untyped-def]
-    """:func:`sight_of` for every column of ``ranges`` (4, n): its rows, and Θ [rad] at the front reading."""
-    out, sight, places = np.empty((5, ranges.shape[1])), SightColumns(numbers), ObstacleWork(work)
-    for i in range(ranges.shape[1]):
-        avoids, out[1, i], out[2, i], out[3, i] = sight_of(SonarColumns(ranges, i), sight, rules, places)
-        out[0, i], out[4, i] = 1.0 if avoids else 0.0, theta_of(out[3, i], sight, rules, places)
-    return out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -529,59 +505,19 @@ class ObstacleAvoidance(EquationLaw):
     aims = progresses = has_modes = True
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
-        """The numbers of the printed rules, the robots' size, and where their sonars are."""
-        return {"sight": self._sight, "widening": wider(setting.robots), "mount": mounting(setting.sensors)}
-
-    @cached_property
-    def _sight(self) -> Mapping[str, float]:
-        close, far = self.turn.fis.inputs[0].universe
-        begin = sum(len(system) for system in self.cooperation.rule_rows())
-        own = {"ro_min": self.ro_min, "theta": self.theta, "push": self.push, "push_range": self.push_range}
-        return own | {"begin": begin, "close": close, "far": far}
+        """Where Θ begins and the ends of its range, the robots' size, and where their sonars are."""
+        begin, (close, far) = sum(map(len, self.cooperation.rule_rows())), self.turn.fis.inputs[0].universe
+        sizes = {"widening": wider(setting.robots), "mount": mounting(setting.sensors)}
+        return {"theta_begin": begin, "close": close, "far": far, **sizes}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of the cooperation, and Θ."""
-        return (*self.cooperation.rule_rows(), self._theta)
-
-    @cached_property
-    def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.array(SightColumns.stacked(self._sight), dtype=float), np.concatenate(self.rule_rows())
-
-    @cached_property
-    def _theta(self) -> np.ndarray:
-        return packed(self.turn)
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.works.size + max(packed_work(system) for system in self.rule_rows())
+        return *self.cooperation.rule_rows(), self.turn.system
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Let all robots track. Raises ControllerError where the graph is not connected."""
         memory = ObstacleMemory.zeros(runs, len(setting.robots))
-        memory.array[: CooperationMemory.size] = self.cooperation.begin(setting, runs)[: CooperationMemory.size]
+        memory.array[: CooperationMemory.size] = self.cooperation.begin(setting, runs)
         memory.ranges[...] = np.inf
         nothing_watched(memory.watch)
         return memory.array
-
-    def theta_at(self, distance: np.ndarray) -> np.ndarray:
-        """|Θ| [rad] at ``distance`` [m], of any shape: the rule base, its range stretched to end at ro_min."""
-        return self._seen(np.broadcast_to(distance, (SONARS, *np.shape(distance))))[4]
-
-    def theta_input(self, distance: np.ndarray) -> np.ndarray:
-        """The rule base's input [m] for ``distance`` [m], of any shape; ro_min is the far end of its range."""
-        close, far = self.turn.fis.inputs[0].universe
-        stretched = far - (self.ro_min - distance) * (far - close) / (self.ro_min - close)
-        return np.clip(stretched, close, far)
-
-    def sight(self, ranges: np.ndarray) -> Sight:
-        """Judge by (6.7) what four sonars read, ``ranges`` (runs, robots, sensors) [m]."""
-        avoids, turn, slowing, front, _ = self._seen(np.moveaxis(ranges, -1, 0))
-        return Sight(avoids > 0, turn, slowing, front)
-
-    def _seen(self, ranges: np.ndarray) -> np.ndarray:
-        """What :func:`_sights` makes of readings (4, ...) [m]."""
-        numbers, rules = self._numbers
-        rows = np.ascontiguousarray(ranges, dtype=float).reshape(SONARS, -1)
-        found = _sights(rows, numbers, rules, np.empty(self.working))
-        return np.asarray(found.reshape(-1, *ranges.shape[1:]))

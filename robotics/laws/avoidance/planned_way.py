@@ -12,7 +12,6 @@ tells when each robot comes to which place, hence who passes first where two pat
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +23,8 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.paths.joined import PathTable, join_tables
-from robotics.paths.road import TIMED, Road, planned_at, road_of, rows_at
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import References
+from robotics.paths.road import TIMED, planned_at, road_of
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
@@ -69,49 +68,19 @@ _WAYS = (
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedTiming:
-    """The references that a plan makes: its paths, and when each robot is where on them.
+class PlannedTiming(References):
+    """The references that a plan makes: its paths, side-steps included, and when each robot is where on them.
 
     The first axis (runs,) is 1 where all runs share their paths. A run without a plan keeps the even timing.
     """
 
-    joined: PathTable  # the paths as they are driven, side-steps included; lengths (robots,) or (runs, robots)
     progress: np.ndarray  # (runs, robots, ticks + 1): share of the path at every tick, from 0 to 1
     durations: np.ndarray  # (runs, 1) s: of CELLS ticks; the nominal duration, longer where a path was bent
-    end: np.ndarray  # (runs, 1) s: all have arrived
     found: np.ndarray  # (runs, 1) bool: whether there is a plan
 
-    @property
-    def ends(self) -> np.ndarray:
-        """The times [s] at which the plans end, of the shape of the lengths."""
-        robots = self.progress.shape[1]
-        return np.broadcast_to(self.end, (len(self.end), robots)).reshape(self.joined.lengths.shape)
-
-    @cached_property
-    def road(self) -> Road:
-        """The same as plain arrays."""
-        durations = self.durations if self.joined.lengths.ndim > 1 else self.durations[0]
-        plan = self.progress.reshape(self.joined.lengths.size, -1)
-        return road_of(self.joined, TIMED.planned, self.ends, durations=durations, plan=plan)
-
-    def at(self, time: float) -> Reference:
-        """Every robot's reference at ``time`` [s]; each field has the shape of the lengths."""
-        found = self.each_at(np.full(self.progress.shape[:2], float(time)))
-        return Reference(*(row.reshape(self.joined.lengths.shape) for row in found))
-
-    def each_at(self, times: np.ndarray) -> Reference:
-        """Each robot's reference at a time of its own, ``times`` (runs, robots) [s]."""
-        shape = np.shape(times)
-        flat = np.reshape(times, (-1, self.joined.lengths.size))
-        return Reference(*rows_at(self.road, flat).reshape(-1, *shape))
-
-    def due(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Each robot's planned share, and its slope a tick, at ``times`` (runs, rows, robots) [s].
-
-        Both have the shape of ``times``; of the second axis each row asks for all robots.
-        """
-        share, rate = _due(self.progress, np.ascontiguousarray(times / self.durations[..., None] * CELLS))
-        return share, rate
+    def due(self, times: np.ndarray) -> np.ndarray:
+        """Each robot's planned share at ``times`` (runs, rows, robots) [s]; each row asks for all robots."""
+        return np.asarray(_due(self.progress, np.ascontiguousarray(times / self.durations[..., None] * CELLS)))
 
     def reached(self, spacing: float, count: int) -> np.ndarray:
         """The times [s] (runs, robots, count) at which the plan has each robot at every ``spacing`` [m] of its path.
@@ -145,8 +114,11 @@ def planned_timing(setting: Setting, clearance: float, margin: float = CLOCK_MAR
             f"waits or is parked, and no horizon up to 3.4 times the duration keeps them {clearance:g} m "
             "apart; move starts or ends away from each other's paths"
         )
-    durations = longer[:, None] * spans
-    return PlannedTiming(paths, plan.progress, durations, plan.factor[:, None] * durations, plan.found[:, None])
+    durations, shape = longer[:, None] * spans, paths.lengths.shape
+    ends = np.broadcast_to(plan.factor[:, None] * durations, plan.progress.shape[:2]).reshape(shape)
+    each, rows = durations if len(shape) > 1 else durations[0], plan.progress.reshape(paths.lengths.size, -1)
+    road = road_of(paths, TIMED.planned, ends, durations=each, plan=rows)
+    return PlannedTiming(paths, ends, road, plan.progress, durations, plan.found[:, None])
 
 
 def _planned(
@@ -203,14 +175,14 @@ def _nodes(paths: PathTable, robots: int) -> np.ndarray:
 
 @kernel
 def _due(plan, ticks):  # type: ignore[no-untyped-def]
-    """Each robot's planned share, and its slope a tick, at ``ticks`` (runs, rows, robots); both have that shape."""
-    due, rate = np.empty(ticks.shape), np.empty(ticks.shape)
+    """Each robot's planned share at ``ticks`` (runs, rows, robots)."""
+    due = np.empty(ticks.shape)
     for r in range(ticks.shape[0]):
         p = r if len(plan) > 1 else 0
         for i in range(ticks.shape[1]):
             for j in range(ticks.shape[2]):
-                due[r, i, j], rate[r, i, j] = planned_at(plan[p, j], ticks[r, i, j])
-    return due, rate
+                due[r, i, j], _ = planned_at(plan[p, j], ticks[r, i, j])
+    return due
 
 
 @kernel

@@ -2,14 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import without_refcounts
-from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped, wrapped_compiled
+from robotics.paths.posture import wrapped_compiled
 from robotics.radio.channel import predicted
 from robotics.vehicle.robot import Robot
 
@@ -28,23 +26,7 @@ class WhereaboutsColumns(Columns):
     v_y = column("m/s")
 
 
-WHEREABOUTS = WhereaboutsColumns.leaves()  # the values that :func:`whereabouts` gives and :func:`others` reads
-
-
-class Others(NamedTuple):
-    """The others' present places as each robot predicts them from messages; each field is (runs, robots, others)."""
-
-    dx: np.ndarray  # m, in the world's axes
-    dy: np.ndarray  # m
-    v_x: np.ndarray  # m/s, in the world's axes
-    v_y: np.ndarray  # m/s
-    distance: np.ndarray  # m, between centers
-    bearing: np.ndarray  # rad in [-π, π), from the robot's own heading
-    x: np.ndarray  # m, in the world
-    y: np.ndarray  # m
-
-
-# For one robot, in a law's equation ------------------------------------------------------------------------------
+WHEREABOUTS = WhereaboutsColumns.leaves()
 
 
 @without_refcounts
@@ -98,24 +80,6 @@ def stops_for(where, age, robot, near, goes_first):  # type: ignore[no-untyped-d
     """
     dx, dy, v_x, v_y = other(where, age, robot.x, robot.y)
     return in_the_way(dx, dy, v_x, v_y, robot.heading, limit_of(near, robot.v), goes_first)
-
-
-# For all robots, in a law of arrays ------------------------------------------------------------------------------
-
-
-def whereabouts(seen: Observation) -> dict[str, np.ndarray]:
-    """Each robot's place "x", "y" [m] and velocity "v_x", "v_y" [m/s] for its message, (runs, robots) each."""
-    cos, sin = np.cos(seen.heading), np.sin(seen.heading)
-    return {"x": seen.x, "y": seen.y, "v_x": seen.v * cos, "v_y": seen.v * sin}
-
-
-def others(seen: Observation) -> Others:
-    """The others' places by the values WHEREABOUTS of their messages; not-a-number before the first message."""
-    heard = seen.heard
-    x, y = heard.now("x", by="v_x"), heard.now("y", by="v_y")
-    dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
-    bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
-    return Others(dx, dy, heard["v_x"], heard["v_y"], np.hypot(dx, dy), bearing, x, y)
 
 
 def wider(robots: Sequence[Robot]) -> float:

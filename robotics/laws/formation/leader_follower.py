@@ -33,7 +33,6 @@ these.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from importlib import resources
 from pathlib import Path as FilePath
 from types import MappingProxyType
@@ -43,7 +42,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import kernel, without_refcounts
-from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
@@ -419,28 +418,19 @@ class LeaderFollower(_FormationLaw):
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """What each network asks and answers."""
         networks, begin = NetworkColumns.zeros(len(FORMATION_OUTPUTS)), 0
-        for k, (own, row) in enumerate(zip(self.systems, self._packed, strict=True)):
+        for k, own in enumerate(self.systems):
             one, inputs = NetworkColumns(networks.array, k), [v.name for v in own.fis.inputs]
             outputs = [v.name for v in own.fis.outputs]
             one.begin, one.asks = begin, len(inputs)
             one.asked[: len(inputs)] = [FORMATION_INPUTS.index(name) for name in inputs]
             one.answers[:] = [outputs.index(name) if name in outputs else -1 for name in FORMATION_OUTPUTS]
             one.drives_leader, one.drives_followers = one.answers[:2].max() >= 0, one.answers[2:].max() >= 0
-            begin += len(row)
+            begin += len(own.system)
         return {"count": len(self.systems), "networks": networks.array.ravel()}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The networks, one after the other."""
-        return self._packed
-
-    @property
-    def working(self) -> int:
-        """All inputs, those and the outputs of one network, and what it is evaluated in."""
-        return self.works.size + max(packed_work(row) for row in self._packed)
-
-    @cached_property
-    def _packed(self) -> tuple[np.ndarray, ...]:
-        return tuple(packed(own) for own in self.systems)
+        return tuple(own.system for own in self.systems)
 
 
 def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:

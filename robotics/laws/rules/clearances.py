@@ -115,7 +115,7 @@ def without_robots(
     known = moves | (np.hypot(ahead, left) > radii[:, None] + radii + NEARBY)
     mounts = sensors.x, sensors.y, sensors.axis, sensors.half_cone
     nearer = np.maximum(ROBOT_ECHO, radii)  # from the far side of a large robot to its center
-    return without_echoes(values, mounts, ahead, left, known, radius=radii, nearer=nearer, unsure=unsure)
+    return np.asarray(without_echoes(np.ascontiguousarray(values), *mounts, ahead, left, known, radii, nearer, unsure))
 
 
 def standing_robots(gap: np.ndarray, bearing: np.ndarray, counts: np.ndarray) -> np.ndarray:

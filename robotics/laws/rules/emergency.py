@@ -17,7 +17,6 @@ Two things that follow from what the sensors do not tell:
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,17 +31,6 @@ FAR = 2.0  # m: robots farther away are in nobody's way
 UNSURE = 0.1  # of the way that the other has driven since its last message
 COMES_NEARER = 0.018  # m: what has come nearer by more within a second comes nearer
 SETTLED = 0.008  # m: by less, and it stands
-
-
-class EmergencyMemory(NamedTuple):
-    """What the emergency rule remembers; each field is (runs, robots)."""
-
-    halted: np.ndarray  # s for which the robot has stood still for what comes nearer; 0: it does not
-
-    @classmethod
-    def start(cls, runs: int, robots: int) -> "EmergencyMemory":
-        """Nothing is near."""
-        return cls(np.zeros((runs, robots)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,31 +52,31 @@ class EmergencySettings:
         return frozenset() if self.on else frozenset({"braking", "delay", "least", "near"})
 
     def kept(
-        self, now: Situation, v: np.ndarray, w: np.ndarray, watch: EmergencyMemory
-    ) -> tuple[np.ndarray, np.ndarray, EmergencyMemory]:
+        self, now: Situation, v: np.ndarray, w: np.ndarray, halted: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bring commands down to what is safe.
 
         Args:
             now: What the robots know.
             v: The speeds wanted [m/s] (runs, robots).
             w: The turn rates wanted [rad/s] (runs, robots).
-            watch: What the rule remembers.
+            halted: For how long [s] each robot has stood still for what comes nearer (runs, robots); 0: it does not.
 
-        Returns the safe speeds and turn rates, and what the rule remembers.
+        Returns the safe speeds and turn rates, and for how long each robot has stood still now.
         """
         if not self.on:
-            return v, w, watch
+            return v, w, halted
         seen, them = now.seen, now.others
-        watch = self._watched(now, watch)
+        halted = self._halted(now, halted)
         # Where a team-mate is known to be there may be something else as well.
         clear = np.minimum(now.clear, now.echoes)
         front = np.minimum(clear[SECTOR.front_left], clear[SECTOR.front_right]) + TURNING
         v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
         v = np.maximum(v, -np.maximum(self._fastest(clear[SECTOR.behind] - self.least, 0.0), 0.0))
-        halts = watch.halted > 0
+        halts = halted > 0
         v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
         if not seen.heard.fields:
-            return v, w, watch
+            return v, w, halted
         forward = np.sign(np.where(v == 0, 1.0, v))[:, :, None]
         cos = np.cos(them.bearing) * forward
         dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
@@ -99,14 +87,13 @@ class EmergencySettings:
         room = them.gap - self.least - approach * self.delay - unsure
         fastest = self._fastest(room, approach) / np.maximum(cos, ASIDE)
         limit = np.where((cos > ASIDE) & (them.gap < FAR), fastest, np.inf).min(axis=-1)
-        return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, watch
+        return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, halted
 
-    def _watched(self, now: Situation, watch: EmergencyMemory) -> EmergencyMemory:
-        """Notice what is near and comes nearer."""
-        begins = (now.nearest_room < self.near) & (now.nearing > COMES_NEARER) & (watch.halted == 0)
-        goes_on = (watch.halted > 0) & (now.nearing > SETTLED)
-        halted = np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), watch.halted + now.dt, 0.0)
-        return EmergencyMemory(halted)
+    def _halted(self, now: Situation, halted: np.ndarray) -> np.ndarray:
+        """Notice what is near and comes nearer: for how long each robot has stood still for it."""
+        begins = (now.nearest_room < self.near) & (now.nearing > COMES_NEARER) & (halted == 0)
+        goes_on = (halted > 0) & (now.nearing > SETTLED)
+        return np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), halted + now.dt, 0.0)
 
     def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
         """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""

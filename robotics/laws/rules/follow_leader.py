@@ -31,7 +31,7 @@ from robotics.laws.formation.leader_follower import pace
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.rules.situation import ONWARD, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.quantity import quantity
 
 _AT_END = 1e-3  # m: a leader this near to the end of its path has arrived

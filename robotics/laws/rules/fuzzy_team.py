@@ -33,7 +33,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
-from robotics.laws.rules.emergency import EmergencyMemory, EmergencySettings
+from robotics.laws.rules.emergency import EmergencySettings
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
@@ -65,7 +65,7 @@ FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
-    watch: EmergencyMemory
+    halted: np.ndarray  # (runs, robots) s: as of EmergencySettings.kept
     stays: np.ndarray | None  # (runs, 1) bool: there is no plan; None: none is wanted
 
 
@@ -138,12 +138,12 @@ class FuzzyTeam(Law[_Memory]):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        watch = EmergencyMemory.start(runs, len(setting.robots))
+        halted = np.zeros((runs, len(setting.robots)))
         plan = None
         if self.plan == "reservation" and len(setting.robots) > 1:
             plan = planned_timing(setting, 2 * float(turning_circles(setting).max()) + self.margin)
         stays = None if plan is None else np.broadcast_to(~plan.found, (runs, 1))
-        return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), watch, stays)
+        return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), halted, stays)
 
     @property
     def rule_bases(self) -> Mapping[str, RuleBase]:
@@ -181,7 +181,7 @@ class FuzzyTeam(Law[_Memory]):
         if stays is not None:
             asked, w = np.where(stays, 0.0, asked), np.where(stays, 0.0, w)
         w = np.where(asked < 0, 0.0, w)  # back it goes straight
-        safe, safe_w, watch = self.guard.kept(now, asked, w, memory.watch)
+        safe, safe_w, halted = self.guard.kept(now, asked, w, memory.halted)
         yields = np.clip((v - safe) / np.maximum(v, _SLOWEST), 0.0, 1.0)
         after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields)
         mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
@@ -200,7 +200,7 @@ class FuzzyTeam(Law[_Memory]):
             inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]) if inputs else None,
             guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
         )
-        return command, memory._replace(recall=after, watch=watch)
+        return command, memory._replace(recall=after, halted=halted)
 
     def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""

@@ -1,8 +1,8 @@
 """The table of what a robot can know: the quantities that a rule base may name as its inputs.
 
-Each has a unit and a sentence; :mod:`robotics.laws.rules.table` makes ``docs/quantities.md`` of this table. A quantity
-of pairs is told of each other robot: a rule base with one among its inputs is evaluated for every other robot, and its
-outputs are joined.
+Each has a unit and a sentence; :mod:`robotics.laws.rules.table` makes ``docs/reference/quantities.md`` of this table.
+A quantity of pairs is told of each other robot: a rule base with one among its inputs is evaluated for every other
+robot, and its outputs are joined.
 """
 
 import re
@@ -18,7 +18,7 @@ from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.meetings import INSIDE
 from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, Situation
 
-QUANTITIES_PAGE = "docs/quantities.md"  # made of this table; messages name it
+QUANTITIES_PAGE = "docs/reference/quantities.md"  # made of this table; messages name it
 _CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from robotics.laws.avoidance.echoes import in_own_frame
 from robotics.laws.avoidance.planned_way import PlannedTiming
-from robotics.laws.avoidance.priority import WHEREABOUTS, others, whereabouts
+from robotics.laws.avoidance.priority import WHEREABOUTS
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     RISE,
@@ -28,7 +28,7 @@ from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_rea
 from robotics.paths.level import Level
 from robotics.paths.path import PathPoint
 from robotics.paths.posture import PostureError, posture_error, wrapped
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 
 _LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
@@ -244,7 +244,7 @@ class Situation:
         if self.fixed.plan is None:
             return self.paths.level(self.due.s)
         shape = (*self.place.shape, self.place.shape[1])
-        share, _ = self.fixed.plan.due(np.broadcast_to(self.recall.clock[..., None], shape))
+        share = self.fixed.plan.due(np.broadcast_to(self.recall.clock[..., None], shape))
         return np.asarray(share * self.fixed.lengths[..., None, :])
 
     @cached_property
@@ -288,7 +288,9 @@ class Situation:
             none = np.full(heard.age.shape, np.nan)
             return OtherRobots(*[*[none] * 10, heard.age])
         unheard = ~heard.hears
-        dx, dy, v_x, v_y, distance, bearing, x, y = others(seen)
+        x, y, v_x, v_y = heard.now("x", by="v_x"), heard.now("y", by="v_y"), heard["v_x"], heard["v_y"]
+        dx, dy = x - seen.x[:, :, None], y - seen.y[:, :, None]
+        distance, bearing = np.hypot(dx, dy), wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
         cos, sin = np.cos(seen.heading)[:, :, None], np.sin(seen.heading)[:, :, None]
         towards = dx * (seen.v[:, :, None] * cos - v_x) + dy * (seen.v[:, :, None] * sin - v_y)
         radii = self.fixed.radii
@@ -453,7 +455,7 @@ class Situation:
         heard, clock = self.seen.heard, self.recall.clock + self.dt * pace
         if heard.fields:
             theirs = heard.now("clock", by="pace") + self.dt * np.maximum(heard["pace"], 1.0)
-            clock = np.minimum(clock, smallest_heard(clock, theirs, heard.hears))
+            clock = smallest_heard(clock, theirs, heard.hears)
         return Recall(
             place=self.place,
             speed=(self.place - self.recall.place) / self.dt,
@@ -481,5 +483,8 @@ class Situation:
             "pace": after.pace,
             "yields": after.yields,
             "stuck": after.stuck,
-            **whereabouts(self.seen),
+            "x": self.seen.x,
+            "y": self.seen.y,
+            "v_x": self.seen.v * np.cos(self.seen.heading),
+            "v_y": self.seen.v * np.sin(self.seen.heading),
         }

@@ -1,6 +1,6 @@
-"""The page ``docs/quantities.md``: what a robot can know, and what a rule base can say.
+"""The page ``docs/reference/quantities.md``: what a robot can know, and what a rule base can say.
 
-``python -m robotics.laws.rules.table > docs/quantities.md`` makes it of the tables beside this module.
+``python -m robotics.laws.rules.table > docs/reference/quantities.md`` makes it of the tables beside this module.
 """
 
 from collections.abc import Iterable

@@ -28,7 +28,6 @@ of :mod:`robotics.laws.tracking.fuzzy_tracking`; there is no proof for the whole
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -37,16 +36,16 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.system import Sugeno
-from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, Memory, RobotColumns, equation
-from robotics.laws.law import Command, ControllerError, Observation, check_connected, check_team
+from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, RobotColumns, equation
+from robotics.laws.law import ControllerError, Observation, check_connected, check_team
 from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
+from robotics.paths.references import Reference
 from robotics.paths.road import at as point_at
 from robotics.paths.road import moving, nearest, share
 from robotics.paths.road import place as place_at
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.radio.channel import predicted
 
@@ -118,14 +117,6 @@ class CooperationMemory(Columns):
     clock = column("s", "the scenario's time that the robot's copy of the clock shows")
     place = column("m", "the abscissa of its nearest point")
     phase = column("", "FOLLOWING, WAITING, JOINING or ARRIVED")
-
-
-class SteeredMemory(CooperationMemory):
-    """The same, and what a law of arrays around the cooperation asks of it in a period; see :func:`steered`."""
-
-    turn = column("rad")
-    excused = column("", "1: it is")
-    no_lateral = column("", "1: λ is not added")
 
 
 class CooperationDerived(Columns):
@@ -254,7 +245,7 @@ def hold(road, path, robot, place, aim, reach):  # type: ignore[no-untyped-def]
 @equation
 def cooperate(robot, gain, memory, command, work, known, i):  # type: ignore[no-untyped-def]
     """Run the clock, and drive towards the sample due by Table 5.6."""
-    steered(robot, gain, memory, command, work, known, i, memory.turn, memory.excused > 0, memory.no_lateral > 0)
+    steered(robot, gain, memory, command, work, known, i, 0.0, False, False)
     tell_inputs(command.inputs, gain.tracker, work)
 
 
@@ -299,7 +290,7 @@ class FuzzyCooperation(EquationLaw):
         return self.tracker.fuzzy_systems
 
     equation = cooperate
-    says, remembers, works, derived = CooperationMessage, SteeredMemory, TrackingWork, CooperationDerived
+    says, remembers, works, derived = CooperationMessage, CooperationMemory, TrackingWork, CooperationDerived
     aims = progresses = True
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
@@ -313,48 +304,18 @@ class FuzzyCooperation(EquationLaw):
         """The rule bases of the lower level."""
         return self.tracker.rule_rows()
 
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the rule bases are evaluated in."""
-        return self.tracker.working
-
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Set the clocks to 0. Raises ControllerError where the robots are no team, or the graph is not connected."""
         robots = len(setting.robots)
         if robots > 1:
             check_team(setting)
         check_connected(setting)
-        memory, pose = SteeredMemory.zeros(runs, robots), np.broadcast_to(setting.starts, (runs, robots, 3))
+        memory, pose = CooperationMemory.zeros(runs, robots), np.broadcast_to(setting.starts, (runs, robots, 3))
         start = setting.references.at(0.0).s
         paths, reach = setting.references.joined, np.full((runs, robots), SEARCH_REACH_AFTER_OUTAGE)
         memory.place = paths.nearest(pose[..., 0], pose[..., 1], start, reach)
         memory.phase = WAITING
         return memory.array
-
-    def steered(
-        self,
-        seen: Observation,
-        memory: Memory,
-        dt: float,
-        turn: np.ndarray | None = None,
-        excused: np.ndarray | None = None,
-        no_lateral: np.ndarray | None = None,
-    ) -> tuple[Command, Memory]:
-        """Do as :meth:`control`, with a turn added and some robots excused from the clock.
-
-        Args:
-            seen: What the robots know.
-            memory: As of the period before.
-            dt: The control period [s].
-            turn: Added to α (runs, robots) [rad]; none by default.
-            excused: Robots for which the clock does not wait (runs, robots) bool; they broadcast a place that is not a
-                number. None by default.
-            no_lateral: Robots to which λ is not added (runs, robots) bool; none by default.
-        """
-        asked = SteeredMemory(memory.rows.copy().reshape(-1, *seen.x.shape))
-        asked.turn = 0.0 if turn is None else turn
-        asked.excused, asked.no_lateral = excused is not None and excused, no_lateral is not None and no_lateral
-        return self.control(seen, Memory(memory.setup, asked.array.reshape(memory.rows.shape)), dt)
 
 
 class HeldColumns(Columns):

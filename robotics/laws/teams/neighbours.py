@@ -5,7 +5,7 @@ In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel, without_refcounts
+from fuzzy.compiled.jit import without_refcounts
 from robotics.laws.equation import HeardColumns
 from robotics.radio.channel import Heard
 
@@ -39,28 +39,17 @@ def reach(heard, i, time):  # type: ignore[no-untyped-def]
 def smallest_heard(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> np.ndarray:
     """The smallest of a robot's own value and its neighbours' that were heard (runs, robots).
 
-    ``mine`` is (runs, robots), ``theirs`` (runs, receivers, senders), ``hears`` (receivers, senders) bool.
+    ``mine`` is (runs, robots) or one for all, ``theirs`` (runs, receivers, senders), ``hears`` (receivers, senders)
+    bool.
     """
-    mine, theirs = np.ascontiguousarray(mine, dtype=float), np.ascontiguousarray(theirs, dtype=float)
-    return np.asarray(_least(mine, theirs, np.ascontiguousarray(hears, dtype=bool)))
+    return np.asarray(np.minimum(mine, np.fmin.reduce(np.where(hears, theirs, np.inf), axis=-1)))
 
 
 def alone_for(heard: Heard, time: float) -> np.ndarray:
     """The time [s] (runs, robots) since the newest message that each robot heard was sent, at most ``time`` [s]."""
-    return np.asarray(_least(np.full(heard.age.shape[:2], float(time)), heard.age, heard.hears))
+    return smallest_heard(np.asarray(time), heard.age, heard.hears)
 
 
 def search_reach(heard: Heard, time: float) -> np.ndarray:
     """The distance [m] (runs, robots) from its last place within which each robot looks for the next on its path."""
     return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)
-
-
-@kernel
-def _least(mine, theirs, hears):  # type: ignore[no-untyped-def]
-    out = mine.copy()
-    for r in range(mine.shape[0]):
-        for i in range(mine.shape[1]):
-            for j in range(mine.shape[1]):
-                if hears[i, j] and theirs[r, i, j] < out[r, i]:
-                    out[r, i] = theirs[r, i, j]
-    return out

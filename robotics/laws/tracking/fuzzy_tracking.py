@@ -40,7 +40,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
@@ -50,9 +50,8 @@ from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equatio
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
 from robotics.paths.posture import wrapped_compiled
-from robotics.paths.references import sampled
+from robotics.paths.references import Reference
 from robotics.paths.road import moving
-from robotics.paths.trajectory import Reference
 from robotics.quantity import check_quantities, quantity
 from robotics.vehicle.plant import velocity_limits
 
@@ -230,7 +229,7 @@ class FuzzyTracking(EquationLaw):
         """
         if setting.ensemble or self.steering != "bearing" or self.steering_distance == 0:
             return ()
-        fastest = np.abs(sampled(setting.references, setting.times).v).max(axis=0)
+        fastest = np.abs(setting.references.sampled(setting.times).v).max(axis=0)
         turns = velocity_limits(setting.robots)[1]
         needed = 2 * fastest / turns
         slow = np.flatnonzero(needed > self.steering_distance)
@@ -251,25 +250,16 @@ class FuzzyTracking(EquationLaw):
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """Where λ begins, and which inputs the tracking rule base has."""
-        unused = [0] * (len(TRACKING_INPUTS) - len(self.inputs))
-        return {"lateral_begin": len(self._packed[0]), "count": len(self.inputs), "places": [*self.inputs, *unused]}
+        places = [*self.inputs, *[0] * (len(TRACKING_INPUTS) - len(self.inputs))]
+        return {"lateral_begin": len(self.tracking.system), "count": len(self.inputs), "places": places}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The tracking rule base and λ(y_err)."""
-        return self._packed
-
-    @cached_property
-    def working(self) -> int:
-        """The numbers that the two rule bases are evaluated in."""
-        return self.works.size + max(packed_work(system) for system in self.rule_rows())
-
-    @cached_property
-    def _packed(self) -> tuple[np.ndarray, np.ndarray]:
-        return packed(self.tracking), packed(self.turn)
+        return self.tracking.system, self.turn.system
 
     @cached_property
     def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.gain_array(), np.concatenate(self._packed)
+        return self.gain_array(), np.concatenate(self.rule_rows())
 
     def toward(
         self,

@@ -34,11 +34,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from fuzzy.compiled.columns import Columns, column
-from fuzzy.compiled.jit import compiled_only, kernel
-from robotics.laws.equation import EquationLaw, equation, gain_columns
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
 from robotics.paths.posture import wrapped_compiled
@@ -163,17 +161,6 @@ def feedback(v, w, dt, gain):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@kernel
-def _gains_at(v, w, dt, gains):  # type: ignore[no-untyped-def]
-    """K (n, 6) about ``v`` (n,) and ``w`` (n,)."""
-    found, weights = np.empty((len(v), 6)), Gain(gains, 0)
-    for n in range(len(v)):
-        k = feedback(v[n], w[n], dt, weights)
-        for m in range(6):
-            found[n, m] = k[m]
-    return found
-
-
 @equation
 def regulate(robot, aim, gain, dt):  # type: ignore[no-untyped-def]
     """Command the reference's velocities minus K e."""
@@ -211,16 +198,7 @@ class LinearQuadratic(EquationLaw):
     equation, derived = regulate, WeightColumns
     knows = ("reference", "reference velocity", "wheel speeds")
 
-    def gains_at(self, v: np.ndarray, w: np.ndarray, period: float) -> np.ndarray:
-        """K (n, 2, 3) about speeds ``v`` (n,) [m/s], none of them 0, and ``w`` (n,) [rad/s], for a period [s]."""
-        v, w = (np.ascontiguousarray(part, dtype=float) for part in (v, w))
-        found: np.ndarray = _gains_at(v, w, float(period), self.gain_array())
-        return found.reshape(-1, 2, 3)
-
-    def derive(self, setting: Setting | None = None) -> Mapping[str, Any]:
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
         """The weights by Bryson's rule."""
         scales = self.x_scale, self.y_scale, self.heading_scale, self.v_scale, self.w_scale
         return dict(zip(WeightColumns.columns, (scale**-2 for scale in scales), strict=True))
-
-
-Gain = gain_columns(LinearQuadratic)

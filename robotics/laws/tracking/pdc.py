@@ -37,7 +37,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import without_refcounts
-from fuzzy.compiled.packed import evaluate_packed, packed, packed_work
+from fuzzy.compiled.packed import evaluate_packed, packed
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Sugeno, Variable
@@ -194,16 +194,7 @@ class ParallelCompensation(EquationLaw):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The gains, blended."""
-        return (self._packed,)
-
-    @property
-    def working(self) -> int:
-        """The state, the blended gain, and what blending works in."""
-        return self.works.size + packed_work(self._packed)
-
-    @cached_property
-    def _packed(self) -> np.ndarray:
-        return packed(self.blend)
+        return (packed(self.blend),)
 
 
 def _peak(mf: MembershipFunction) -> float:

@@ -27,6 +27,7 @@ from fuzzy.compiled.jit import kernel
 from fuzzy.system import Sugeno
 from tests.anfis.training_problem import CHECK, FIS, X, Y, grid
 from tests.fuzzy.random_systems import functions, systems
+from tests.randomcases import cases
 
 torch.set_num_threads(1)
 ROOT = Path(__file__).parents[3]
@@ -87,7 +88,7 @@ def test_the_gradient_is_torchs_for_every_function(kind, data, seed):
         np.testing.assert_allclose(own, other, rtol=1e-9, atol=1e-9 * max(largest, 1.0))
 
 
-@settings(max_examples=60)
+@settings(max_examples=cases(60))
 @given(fis=systems(), seed=st.integers(0, 10_000))
 def test_the_gradient_is_torchs_for_every_rule(fis, seed):
     """Hedges, "not", "or", weights, minimum, rules that leave an output out, weighted sums."""

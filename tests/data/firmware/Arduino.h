@@ -1,4 +1,4 @@
-/* A stand-in for Arduino's header: what the sketch of docs/microcontroller.md calls. */
+/* A stand-in for Arduino's header: what the sketch of docs/howto/rules-on-a-microcontroller.md calls. */
 #include <stdint.h>
 
 enum { LOW, HIGH };

@@ -1,4 +1,4 @@
-/* A stand-in for the main.h that STM32CubeMX writes: what the callback of docs/microcontroller.md uses. */
+/* A stand-in for the main.h that STM32CubeMX writes: what the callback of docs/howto/rules-on-a-microcontroller.md uses. */
 typedef struct {
     int counter;
 } TIM_TypeDef;

@@ -48,6 +48,21 @@ def roots(fis):
     return any((c.variable, c.term) in differences(fis) and c.power < 1 for rule in fis.rules for c in rule.when)
 
 
+def last_digits(fis, x, number):
+    """How much the answers change with the last digits of the inputs where roots are taken, (n, outputs).
+
+    The root of what is nearly nothing, at the foot of a function, makes much of a digit.
+    """
+    if not (fis.structure.power < 1).any():
+        return np.zeros((len(x), len(fis.outputs)))
+    kind = {"double": np.float64, "float": np.float32}
+    step = 2.0**-16 if number == "q16.16" else 4 * np.spacing(np.abs(x).astype(kind[number])).astype(float)
+    moved = [x + sign * step * axis for axis in np.eye(x.shape[1]) for sign in (-1, 1)]
+    with np.errstate(invalid="ignore"):
+        changes = [np.abs(wanted(fis, each)[0] - wanted(fis, x)[0]) for each in moved]
+    return np.nan_to_num(np.max(changes, axis=0), posinf=0.0)
+
+
 def check(library, k, x):
     fis, number = library.systems[k], library.number
     x, y, told = library.answers(k, x)
@@ -69,7 +84,7 @@ def check(library, k, x):
     # Where only differences fire, their rounding is a larger share of what fires.
     fires = np.clip(strengths, 1e-30, 1) if cancels(fis) else 1.0
     limit = np.sqrt(LIMIT[number]) if roots(fis) else LIMIT[number]
-    allowed = np.where(free | np.isnan(expected), np.inf, limit * scale / fires)
+    allowed = np.where(free | np.isnan(expected), np.inf, limit * scale / fires + last_digits(fis, x, number))
     with np.errstate(invalid="ignore"):
         error = np.nan_to_num(np.abs(y - expected))
         worst = np.unravel_index(np.argmax(error / allowed), error.shape)

@@ -28,9 +28,10 @@ from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
 from tests.fuzzy.random_systems import PARAMETERS, POSITIVE, conditioning, systems, systems_with_points
+from tests.randomcases import cases
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
-law = settings(max_examples=150)
+law = settings(max_examples=cases(150))
 
 
 @njit
@@ -116,7 +117,7 @@ def largest_products(variable, x):
 @quiet
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
-@settings(max_examples=100)
+@settings(max_examples=cases(100))
 @given(st.data())
 def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data):
     """A NaN degree was "no rule fires" for one and unknown for the other; so were strengths below e^(-1e294)."""
@@ -136,7 +137,7 @@ def test_extreme_numbers_give_the_same_with_numpy_torch_and_compiled(kinds, data
 
 @quiet
 @pytest.mark.parametrize("kind", FUNCTIONS, ids=lambda kind: kind.__name__)
-@settings(max_examples=50)
+@settings(max_examples=cases(50))
 @given(data=st.data())
 def test_every_function_on_its_own(kind, data):
     function = kind(*data.draw(PARAMETERS[kind]))
@@ -419,7 +420,7 @@ def interpreted(systems: list[tuple[CompiledSugeno, np.ndarray]]) -> list[np.nda
 def test_without_numba_the_same_code_gives_the_same_numbers():
     systems = []
 
-    @settings(max_examples=60, database=None, derandomize=True)
+    @settings(max_examples=cases(60), database=None, derandomize=True)
     @given(systems_with_points(shape=(4,)))
     def collect(drawn):
         systems.append(drawn)

@@ -12,6 +12,7 @@ from fuzzy.membership import FUNCTIONS, LinearS, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
 from tests.fuzzy.random_systems import POSITIVE, systems, systems_with_points
+from tests.randomcases import cases
 
 quiet = pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
 
@@ -26,7 +27,7 @@ def by_point(fis: Sugeno, x: np.ndarray) -> np.ndarray:
 
 
 @quiet
-@settings(max_examples=150)
+@settings(max_examples=cases(150))
 @given(systems_with_points(shape=(5,)) | systems_with_points(kinds=POSITIVE, plain=True, shape=(5,)))
 def test_bits_are_those_of_the_compiled_system(drawn):
     fis, x = drawn
@@ -35,7 +36,7 @@ def test_bits_are_those_of_the_compiled_system(drawn):
 
 @quiet
 @pytest.mark.parametrize("kinds", [FUNCTIONS, POSITIVE])
-@settings(max_examples=60)
+@settings(max_examples=cases(60))
 @given(data=st.data())
 def test_bits_are_the_same_for_extreme_numbers(kinds, data):
     fis = data.draw(systems(kinds=kinds, plain=kinds is POSITIVE))

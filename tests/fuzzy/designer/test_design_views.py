@@ -108,7 +108,7 @@ def test_a_refusal_names_the_field_that_asked():
 
 
 def test_the_keys_of_the_page_are_those_of_its_documentation():
-    text = (Path(__file__).parents[3] / "docs" / "designer.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "howto" / "designer.md").read_text(encoding="utf-8")
     table = re.search(r"\| key \| where \| what \|\n\| --- .*\n((?:\|.*\n)+)", text)
     assert table is not None
     rows = [tuple(cell.strip() for cell in line.strip("|\n").split("|")) for line in table[1].splitlines()]

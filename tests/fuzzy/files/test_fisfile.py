@@ -20,6 +20,7 @@ from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, Triangle
 from fuzzy.membershipfunction import MembershipError
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
+from tests.randomcases import cases
 
 CORPUS = Path(__file__).parents[2] / "data" / "fis-corpus"
 SUGENO = sorted(CORPUS.glob("s*.fis"))
@@ -328,7 +329,7 @@ def test_a_folder_and_a_missing_file(tmp_path):
         read_fis("nul\0.fis")
 
 
-@settings(max_examples=200)
+@settings(max_examples=cases(200))
 @given(st.integers(0, len(TIP)), st.integers(0, 6), st.text("[]()'=:,%! \n0123456789.-eMFx", max_size=4))
 def test_any_damage_is_read_or_refused(place, length, new):
     with warnings.catch_warnings():
@@ -409,7 +410,7 @@ def systems(draw):
     )
 
 
-@settings(max_examples=150)
+@settings(max_examples=cases(150))
 @given(systems())
 def test_every_system_reads_back_to_the_last_bit(fis):
     text = format_fis(fis)

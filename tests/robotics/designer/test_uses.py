@@ -109,5 +109,5 @@ def test_what_has_no_place_is_told_why(inputs: str, outputs: str, says: str) -> 
     message = str(caught.value)
     assert message.startswith("mine cannot drive a robot: ")
     assert says in message
-    assert "docs/quantities.md" in message
+    assert "docs/reference/quantities.md" in message
     assert "v, w, turn, speed, speed_factor, rate and keep" in message

@@ -14,12 +14,10 @@ from robotics.experiments.comparison import Comparison, compare, summarise
 from robotics.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
 from robotics.figures.drawing import POINTS, cut_axis, looks, only, room_for, seeds_as_text, thinned, unjumped
 from robotics.figures.laws import (
-    plot_crash_turn,
-    plot_lateral,
-    plot_obstacle_turn,
     plot_switching,
     plot_tracking_memberships,
     plot_tracking_velocities,
+    plot_turn,
 )
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import headlines
@@ -288,7 +286,7 @@ def test_rule_base_figures_show_the_rule_bases() -> None:
     assert np.interp(0.2, distance, speed) == pytest.approx(0.5, abs=0.01)  # distance / 0.4 s
     assert w.get_ylabel() == "ω [rad/s]"
     assert y_of(w.lines[0]).max() == pytest.approx(5.74)
-    lateral, turn = plot_lateral().axes
+    lateral, turn = plot_turn("lateral").axes
     assert lateral.get_xlabel() == "y_err [m]"
     assert turn.get_ylabel() == "λ [rad]"
     assert y_of(turn.lines[0])[0] == pytest.approx(-0.6)
@@ -297,8 +295,8 @@ def test_rule_base_figures_show_the_rule_bases() -> None:
 def test_turns_of_avoidance_are_those_of_the_rule_bases() -> None:
     """The straight lines that the comments of eta.fis and theta.fis give, and the sets that make them."""
     for figure, argument, symbol, near, far, most, sets in (
-        (plot_crash_turn(), "d_ij", "η", 0.3, 0.6, 1.2, ("Overlapping", "Touching", "Apart")),
-        (plot_obstacle_turn(), "ro", "Θ", 0.15, 0.8, 1.6, ("Near", "Medium", "Far")),
+        (plot_turn("eta"), "d_ij", "η", 0.3, 0.6, 1.2, ("Overlapping", "Touching", "Apart")),
+        (plot_turn("theta"), "ro", "Θ", 0.15, 0.8, 1.6, ("Near", "Medium", "Far")),
     ):
         memberships, turn = figure.axes
         assert [ax.get_xlabel() for ax in figure.axes] == [f"{argument} [m]"] * 2

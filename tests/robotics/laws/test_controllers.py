@@ -13,7 +13,7 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.paths.posture import posture_error, wrapped
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 

@@ -7,7 +7,7 @@ import pytest
 
 from robotics.paths.level import Level
 from robotics.paths.path import Circle, Eight, Line, compile_path
-from robotics.paths.references import Later
+from robotics.paths.references import later
 from robotics.paths.trajectory import Timing, compile_trajectory
 from robotics.scenario.reading import parse_scenario
 
@@ -34,7 +34,7 @@ def test_what_lies_before_a_reference_is_behind():
     s = np.array([[1.0, 2.0]])  # x = -2 and x = 2
     assert level.on_leader(s) == pytest.approx(np.array([[1.0, 5.0]]))
     assert level.share(s)[0] == pytest.approx([-2 / 6, 2 / 6])
-    assert Level.of(Later(lines, 10.0)).on_leader(s) == pytest.approx(level.on_leader(s))  # nobody moves
+    assert Level.of(later(lines, 10.0)).on_leader(s) == pytest.approx(level.on_leader(s))  # nobody moves
 
 
 def test_by_offsets_robots_are_level_when_the_virtual_one_is_there():

@@ -7,8 +7,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
 from robotics.paths.offset import Offset, compile_offset, offset_start
 from robotics.paths.path import Circle, Line, PathError, Quintic, Sine, Waypoints, compile_path
-from robotics.paths.references import side_by_side
-from robotics.paths.trajectory import Timing, Trajectory, compile_trajectory
+from robotics.paths.trajectory import Timing, compile_trajectory, together
 from robotics.scenario.description import ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
@@ -72,7 +71,7 @@ def test_robots_that_are_level_have_the_same_progress():
     curve = CURVES[0]
     offsets = ((0.0, 0.6), (0.0, -0.6), (0.4, 0.0))
     parts = [compile_offset(Offset(path=curve, offset=place), TIMING) for place in offsets]
-    team = side_by_side(parts).flat
+    team = together(parts)
     paths = team.joined
     assert np.ptp(paths.lengths) > 0.1
     for time in (0.0, 3.0, 9.7, 15.0, 20.0):
@@ -218,6 +217,6 @@ def test_a_law_that_equals_shares_of_lengths_would_bend_it(monkeypatch):
     monkeypatch.setattr("robotics.paths.joined.PathTable.share", lambda self, s: s / self.lengths)
     monkeypatch.setattr("robotics.paths.joined.PathTable.place", lambda self, share: share * self.lengths)
     monkeypatch.setattr("robotics.paths.joined.PathTable.stretch", lambda self, share: self.lengths)
-    whole = vars(Trajectory)["road"].func
-    monkeypatch.setattr(Trajectory, "road", property(lambda self: whole(self)._replace(shares=np.empty((2, 0)))))
+    road = scenario.trajectory.road._replace(shares=np.empty((2, 0)))
+    monkeypatch.setitem(vars(scenario.trajectory), "road", road)
     assert sides(simulate(scenario, make_controller("virtual-structure-measured"), [0]), offsets) > 0.05

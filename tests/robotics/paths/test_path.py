@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ellipe
 
 from robotics.paths.path import SHAPES, Circle, Eight, Line, PathError, Quintic, Sine, Waypoints, compile_path
+from tests.randomcases import cases
 
 SINE = Sine(amplitude=1.0, wavenumber=1.0, x_end=8.0)
 COSINE = Sine(amplitude=0.902258, wavenumber=4 * pi / 7, phase=pi / 2, offset=3 - 0.902258, x_end=7.0)
@@ -189,7 +190,7 @@ tangent = st.tuples(st.floats(0.5, 6), st.floats(-pi, pi)).map(lambda t: (t[0] *
 
 
 @given(st.tuples(coordinate, coordinate), st.tuples(coordinate, coordinate), tangent, tangent)
-@settings(max_examples=40)
+@settings(max_examples=cases(40))
 def test_random_quintics_are_parametrised_by_their_arc_length(start, end, t0, t1):
     assume(hypot(end[0] - start[0], end[1] - start[1]) > 0.5)
     shape = Quintic(start=start, end=end, start_tangent=t0, end_tangent=t1)

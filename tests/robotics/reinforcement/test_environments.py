@@ -19,6 +19,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
 
 import robotics.reinforcement  # noqa: E402
+from robotics.reinforcement.reward import reward_observer  # noqa: E402
 from robotics.reinforcement.single import TrackingEnv  # noqa: E402
 from robotics.reinforcement.team import TeamEnv  # noqa: E402
 from robotics.reinforcement.vector import TrackingVectorEnv  # noqa: E402
@@ -169,8 +170,10 @@ def test_a_robot_that_touches_another_is_an_agent_no_more():
 
 def test_a_team_drives_as_in_a_run_and_hears_what_the_radio_brings():
     scenario = replace(TEAM, duration=10.0, radio=replace(TEAM.radio, loss=0.3, latency=0.1, period=0.2))
-    run = robotics.simulate(scenario, "virtual-structure", seeds=[4])
+    observer = reward_observer(scenario)
+    run = robotics.simulate(scenario, "virtual-structure", seeds=[4], observer=observer)
     env = TeamEnv(scenario, units=True)
+    returned = dict.fromkeys(env.possible_agents, 0.0)
     observed, _ = env.reset(seed=4)
     names = [entry.name for entry in env.entries["robot_2"]]
     ages = set()
@@ -189,8 +192,10 @@ def test_a_team_drives_as_in_a_run_and_hears_what_the_radio_brings():
         else:
             assert observed["robot_2"][names.index("robot1_ahead")] == 0
         command = {a: [run["command_1"][0, n, k], run["command_2"][0, n, k]] for n, a in enumerate(env.agents)}
-        observed, *_, infos = env.step(command)
+        observed, rewards, *_, infos = env.step(command)
+        returned = {a: returned[a] + rewards[a] for a in returned}
     assert {info["end"] for info in infos.values()} == {"time"}
+    assert [*returned.values()] == observer.notes.returned.tolist()
     assert not env.agents
     assert 5.0 in ages
     assert max(ages - {5.0}) > 0.3

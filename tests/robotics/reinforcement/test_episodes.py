@@ -16,6 +16,7 @@ from robotics.tuning.cost import Cost, costs_of
 from robotics.vehicle.plant import TruthColumns as Truth
 
 pytest.importorskip("gymnasium", reason="needs gymnasium")
+from robotics.reinforcement.reward import SpanColumns, reward_observer, spans
 from robotics.reinforcement.single import TrackingEnv
 from robotics.reinforcement.vector import TrackingVectorEnv
 
@@ -40,9 +41,9 @@ def driven(env, run, place=0, seed=0):
             (Truth.v.row, "v"),
             (Truth.w.row, "w"),
         ):
-            assert lanes.truth[row, 0] == run[name][place, 0, k], (name, k)
+            assert lanes.body.truth[row, 0] == run[name][place, 0, k], (name, k)
         for row, name in enumerate(("x_measured", "y_measured", "heading_measured")):
-            assert lanes.seen[row, 0] == run[name][place, 0, k], (name, k)
+            assert lanes.moment.seen[row, 0] == run[name][place, 0, k], (name, k)
         assert env.observation_space.contains(observed)
         command = [run["command_1"][place, 0, k], run["command_2"][place, 0, k]]
         observed, reward, terminated, truncated, infos = env.step(command)
@@ -130,8 +131,8 @@ def test_divergence_ends_an_episode_and_costs_no_less_than_going_on(reward):
     if reward == "cost":
         assert sum(rewards) == pytest.approx(-100, rel=1e-12)
     else:
-        task, samples = env.task, scenario.ticks + 1
-        begin = task.counted_from[0]
+        samples = scenario.ticks + 1
+        begin = SpanColumns(spans(scenario)).counted[0]
         many = samples - begin
         left = samples - len(rewards)
         assert rewards[-1] == pytest.approx(-(100 * left + 30) / many, rel=0.3 * 30 / (100 * left))
@@ -194,6 +195,28 @@ def test_ranges_are_those_of_a_run_and_a_contact_ends_the_episode():
         assert infos["cost"] == 100
         assert last * scenario.period < first <= (last + 1) * scenario.period
         assert -rewards.sum() == pytest.approx(100, rel=1e-9) if reward == "cost" else -rewards.sum() <= 100
+
+
+@pytest.mark.parametrize("reward", ["dense", "cost"])
+@pytest.mark.parametrize("case", ["on time", "torques", "diverged", "collided"])
+def test_a_plain_run_is_given_the_return_of_the_environment(case, reward):
+    scenario, law, seeds = drawn()[1], "lyapunov", [3, 4]
+    if case == "torques":
+        law = "esm"
+    elif case == "diverged":
+        scenario, law = replace(drawn()[0], divergence=0.3), "lyapunov:kx=0.001,feed_forward=none"
+    elif case == "collided":
+        scenario = beside_obstacles()
+    options = {"reward": reward, "level": robotics.make_controller(law).level, "approach": 0.5}
+    observer = reward_observer(scenario, len(seeds), **options)
+    run = robotics.simulate(scenario, law, seeds, observer=observer)
+    for place, seed in enumerate(seeds):
+        rewards, infos, *_ = driven(TrackingEnv(scenario, units=True, **options), run, place, seed)
+        assert infos["end"] == (case if case in ("diverged", "collided") else "time")
+        total = 0.0
+        for one in rewards.tolist():
+            total += one
+        assert observer.notes.returned[place] == total
 
 
 def test_lanes_do_not_know_of_each_other():

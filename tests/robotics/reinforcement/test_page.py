@@ -1,4 +1,4 @@
-"""The page docs/environments.md: its tables are those of the code, and its snippets run as written."""
+"""The page docs/howto/environments.md: its tables are those of the code, and its snippets run as written."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,7 @@ from robotics.laws.tracking.policyfile import load_policy
 from robotics.reinforcement.table import heard, observations
 from tests.snippets import run_commands, run_python, snippets
 
-PAGE = Path(__file__).parents[3] / "docs" / "environments.md"
+PAGE = Path(__file__).parents[3] / "docs" / "howto" / "environments.md"
 
 
 def test_the_tables_are_those_of_the_code():

@@ -272,7 +272,7 @@ def test_a_condition_says_what_it_lacks() -> None:
 
 @pytest.fixture(scope="module")
 def own(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Path]:
-    """The example of docs/own-study.md with few seeds, without pictures."""
+    """The example of docs/howto/own-study.md with few seeds, without pictures."""
     out = tmp_path_factory.mktemp("own")
     return run_study(with_seeds(robotics.load_study(EXAMPLE / "study.toml"), 2), out, report=False), out
 

@@ -120,8 +120,8 @@ def test_names_are_found_by_their_end_and_mistyped_ones_are_guessed():
 
 
 def test_the_page_is_what_the_descriptions_say():
-    text = (ROOT / "docs" / "scenarios.md").read_text(encoding="utf-8")
-    assert text == page(), "python -m robotics.experiments.sweeps.page > docs/scenarios.md"
+    text = (ROOT / "docs" / "reference" / "file-scenario.md").read_text(encoding="utf-8")
+    assert text == page(), "python -m robotics.experiments.sweeps.page > docs/reference/file-scenario.md"
     ((example),) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     assert len(parse_scenario(example, "page").robots) == 1
 

@@ -210,7 +210,7 @@ def test_the_command_makes_a_table_a_card_and_a_table_for_checking(tmp_path, mon
 
 @pytest.mark.long
 def test_the_numbers_of_the_page(tmp_path, monkeypatch, capsys):
-    """docs/logs.md: nine drives as a robot logs them, three rules by `anfis train`, twenty seeds not seen before."""
+    """docs/howto/logs.md: nine logged drives, three rules by `anfis train`, twenty seeds not seen before."""
     monkeypatch.chdir(tmp_path)
     names = ("lyapunov-sine", "lyapunov-circle", "fuzzy-off-path")
     logs = []

@@ -14,7 +14,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
 from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import EvenTiming
+from robotics.paths.references import even_timing
 from robotics.paths.trajectory import Timing
 from robotics.radio.faults import Fault, Faults
 from robotics.scenario.description import Member, Scenario
@@ -37,7 +37,7 @@ def straight(shapes, durations):
         sensing=Sensing(posture="pose"),
     )
     starts = np.array([[(*start, 0.0) for start, _ in row] for row in shapes])
-    return replace(scenario.setting, starts=starts, references=EvenTiming(paths, np.array(durations)))
+    return replace(scenario.setting, starts=starts, references=even_timing(paths, np.array(durations)))
 
 
 BESIDE = [((0.0, 0.0), 2.005), ((0.0, 1.0), 3.005)]

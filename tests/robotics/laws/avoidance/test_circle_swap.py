@@ -69,7 +69,7 @@ def test_a_lone_point_ahead_of_the_axle_moves_straight_to_the_goal():
     law = Orca(lead=0.05)
     scenario: Any = SimpleNamespace(robots=(ETSRO,), period=0.05)
     goal = SimpleNamespace(x=np.array([3.0]), y=np.array([4.0]))
-    way = SimpleNamespace(each_at=lambda times: goal)
+    way: Any = SimpleNamespace(each_at=lambda times: goal)
     heading, zero = np.array([[0.7]]), np.zeros((1, 1))
     seen = Observation(0.0, zero, zero, heading, zero, zero, None, way)
     command, _ = law.control(seen, law.init(scenario, 1), 0.05)

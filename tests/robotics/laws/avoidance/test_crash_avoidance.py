@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import footprints, robot_contacts
-from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage
+from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage, CrashWork, turn_at
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
 from robotics.measures.arrival import arrival_time, spread
@@ -38,14 +39,23 @@ def decide(law, crossing, poses):
     return command.v[0], command.w[0]
 
 
+@kernel
+def turns_at(distances, d_min, factor, eta, work):
+    found = np.empty(len(distances))
+    for n in range(len(distances)):
+        found[n] = turn_at(distances[n], d_min, factor, eta, CrashWork(work))
+    return found
+
+
 @pytest.mark.parametrize("d_min", [0.5, 0.6, 1.0])
 def test_the_turn_is_the_formula_also_where_robots_overlap(d_min):
     """1.2 rad (d_min − d) / (d_min − 0.3 m), and 0 from d_min on."""
     law = CrashAvoidance(d_min=d_min)
     least = max(0.0, d_min - 2 * (d_min - 0.3))  # the rule base ends at 2.4 rad
     d = np.linspace(least, d_min, 50)
-    np.testing.assert_allclose(law.turn_at(d), 1.2 * (d_min - d) / (d_min - 0.3), atol=1e-9)
-    np.testing.assert_allclose(law.turn_at(np.array([d_min + 0.01, 7.0, np.nan])), 0.0, atol=1e-9)
+    given = d_min, law.eta, law.turn.system, np.empty(law.working)
+    np.testing.assert_allclose(turns_at(d, *given), 1.2 * (d_min - d) / (d_min - 0.3), atol=1e-9)
+    np.testing.assert_allclose(turns_at(np.array([d_min + 0.01, 7.0, np.nan]), *given), 0.0, atol=1e-9)
 
 
 def test_the_robot_of_higher_number_stops_and_only_while_it_is_near(crossing):

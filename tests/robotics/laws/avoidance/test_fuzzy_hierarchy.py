@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fuzzy.inference import infer
-from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
+from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy, HierarchyMemory
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
+from robotics.laws.equation import Memory
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD
 from robotics.radio.channel import Heard
@@ -18,7 +19,7 @@ from robotics.simulation.loop import drive, simulate
 
 FREE = np.inf
 APART = np.array([(-0.3, 2.0, 0.0), (-1.3, 0.0, 0.0), (-0.3, -2.0, 0.0)])  # behind the starts, all with a way to go
-LAW = make_controller("hierarchy-literal:lateral=none")
+LAW: Any = make_controller("hierarchy-literal:lateral=none")
 CROSSING = load_scenario("three-cross")
 
 
@@ -38,8 +39,19 @@ def seen(poses: np.ndarray, sonars: tuple[float, ...] = (FREE,) * 4, robot: int 
     )
 
 
-def decide(observation: Observation, law: Any = LAW, **memory: Any) -> Command:
-    return law.control(observation, law.init(CROSSING.setting, 1)._replace(**memory), 0.05)[0]
+def begin(law: Any = LAW, **remembered: Any) -> Memory:
+    memory = law.init(CROSSING.setting, 1)
+    for name, row in remembered.items():
+        setattr(HierarchyMemory(memory.rows), name, row)
+    return memory
+
+
+def decide(observation: Observation, law: Any = LAW, **remembered: Any) -> Command:
+    return law.control(observation, begin(law, **remembered), 0.05)[0]
+
+
+def stalled_after(observation: Observation, memory: Memory) -> list[float]:
+    return HierarchyMemory(LAW.control(observation, memory, 0.05)[1].rows).stalled.tolist()
 
 
 def beside(distance: float) -> np.ndarray:
@@ -90,17 +102,17 @@ def test_lambda_is_added_while_tracking_only() -> None:
 
 
 def test_who_is_stuck_is_left_behind_and_standing_does_not_count() -> None:
-    late = np.array([[15.1, 15.1, 0.0]])
-    command = decide(seen(beside(0.57)), stalled=late, best=np.full((1, 3), 9.0))
+    late = np.array([15.1, 15.1, 0.0])
+    command = decide(seen(beside(0.57)), stalled=late, best=9.0)
     assert command.mode is not None
     assert command.mode[0].tolist() == [TRACK + LEFT_BEHIND, YIELD + LEFT_BEHIND, TRACK]
     assert command.message is not None
     assert np.isnan(command.message["place"][0]).tolist() == [True, True, False]  # the clock does not wait for it
     near = seen(beside(0.57), (0.5, 0.5, FREE, FREE), robot=1)
-    memory = LAW.init(CROSSING.setting, 1)._replace(best=np.full((1, 3), 9.0))
-    assert LAW.control(near, memory, 0.05)[1].stalled[0].tolist() == [0.0, 0.0, 0.0]
+    memory = begin(best=9.0)
+    assert stalled_after(near, memory) == [0.0, 0.0, 0.0]
     near = seen(APART, (0.5, 0.5, FREE, FREE), robot=1)
-    assert LAW.control(near, memory, 0.05)[1].stalled[0].tolist() == [0.0, 0.05, 0.0]
+    assert stalled_after(near, memory) == [0.0, 0.05, 0.0]
 
 
 def test_without_obstacles_it_is_crash_avoidance() -> None:

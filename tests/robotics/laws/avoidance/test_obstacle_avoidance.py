@@ -11,6 +11,7 @@ from fuzzy.compiled.jit import kernel
 from robotics.environment.collision import obstacle_clearance
 from robotics.environment.world import Disc
 from robotics.experiments.together import run_together
+from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance, ObstacleWork, theta_at
 from robotics.laws.avoidance.obstacle_modes import (
     LOOSE,
     RELIEF,
@@ -28,7 +29,7 @@ from robotics.laws.avoidance.obstacle_modes import (
     stand_still,
 )
 from robotics.laws.catalogue import gains_of, make_controller
-from robotics.laws.equation import RobotColumns
+from robotics.laws.equation import RobotColumns, gain_columns
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, STOPPED, TRACK, YIELD
 from robotics.paths.path import Line
 from robotics.paths.trajectory import Timing
@@ -40,6 +41,7 @@ from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, ModeChange, mo
 from robotics.simulation.run import load_run
 
 DT = 0.05
+Gain = gain_columns(ObstacleAvoidance)
 MOUNTED = MountColumns(np.array(MountColumns.stacked(mounting([SONAR])))[:, 0])
 FREE = np.inf
 SIZES = np.array([[0.115], [0.1], [0.153]])  # m: half a robot's length and width, and its half diagonal
@@ -80,13 +82,23 @@ def fresh():
 # The rule base ----------------------------------------------------------------------------------------------------
 
 
+@kernel
+def thetas_at(distances, gains, theta, work):
+    found, gain = np.empty(len(distances)), Gain(gains, 0)
+    for n in range(len(distances)):
+        found[n] = theta_at(distances[n], gain, theta, ObstacleWork(work))
+    return found
+
+
 @pytest.mark.parametrize(("name", "ro_min"), [("obstacles", 0.5), ("obstacles-literal", 0.8), ("obstacles", 1.3)])
 def test_theta_equals_its_formula(name, ro_min):
     law: Any = make_controller(f"{name}:ro_min={ro_min}")
     ro = np.array([0.0, 0.1, 0.15, 0.2, 0.31, 0.475, 0.5, 0.79, 0.8, 1.0, 2.0, np.inf])
     with np.errstate(invalid="ignore"):
         expected = 1.6 * np.clip((ro_min - ro) / (ro_min - 0.15), 0.0, 1.0)
-    np.testing.assert_allclose(law.theta_at(ro), expected, atol=1e-12)
+    gains = law.setup(load_scenario("turn-into-neighbour").setting, 1).gains
+    found = thetas_at(ro, gains, law.turn.system, np.empty(law.working))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_gains_are_those_that_have_an_effect():

@@ -8,6 +8,7 @@ from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.laws.avoidance.planned_way import PlannedTiming, planned_timing
 from robotics.paths.joined import join_paths
 from robotics.paths.path import Line, compile_path
+from robotics.paths.road import TIMED, road_of
 from robotics.scenario.reading import load_scenario
 
 
@@ -42,7 +43,7 @@ def test_the_speed_is_the_derivative_of_the_place(crossings):
     for time in middle:
         times = np.full(plan.joined.lengths.shape, time)
         tick = times / plan.durations * 160 % 1
-        inside = (tick > 0.05) & (tick < 0.95) & (times < plan.end - 0.1)
+        inside = (tick > 0.05) & (tick < 0.95) & (times < plan.ends - 0.1)
         slope = (plan.each_at(times + step).s - plan.each_at(times - step).s) / (2 * step)
         np.testing.assert_allclose(plan.each_at(times).v[inside], slope[inside], atol=1e-6)
 
@@ -60,6 +61,7 @@ def test_a_place_is_reached_when_the_robot_comes_there_and_not_when_it_leaves():
     path = join_paths([compile_path(Line(start=(0.0, 0.0), end=(5.0, 0.0)))])
     progress = np.concatenate([[0.0, 0.25, 0.5, 0.5, 0.75], np.ones(200)])[None, None]
     duration = np.array([[160.0]])  # a tick is one second
-    plan = PlannedTiming(path, progress, duration, duration, np.array([[True]]))
+    road = road_of(path, TIMED.planned, duration[0])
+    plan = PlannedTiming(path, duration[0], road, progress, duration, np.array([[True]]))
     np.testing.assert_allclose(plan.reached(1.0, 7)[0, 0], [0, 0.8, 1.6, 3.4, 4.2, 5, 5], atol=1e-6)
-    np.testing.assert_allclose(plan.due(np.array([[[2.5]]]))[0], 0.5)
+    np.testing.assert_allclose(plan.due(np.array([[[2.5]]])), 0.5)

@@ -1,5 +1,7 @@
 """The brake for others: the scalar functions of one robot against the arrays of all robots."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fuzzy.compiled.columns import within
@@ -9,19 +11,37 @@ from robotics.laws.avoidance.priority import (
     CONE,
     MOVES,
     WHEREABOUTS,
-    Others,
     WhereaboutsColumns,
-    others,
     stops_for,
     tell_whereabouts,
-    whereabouts,
 )
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.law import Observation
-from robotics.paths.trajectory import Reference
+from robotics.paths.posture import wrapped
+from robotics.paths.references import Reference
 from robotics.radio.channel import Heard
 
 RUNS, ROBOTS, NEAR = 200, 4, 0.6
+
+
+class Others(NamedTuple):
+    """The others' present places as each robot predicts them from messages; each field is (runs, robots, others)."""
+
+    dx: np.ndarray  # m, in the world's axes
+    dy: np.ndarray  # m
+    v_x: np.ndarray  # m/s, in the world's axes
+    v_y: np.ndarray  # m/s
+    distance: np.ndarray  # m, between centers
+    bearing: np.ndarray  # rad in [-π, π), from the robot's own heading
+
+
+def others(seen: Observation) -> Others:
+    """The others' places by the values WHEREABOUTS of their messages; not-a-number before the first message."""
+    heard = seen.heard
+    dx = heard.now("x", by="v_x") - seen.x[:, :, None]
+    dy = heard.now("y", by="v_y") - seen.y[:, :, None]
+    bearing = wrapped(np.arctan2(dy, dx) - seen.heading[:, :, None])
+    return Others(dx, dy, heard["v_x"], heard["v_y"], np.hypot(dx, dy), bearing)
 
 
 def blocked(seen: Observation, them: Others, near: float) -> np.ndarray:
@@ -88,4 +108,5 @@ def test_one_robot_stops_where_the_arrays_say_so() -> None:
     expected = blocked(seen, others(seen), NEAR)
     assert found.tolist() == expected.ravel().tolist()
     assert 0.05 < expected.mean() < 0.95
-    np.testing.assert_allclose(told.array, [row.ravel() for row in whereabouts(seen).values()], rtol=1e-15, atol=1e-17)
+    rows = seen.x, seen.y, seen.v * np.cos(seen.heading), seen.v * np.sin(seen.heading)
+    np.testing.assert_allclose(told.array, [row.ravel() for row in rows], rtol=1e-15, atol=1e-17)

@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.ipopt import Ipopt, least_costs
 from benchmarks.predictiveproblems import random_problems
+from benchmarks.predictivesolving import plans_of, solve_rows
 from robotics.laws.predictive.ilqr import SolverColumns
-from robotics.laws.predictive.problem import plans_of, solve_rows
 from robotics.scenario.robots import load_robot
 
 TABLE = Path(__file__).parents[3] / "data" / "predictive" / "ipopt.csv"

@@ -8,8 +8,8 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 from benchmarks.predictiveproblems import LAW, PERIOD
+from benchmarks.predictivesolving import Problem, plans_of
 from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
-from robotics.laws.predictive.problem import Problem, plans_of
 from robotics.laws.predictive.terminal import SPEEDS, riccati, straight_across, straight_along, tail_table
 from robotics.scenario.robots import load_robot
 

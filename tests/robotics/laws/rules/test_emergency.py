@@ -16,9 +16,9 @@ from robotics.laws.rules.emergency import (
     SETTLED,
     TURNING,
     UNSURE,
-    EmergencyMemory,
     EmergencySettings,
 )
+from tests.randomcases import cases
 
 GUARD = EmergencySettings()
 A, T, LEAST = GUARD.braking, GUARD.delay, GUARD.least
@@ -55,9 +55,9 @@ def situation(
 
 
 def kept(
-    now: Any, v: float, w: float = 0.0, watch: EmergencyMemory | None = None, guard: EmergencySettings = GUARD
+    now: Any, v: float, w: float = 0.0, halted: Any = 0.0, guard: EmergencySettings = GUARD
 ) -> tuple[float, float]:
-    out_v, out_w, _ = guard.kept(now, np.array([[v]]), np.array([[w]]), watch or EmergencyMemory.start(1, 1))
+    out_v, out_w, _ = guard.kept(now, np.array([[v]]), np.array([[w]]), np.full((1, 1), halted))
     return float(out_v[0, 0]), float(out_w[0, 0])
 
 
@@ -66,7 +66,7 @@ def stands_in_time(v: float, room: float, u: float = 0.0) -> bool:
     return v <= 1e-9 or v * T + v**2 / (2 * A) + u * (T + v / A) <= room + 1e-9
 
 
-@settings(max_examples=300)
+@settings(max_examples=cases(300))
 @given(
     st.floats(-0.5, 1.2), st.floats(0, 2), st.floats(0, 1), st.floats(-0.1, 2.5), st.floats(-3.14, 3.14),
     st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(0, 3),
@@ -108,15 +108,15 @@ def test_back_it_goes_only_over_ground_that_it_has_just_driven() -> None:
 
 def test_for_what_comes_nearer_it_stands_until_that_stands() -> None:
     comes = situation(room=GUARD.near / 2, nearing=2 * COMES_NEARER)
-    v, w, watch = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), EmergencyMemory.start(1, 1))
+    v, w, halted = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), np.zeros((1, 1)))
     assert not v.any()
     assert not w.any()
-    assert watch.halted > 0
+    assert halted > 0
     slower = situation(room=GUARD.near / 2, nearing=(COMES_NEARER + SETTLED) / 2)
     assert kept(slower, 0.3, 1.0) == (0.3, 1.0)  # not enough to begin
-    assert kept(slower, 0.3, 1.0, watch) == (0, 0)  # enough to go on
-    assert kept(situation(room=GUARD.near / 2, nearing=SETTLED / 2), 0.3, 1.0, watch) == (0.3, 1.0)
-    assert kept(situation(room=3 * GUARD.near, nearing=2 * COMES_NEARER), 0.3, 1.0, watch) == (0.3, 1.0)
+    assert kept(slower, 0.3, 1.0, halted) == (0, 0)  # enough to go on
+    assert kept(situation(room=GUARD.near / 2, nearing=SETTLED / 2), 0.3, 1.0, halted) == (0.3, 1.0)
+    assert kept(situation(room=3 * GUARD.near, nearing=2 * COMES_NEARER), 0.3, 1.0, halted) == (0.3, 1.0)
 
 
 def test_switched_off_it_does_nothing() -> None:

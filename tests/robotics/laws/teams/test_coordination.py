@@ -13,7 +13,7 @@ from robotics.measures.arrival import arrival_time, end_time, spread
 from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.teams import measure_team, nearest_distance
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.radio.description import Radio
 from robotics.radio.faults import Fault
 from robotics.scenario.random_team import random_team, team_toml

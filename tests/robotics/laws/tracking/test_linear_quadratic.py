@@ -9,18 +9,32 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_discrete_are
 
+from fuzzy.compiled.jit import kernel
 from robotics.laws.catalogue import make_controller
+from robotics.laws.equation import gain_columns
 from robotics.laws.law import ControllerError, Observation
-from robotics.laws.tracking.linear_quadratic import LinearQuadratic, discretised
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic, discretised, feedback
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from tests.randomcases import cases
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 LAW = LinearQuadratic()
+Gain = gain_columns(LinearQuadratic)
+
+
+@kernel
+def _feedback(v, w, dt, gains):
+    return np.array(feedback(v, w, dt, Gain(gains, 0)))
+
+
+def gain_of(law, v, w, period):
+    """K (2, 3) of the regulator about these speeds."""
+    return _feedback(float(v), float(w), float(period), law.gain_array()).reshape(2, 3)
 
 
 def model(v, w, period):
@@ -40,7 +54,7 @@ share = st.floats(0.2, 5.0)
 @given(speed, turn, period)
 @example(0.3, 4.99, 0.05)  # just below and above where the series end
 @example(0.3, 5.01, 0.05)
-@settings(max_examples=100)
+@settings(max_examples=cases(100))
 def test_the_model_is_the_matrix_exponential(v, w, dt):
     f, g = (np.array(part) for part in discretised.py_func(v, w, dt))
     exact_f, exact_g = model(v, w, dt)
@@ -49,12 +63,12 @@ def test_the_model_is_the_matrix_exponential(v, w, dt):
 
 
 @given(speed, turn, period, st.tuples(*[share] * 5))
-@settings(max_examples=150)
+@settings(max_examples=cases(150))
 def test_the_gain_is_that_of_scipys_riccati_equation(v, w, dt, shares):
     names = ("x_scale", "y_scale", "heading_scale", "v_scale", "w_scale")
     scales = {name: share * getattr(LAW, name) for name, share in zip(names, shares, strict=True)}
     law = LinearQuadratic(**scales)
-    found = law.gains_at(np.array([v]), np.array([w]), dt)[0]
+    found = gain_of(law, v, w, dt)
     f, g = model(v, w, dt)
     weights = np.array(list(scales.values())) ** -2.0
     q, r = np.diag(weights[:3]), np.diag(weights[3:])
@@ -75,7 +89,7 @@ def decide(law, e, v_d, w_d, v=0.0):
 
 def test_it_commands_the_references_velocities_and_the_gain_times_the_errors():
     e = np.array([0.02, -0.03, 0.05])
-    k = LAW.gains_at(np.array([0.3]), np.array([0.4]), 0.05)[0]
+    k = gain_of(LAW, 0.3, 0.4, 0.05)
     np.testing.assert_allclose(decide(LAW, e, 0.3, 0.4), [0.3 * np.cos(0.05), 0.4] - k @ e, atol=1e-14)
     without = decide(replace(LAW, feed_forward="none"), e, 0.3, 0.4)
     np.testing.assert_allclose(without, -k @ e, atol=1e-14)
@@ -85,7 +99,7 @@ def test_it_commands_the_references_velocities_and_the_gain_times_the_errors():
 
 
 def test_at_standstill_it_turns_to_the_heading_and_does_not_chase_what_lies_beside_it():
-    k = LAW.gains_at(np.array([LAW.slowest]), np.array([0.0]), 0.05)[0]
+    k = gain_of(LAW, LAW.slowest, 0.0, 0.05)
     v, w = decide(LAW, (0.1, 0.2, 0.3), 0.0, 0.0)
     assert v == pytest.approx(-k[0, 0] * 0.1)
     assert w == pytest.approx(-k[1, 2] * 0.3)
@@ -94,7 +108,7 @@ def test_at_standstill_it_turns_to_the_heading_and_does_not_chase_what_lies_besi
     assert half == pytest.approx(-k[1, 1] * 0.01 / 2)
     assert decide(LAW, (0.0, 0.01, 0.0), 1e-9, 0.0)[1] == pytest.approx(0.0, abs=1e-8)
     # Catching up with a reference at rest it steers by its own speed
-    moving = LAW.gains_at(np.array([0.3]), np.array([0.0]), 0.05)[0]
+    moving = gain_of(LAW, 0.3, 0.0, 0.05)
     assert decide(LAW, (0.5, 0.01, 0.0), 0.0, 0.0, v=0.6)[1] == pytest.approx(-moving[1, 1] * 0.01)
 
 

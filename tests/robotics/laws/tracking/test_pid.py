@@ -14,7 +14,7 @@ from scipy.optimize import fsolve
 from robotics.laws.law import Observation
 from robotics.laws.tracking.pid import TrackingPID, placed
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.paths.trajectory import Reference
+from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate

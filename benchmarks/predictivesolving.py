@@ -1,4 +1,4 @@
-"""One problem of predictive control by itself, as a law solves it every period: for benchmarks, tests and questions."""
+"""One problem of predictive control by itself, as a law solves it every period."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
