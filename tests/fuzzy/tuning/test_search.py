@@ -191,8 +191,10 @@ def test_a_folder_is_that_of_one_search(tmp_path):
         return np.full(len(values), 1 / 3)
 
     def once(about, fresh=False):
-        options = {"evaluations": 1, "seed": 0, "engine": "random"}
-        return resumable_search(cost, SPACE, about=about, folder=tmp_path / "one", fresh=fresh, **options)
+        folder, engine = tmp_path / "one", "random"
+        return resumable_search(
+            cost, SPACE, about=about, folder=folder, fresh=fresh, evaluations=1, seed=0, engine=engine
+        )
 
     assert once({"law": "a", "seed": 1}).costs.tolist() == [1 / 3]
     assert once({"law": "a", "seed": 1}).costs.tolist() == [1 / 3]
