@@ -9,8 +9,6 @@ from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.laws.setting import Setting
-from robotics.radio.faults import Faults
 
 
 def stress_crossing(
@@ -36,26 +34,7 @@ def stress_crossing(
         What became of every run.
     """
     start = begin or (lambda text, total: lambda: None)
-    ensemble, faults = disturbed_crossing(robots, seeds, kind, disturbance, start("drawing crossings", len(seeds)))
-    advance = start("simulating", ensemble.ticks + 1)
+    drawn = start("drawing crossings", len(seeds))
+    ensemble = crossing_ensemble(robots, seeds, kind, disturbance=disturbance, advance=drawn)
+    faults, advance = disturbance.faults(ensemble, seeds), start("simulating", ensemble.ticks + 1)
     return run_ensemble(StressOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
-
-
-def disturbed_crossing(
-    robots: int,
-    seeds: Sequence[int],
-    kind: Any,
-    disturbance: Disturbance,
-    advance: Callable[[], None] | None = None,
-) -> tuple[Setting, Faults | None]:
-    """The crossings of ``seeds``, long enough to judge them, and the faults in them, if there are any.
-
-    Args:
-        robots: Number of robots of each crossing.
-        seeds: One crossing for each.
-        kind: Class of the crossings, "A" or "B".
-        disturbance: What is wrong in every run.
-        advance: Called after every crossing that is drawn.
-    """
-    ensemble = crossing_ensemble(robots, seeds, kind, radio=disturbance.radio, extra=disturbance.extra, advance=advance)
-    return ensemble, disturbance.faults(ensemble, seeds)

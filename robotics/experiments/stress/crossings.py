@@ -13,11 +13,11 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.experiments.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
+from robotics.experiments.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.experiments.stress.ensemble import evenly_timed
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.setting import Setting
 from robotics.paths.quintic_table import fill, tabulated
-from robotics.radio.description import Radio
 
 CROSSING_STREAM = 6  # of a seed's random streams: see robotics.radio.channel
 AREA = 16.0  # m² of the field for each robot
@@ -34,9 +34,8 @@ def crossing_ensemble(
     seeds: Sequence[int],
     kind: Literal["A", "B"] = "A",
     *,
-    radio: Radio | None = None,
+    disturbance: Disturbance = UNDISTURBED,
     factor: float = StressOutcome.limit,
-    extra: float = 0.0,
     advance: Callable[[], None] | None = None,
 ) -> Setting:
     """A random crossing for every seed; a seed's crossing is the same whatever the other seeds are.
@@ -45,9 +44,8 @@ def crossing_ensemble(
         robots: Number of robots of each crossing.
         seeds: One crossing for each.
         kind: Class of the crossings: "A", whose ends are clear of the other paths, or "B", whose ends are only apart.
-        radio: The radio over which the robots talk, by default a perfect one.
-        factor: The longest a run takes, in times the longest nominal duration, and
-        extra: this many seconds more.
+        disturbance: The robots talk over its radio, and runs may take longer.
+        factor: The longest an undisturbed run takes, in times the longest nominal duration.
         advance: Called after every crossing that is drawn.
     """
     drawn = []
@@ -55,7 +53,7 @@ def crossing_ensemble(
         drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
         if advance is not None:
             advance()
-    return evenly_timed(f"crossing-{robots}-{kind}", "team", drawn, radio, factor, extra)
+    return evenly_timed(f"crossing-{robots}-{kind}", "team", drawn, disturbance, factor)
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:

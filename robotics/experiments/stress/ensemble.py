@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotics.experiments.stress.disturbance import Disturbance
 from robotics.laws.setting import Kind, Setting
 from robotics.paths.joined import join_tables
 from robotics.paths.path import Quintic
 from robotics.paths.references import EvenTiming
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import Radio
 from robotics.scenario.description import Member, Scenario
 from robotics.sensing.posture import LABORATORY
 
@@ -18,7 +18,7 @@ SPEED = 0.22  # m/s: mean speed on the longest path of a run
 
 
 def evenly_timed(
-    name: str, kind: Kind, tables: Sequence[Sequence[np.ndarray]], radio: Radio | None, factor: float, extra: float
+    name: str, kind: Kind, tables: Sequence[Sequence[np.ndarray]], disturbance: Disturbance, factor: float
 ) -> Setting:
     """An ensemble of one run for each sequence of paths, with the laboratory's noise.
 
@@ -26,9 +26,8 @@ def evenly_timed(
         name: The scenario's.
         kind: Of scenario.
         tables: The tables of the paths of each run, one for each robot.
-        radio: The radio over which the robots talk, by default a perfect one.
-        factor: The longest a run takes, in times the longest nominal duration, and
-        extra: this many seconds more.
+        disturbance: The robots talk over its radio, and runs may take longer.
+        factor: The longest an undisturbed run takes, in times the longest nominal duration.
     """
     paths = join_tables(tables)
     durations = paths.lengths.max(axis=1) / SPEED
@@ -41,9 +40,9 @@ def evenly_timed(
     scenario = Scenario(
         name=name,
         robots=(shared,) * len(tables[0]),
-        duration=float(np.ceil(factor * durations.max() + extra)),
+        duration=float(np.ceil(factor * durations.max() + disturbance.extra)),
         kind=kind,
         sensing=LABORATORY,
-        radio=radio or Radio(),
+        radio=disturbance.radio,
     )
     return replace(scenario.setting, starts=starts, references=EvenTiming(paths, durations))

@@ -26,8 +26,6 @@ from robotics.paths.joined import table_length
 from robotics.paths.path import Line, Path
 from robotics.paths.quintic_table import quintic_table
 from robotics.paths.trajectory import Timing
-from robotics.radio.description import Radio
-from robotics.radio.faults import Faults
 from robotics.scenario.description import ScenarioError
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.radio.channel
@@ -43,10 +41,9 @@ def obstacle_ensemble(
     kind: Kind = "A",
     robots: int = 1,
     *,
-    radio: Radio | None = None,
+    disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
     lanes: Lanes = "beside",
-    extra: float = 0.0,
 ) -> Setting:
     """A random course for every seed.
 
@@ -56,10 +53,9 @@ def obstacle_ensemble(
         seeds: One course for each.
         kind: Class of the courses: "A", "B" or "U".
         robots: Number of robots, each on a lane of its own.
-        radio: The radio over which the robots talk, by default a perfect one.
+        disturbance: The robots talk over its radio, and runs may take longer.
         moving: Number of discs that cross the lanes.
         lanes: Whether the lanes stay beside each other or cross.
-        extra: The time [s] by which a run may take longer than 8 nominal durations.
 
     Raises ScenarioError where there are too few lanes to cross.
     """
@@ -68,7 +64,7 @@ def obstacle_ensemble(
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
     limit, tables = ObstacleOutcome.limit, [course[0] for course in drawn]
-    setting = evenly_timed(name, "team" if robots > 1 else "tracking", tables, radio, limit, extra)
+    setting = evenly_timed(name, "team" if robots > 1 else "tracking", tables, disturbance, limit)
     return replace(setting, world=compile_worlds([course[1] for course in drawn]))
 
 
@@ -172,24 +168,6 @@ def stress_obstacles(
         What became of every run.
     """
     start = begin or (lambda text, total: lambda: None)
-    ensemble, faults = disturbed_course(seeds, kind, robots, disturbance, moving, lanes)
-    advance = start("simulating", ensemble.ticks + 1)
+    ensemble = obstacle_ensemble(seeds, kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
+    faults, advance = disturbance.faults(ensemble, seeds), start("simulating", ensemble.ticks + 1)
     return run_ensemble(ObstacleOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)
-
-
-def disturbed_course(
-    seeds: Sequence[int],
-    kind: Kind,
-    robots: int,
-    disturbance: Disturbance,
-    moving: int = 0,
-    lanes: Lanes = "beside",
-) -> tuple[Setting, Faults | None]:
-    """The courses of ``seeds``, long enough to judge them, and the faults in them, if there are any.
-
-    The arguments are as of :func:`stress_obstacles`.
-    """
-    ensemble = obstacle_ensemble(
-        seeds, kind, robots, radio=disturbance.radio, moving=moving, lanes=lanes, extra=disturbance.extra
-    )
-    return ensemble, disturbance.faults(ensemble, seeds)

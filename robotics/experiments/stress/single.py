@@ -5,10 +5,10 @@ from types import MappingProxyType
 from typing import Any
 
 from fuzzy.naming import expected
-from robotics.experiments.stress.crossing_runs import disturbed_crossing
+from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.experiments.stress.disturbance import Disturbance
 from robotics.experiments.stress.lanes import Lanes
-from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import Tally, judged
 from robotics.laws.law import ControllerError, Law
@@ -76,21 +76,27 @@ def single_run(
             raise ScenarioError("crossing: lanes belong to `obstacles`; here all paths cross")
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
-        ensemble, faults = disturbed_crossing(robots, [seed], kind, wrong)
+        ensemble = crossing_ensemble(robots, [seed], kind, disturbance=wrong)
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
-        ensemble, faults = disturbed_course([seed], kind, robots, wrong, moving, lanes)
+        ensemble = obstacle_ensemble([seed], kind, robots, disturbance=wrong, moving=moving, lanes=lanes)
     outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
     tally = Tally(ensemble, outcomes.longest(ensemble, wrong.extra), 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1) if begin else None
     besides = {"torques", "encoders", "messages"} if logged else set()
     besides |= {"message_ages"} if message_ages and robots > 1 else set()
     run = record_run(
-        ensemble, controller, [seed], name=name, besides=besides, faults=faults, progress=advance,
+        ensemble,
+        controller,
+        [seed],
+        name=name,
+        besides=besides,
+        faults=wrong.faults(ensemble, [seed]),
+        progress=advance,
         observer=tally.observer,
-    )  # fmt: skip
+    )
     tally.guards = run.recorded.get("guarded") is not None
     outcome = judged(outcomes, [tally], [seed])
     if stress == "crossing" and outcome.refused[0]:

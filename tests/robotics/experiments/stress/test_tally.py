@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotics.experiments.stress.disturbance import Disturbance
-from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, disturbed_course, stress_obstacles
+from robotics.experiments.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
 from robotics.experiments.stress.outcome import StressOutcome, joined
 from robotics.experiments.stress.single import single_run
 from robotics.experiments.stress.tally import run_ensemble
@@ -93,7 +93,8 @@ def test_a_robot_that_is_held_up_does_not_cause_what_drives_into_it():
 @pytest.mark.parametrize(("robots", "lanes"), [(1, "beside"), (3, "crossing")])
 def test_one_robot_of_a_course_is_held_up_in_the_first_80_percent(robots, lanes):
     seeds, wrong = range(8), Disturbance(freeze=3.0)
-    course, faults = disturbed_course(seeds, "A", robots, wrong, lanes=lanes)
+    course = obstacle_ensemble(seeds, "A", robots, disturbance=wrong, lanes=lanes)
+    faults = wrong.faults(course, seeds)
     once = np.isfinite(faults.starts)
     assert (once.sum(axis=1) == 1).all()
     assert len(set(np.argmax(once, axis=1))) == robots  # not always the same
@@ -103,14 +104,16 @@ def test_one_robot_of_a_course_is_held_up_in_the_first_80_percent(robots, lanes)
     assert starts.max() > 0.5 * nominal.min()
     np.testing.assert_allclose(faults.ends[once] - faults.starts[once], 3.0, rtol=1e-12)
     assert course.ticks * course.period == np.ceil(ObstacleOutcome.limit * nominal.max() + 2 * 3.0)
-    again = disturbed_course([5], "A", robots, wrong, lanes=lanes)[1]
+    again = wrong.faults(obstacle_ensemble([5], "A", robots, disturbance=wrong, lanes=lanes), [5])
     np.testing.assert_array_equal(again.starts[0], faults.starts[5])
 
 
 def test_a_repeated_course_shows_the_robot_that_is_held_up():
     law, seed, wrong = make_controller("cooperation"), 3, {"freeze": 3.0}
     run, outcome = single_run("obstacles", law, seed, 3, "A", wrong, lanes="crossing")
-    _, faults = disturbed_course([seed], "A", 3, Disturbance(**wrong), lanes="crossing")
+    held_up = Disturbance(**wrong)
+    course = obstacle_ensemble([seed], "A", 3, disturbance=held_up, lanes="crossing")
+    faults = held_up.faults(course, [seed])
     who = int(np.argmin(faults.starts[0]))
     still = (run["fault"][0] == 4).sum(axis=-1)
     assert still.tolist() == [60 if i == who else 0 for i in range(3)]
