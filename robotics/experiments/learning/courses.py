@@ -49,22 +49,22 @@ def scenario_course(scenario: Scenario) -> ImitationTask:
 def crossing_course(robots: int = 3) -> ImitationTask:
     """Random crossings of class A, one for each seed, judged as by ``robotics stress crossing``."""
 
-    def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
-        return _told(run_ensemble(StressOutcome, crossing_ensemble(robots, seeds), law, seeds).summary())
-
-    return ImitationTask(f"{robots} robots on random crossings", lambda seeds: crossing_ensemble(robots, seeds), judged)
+    name = f"{robots} robots on random crossings"
+    return _stress_course(name, StressOutcome, lambda seeds: crossing_ensemble(robots, seeds))
 
 
 def obstacle_course(robots: int = 1) -> ImitationTask:
     """Random obstacle courses of class A, one for each seed, judged as by ``robotics stress obstacles``."""
 
+    name = f"{robots} robots among random obstacles"
+    return _stress_course(name, ObstacleOutcome, lambda seeds: obstacle_ensemble(seeds, "A", robots))
+
+
+def _stress_course(
+    title: str, kind: type[StressOutcome], ensemble: Callable[[Sequence[int]], Setting]
+) -> ImitationTask:
     def judged(law: Law[Any], name: str, seeds: Sequence[int]) -> dict[str, float]:
-        return _told(run_ensemble(ObstacleOutcome, obstacle_ensemble(seeds, "A", robots), law, seeds).summary())
+        found = run_ensemble(kind, ensemble(seeds), law, seeds).summary()
+        return {what: np.nan if value is None else value for what, value in found.items() if what != "failed_seeds"}
 
-    return ImitationTask(
-        f"{robots} robots among random obstacles", lambda seeds: obstacle_ensemble(seeds, "A", robots), judged
-    )
-
-
-def _told(summary: dict[str, Any]) -> dict[str, float]:
-    return {name: float("nan") if value is None else value for name, value in summary.items() if name != "failed_seeds"}
+    return ImitationTask(title, ensemble, judged)
