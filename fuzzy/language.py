@@ -107,6 +107,10 @@ class _Sentence:
     def _error(self, reason: str, start: int, end: int) -> RuleError:
         return RuleError(reason, self.text, start, end)
 
+    def _since(self, start: int, reason: str) -> RuleError:
+        """The error of what stands between ``start`` and here."""
+        return self._error(reason, start, len(self.text[: self.place].rstrip()))
+
     def _word_at(self, place: int) -> str:
         """The plain word at ``place``, or ""."""
         word = PLAIN_NAME.match(self.text, place)
@@ -160,11 +164,7 @@ class _Sentence:
         depth = 0  # of parentheses; with one connective for all clauses, they change nothing
         while True:
             depth += self._open(inputs)
-            start = self.place
-            variable = self._name("input", inputs, _AFTER_VARIABLE)
-            if variable in clauses:
-                end = len(self.text[: self.place].rstrip())
-                raise self._error(f"input {variable!r} appears twice; a rule asks for each input once", start, end)
+            variable = self._variable("input", inputs, clauses, "a rule asks for each input once")
             clauses[variable] = self._clause(variable, inputs[variable])
             while depth and self._take(")"):
                 depth -= 1
@@ -174,11 +174,8 @@ class _Sentence:
             wanted = "'and', 'or' or ')'" if depth else "'and', 'or' or 'then'"
             joined = _AND_OR[self._expect(wanted, *_AND_OR)]
             if connective not in (None, joined):
-                end = len(self.text[: self.place].rstrip())
-                raise self._error(
-                    "a rule joins its clauses all by 'and' or all by 'or', not by both; write two rules",
-                    start,
-                    end,
+                raise self._since(
+                    start, "a rule joins its clauses all by 'and' or all by 'or', not by both; write two rules"
                 )
             connective = joined
 
@@ -188,6 +185,14 @@ class _Sentence:
         while not self._spelled(names, _AFTER_VARIABLE) and self._take("("):
             depth += 1
         return depth
+
+    def _variable(self, what: str, known: Mapping[str, Sequence[str]], taken: Mapping[str, object], why: str) -> str:
+        """Step over a variable that is not ``taken``; ``why`` it may stand there once."""
+        start = self.place
+        name = self._name(what, known, _AFTER_VARIABLE)
+        if name in taken:
+            raise self._since(start, f"{what} {name!r} appears twice; {why}")
+        return name
 
     def _is(self) -> bool:
         """Step over "is" or its symbols; return whether it negates."""
@@ -217,8 +222,7 @@ class _Sentence:
             power *= float(number[0])
             self._go(number.end())
         if not (power > 0 and math.isfinite(power)):
-            end = len(self.text[: self.place].rstrip())
-            raise self._error("the power of the hedges must be a finite number > 0", start, end)
+            raise self._since(start, "the power of the hedges must be a finite number > 0")
         return Clause(variable, term, negated, power)
 
     def _consequents(self, outputs: Mapping[str, Sequence[str]]) -> tuple[tuple[str, str], ...]:
@@ -226,19 +230,14 @@ class _Sentence:
         depth = 0
         while True:
             depth += self._open(outputs)
-            start = self.place
-            output = self._name("output", outputs, _AFTER_VARIABLE)
-            if output in consequents:
-                end = len(self.text[: self.place].rstrip())
-                raise self._error(f"output {output!r} appears twice; a rule sets each output once", start, end)
+            output = self._variable("output", outputs, consequents, "a rule sets each output once")
             symbol = self.place
             negated = self._is()
             start = self.place
             terms = outputs[output]
             if negated or (not self._spelled(terms, _AFTER_TERM) and self._take("not", *HEDGES)):
                 start = symbol if negated else start
-                end = len(self.text[: self.place].rstrip())
-                raise self._error("a consequent is '<output> is <term>', without 'not' or hedges", start, end)
+                raise self._since(start, "a consequent is '<output> is <term>', without 'not' or hedges")
             consequents[output] = self._name("term", terms, _AFTER_TERM, output)
             while depth and self._take(")"):
                 depth -= 1

@@ -472,15 +472,9 @@ class PiShape(_FourVertices):
 FUNCTIONS: tuple[type[MembershipFunction], ...] = tuple(MATLAB_NAMES.values())  # MATLAB's thirteen
 
 # MATLAB's names as aliases: trimf(0, 1, 2) is Triangle(0, 1, 2).
-trimf, trapmf, linsmf, linzmf, gaussmf, gauss2mf = (
-    Triangle,
-    Trapezoid,
-    LinearS,
-    LinearZ,
-    Gaussian,
-    TwoSidedGaussian,
-)
-gbellmf, sigmf, dsigmf, psigmf = Bell, Sigmoid, SigmoidDifference, SigmoidProduct
+trimf, trapmf, linsmf, linzmf = Triangle, Trapezoid, LinearS, LinearZ
+gaussmf, gauss2mf, gbellmf = Gaussian, TwoSidedGaussian, Bell
+sigmf, dsigmf, psigmf = Sigmoid, SigmoidDifference, SigmoidProduct
 smf, zmf, pimf = SShape, ZShape, PiShape
 
 

@@ -4,7 +4,8 @@
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Literal
 
 # Words with a meaning in a sentence: a name that is one of them is written in quotes.
@@ -90,3 +91,19 @@ class Rule:
         when = f" {self.connective} ".join(map(str, self.when))
         then = " and ".join(f"{quoted(output)} is {quoted(term)}" for output, term in self.then)
         return f"if {when} then {then}" + (f" with {float(self.weight)!r}" if self.weight != 1.0 else "")
+
+
+# What variables are called now, by their names, and those of their terms that are called otherwise.
+NewNames = Mapping[str, tuple[str, Mapping[str, str]]]
+
+
+def renamed_rule(rule: Rule, inputs: NewNames, outputs: NewNames) -> Rule:
+    """The rule with other names of inputs, outputs and their terms."""
+
+    def now(names: NewNames, variable: str, term: str) -> tuple[str, str]:
+        name, terms = names.get(variable, (variable, {}))
+        return name, terms.get(term, term)
+
+    when = [(c, *now(inputs, c.variable, c.term)) for c in rule.when]
+    then = tuple(now(outputs, *pair) for pair in rule.then)
+    return replace(rule, when=tuple(replace(c, variable=name, term=term) for c, name, term in when), then=then)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import Any, Generic, Literal, NamedTuple, TypeVar, get_args
+from typing import Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from array_api_compat import is_array_api_obj
@@ -71,6 +71,7 @@ class Constant:
     """
 
     value: Any
+    matlab: ClassVar[str] = "constant"  # MATLAB's name
 
     @property
     def parameters(self) -> tuple[Any, ...]:
@@ -89,6 +90,7 @@ class Linear:
 
     slopes: Any
     constant: Any
+    matlab: ClassVar[str] = "linear"  # MATLAB's name
 
     def __post_init__(self) -> None:
         if not is_array_api_obj(self.slopes):
@@ -284,9 +286,7 @@ class Sugeno:
         listed = "".join(f"<li>{escape(str(rule))}</li>" for rule in self.rules[:_RULES_SHOWN])
         more = f"<p>and {len(self.rules) - _RULES_SHOWN} more</p>" if len(self.rules) > _RULES_SHOWN else ""
         rules = f"<details><summary>Rules</summary><ol>{listed}</ol>{more}</details>" if self.rules else ""
-        parts = {"input": self.inputs, "output": self.outputs, "rule": self.rules}
-        about = ", ".join(counted(len(those), what) for what, those in parts.items())
-        return titled(self.name, about, table(("variable", "range", "terms", ""), rows), rules)
+        return titled(self.name, sizes(self), table(("variable", "range", "terms", ""), rows), rules)
 
     def __getitem__(self, name: str) -> Variable:
         """Return the input or output of this name."""
@@ -303,6 +303,12 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "no_rule_fires": get_args(NoRuleFires),
     "out_of_range": get_args(OutOfRange),
 }
+
+
+def sizes(fis: Sugeno) -> str:
+    """Say how large a system is: "2 inputs, 1 output, 9 rules"."""
+    parts = {"input": fis.inputs, "output": fis.outputs, "rule": fis.rules}
+    return ", ".join(counted(len(those), what) for what, those in parts.items())
 
 
 def _sketched(variable: Variable) -> tuple[str, str]:

@@ -1,32 +1,21 @@
 """The option --prune of ``anfis train``: the pruning, its progress and what is said of it."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from anfis.commands.shared import TrainingData
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from anfis import Epoch, Options, Pruned
     from fuzzy.system import Sugeno
-
-    Pair = tuple[np.ndarray, np.ndarray]
 
 _RETRAIN = 3  # epochs after each step
 _POINTS = 20_000  # places of the input space at which is asked whether a rule fires
 
 
 def pruned(
-    fis: "Sugeno",
-    data: "Pair",
-    check: "Pair | None",
-    test: "Pair | None",
-    options: "Options",
-    keep: int | None,
-    choice: str,
-    quiet: bool,
+    fis: "Sugeno", samples: TrainingData, options: "Options", keep: int | None, choice: str, quiet: bool
 ) -> "Pruned":
     """The pruning, with a progress bar on stderr."""
     import anfis
@@ -46,10 +35,11 @@ def pruned(
 
         found = anfis.prune(
             fis,
-            *data,
+            samples.x,
+            samples.y,
             options,
-            check=check,
-            test=test,
+            check=samples.check,
+            test=samples.test,
             keep=keep,
             choice=choice,  # type: ignore[arg-type]
             retrain=_RETRAIN,
@@ -58,14 +48,6 @@ def pruned(
         )
         move(total, "pruning")
         return found
-
-
-def draw_pruning(found: "Pruned", unit: str, picture: Path) -> None:
-    """Draw the errors against the number of rules."""
-    from anfis.plot import plot_pruning
-    from fuzzy.figures.drawing import save_figure
-
-    save_figure(plot_pruning(found, unit), picture)
 
 
 def pruning_object(found: "Pruned") -> dict[str, Any]:

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from anfis.commands.pruning import draw_pruning, pruned, pruning_object, say_pruning
-from anfis.commands.shared import CommandError, Data
+from anfis.commands.pruning import pruned, pruning_object, say_pruning
+from anfis.commands.shared import CommandError, Data, TrainingData
 from anfis.commands.validation import crossed, folds_object, say_folds
 from anfis.methods.catalogue import METHODS
 from fuzzy.commands.completion import completed, rule_bases
@@ -29,15 +29,6 @@ if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
     _Tested = tuple[CrossValidation | None, Pruned | None]
-
-
-class _Samples(NamedTuple):
-    names: dict[str, list[str]]  # and units, as identify and search_clusters take them
-    x: "np.ndarray"  # (samples, inputs)
-    y: "np.ndarray"  # (samples, outputs)
-    check: "tuple[np.ndarray, np.ndarray] | None"
-    test: "tuple[np.ndarray, np.ndarray] | None"
-    skipped: int  # rows that were left out, checking and test data included
 
 
 class _Start(NamedTuple):
@@ -116,7 +107,11 @@ def train(
       anfis train samples.csv --outputs v --rules 8 --folds 5 -o net.fis
       anfis train samples.csv --outputs v --grid 5 --prune --test check.csv -o small.fis --plot rules.png
     """
-    _check_files(out, history, plot, checkpoint)
+    # Before an hour of learning, not after.
+    check_plot(plot)
+    check_target(out, ".fis")
+    check_target(history)
+    check_target(checkpoint)
     if mf is not None and grid is None:
         raise CommandError("--mf says what --grid is made of: give --grid too")
     _check_together(folds, prune, keep_rules, checkpoint or resume)
@@ -124,16 +119,15 @@ def train(
     begin = _Start(start, rules, radius, grid, mf)
     given = _given_system(begin)
     samples = _samples(data, inputs, outputs, check, test, given, skip_bad)
-    fis = _starting_system(begin, samples) if given is None else given
+    fis = given or _starting_fold(begin, samples, samples.x, samples.y, exact=True)
     tested: _Tested = None, None
     if prune:
-        found = pruned(fis, (samples.x, samples.y), samples.check, samples.test, options, keep_rules, choice, quiet)
+        found = pruned(fis, samples, options, keep_rules, choice, quiet)
         result, tested = found.training, (None, found)
     else:
         if folds is not None:
             of = given or partial(_starting_fold, begin, samples)
-            held = crossed(of, samples.x, samples.y, samples.check, options, folds, fold_order, quiet)
-            tested = held, None
+            tested = crossed(of, samples, options, folds, fold_order, quiet), None
         result = _learn(fis, samples, options, checkpoint, resume, quiet)
     _write(result, out, history, plot, tested[1])
     _say(result, out, samples, tested, fold_order, json)
@@ -149,14 +143,6 @@ def _check_together(folds: int | None, prune: bool, keep: int | None, checkpoint
         raise CommandError("--prune chooses by the checking data and --folds by none: give one of them")
     if prune and checkpoint is not None:
         raise CommandError("--prune trains many times, and a checkpoint is of one training: leave --checkpoint out")
-
-
-def _check_files(out: Path, history: Path | None, plot: Path | None, checkpoint: Path | None) -> None:
-    """Refuse files that cannot be written: before an hour of learning, not after."""
-    check_plot(plot)
-    check_target(out, ".fis")
-    for path in (history, checkpoint):
-        check_target(path)
 
 
 def _say_unread(options: "Options", seeded: bool) -> None:
@@ -184,7 +170,7 @@ def _samples(
     test: Path | None,
     start: "Sugeno | None",
     skip_bad: bool,
-) -> _Samples:
+) -> TrainingData:
     """The chosen columns: those of the system to start from, where the header names all of them and none is chosen."""
     from fuzzy.files.table import DataError
 
@@ -208,15 +194,12 @@ def _samples(
         held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
         others.append((held.values[:, :n], held.values[:, n:]))
         skipped += len(held.skipped)
-    return _Samples(names_of(table, n), x, y, others[0], others[1], skipped)
+    return TrainingData(names_of(table, n), x, y, others[0], others[1], skipped)
 
 
-def _starting_system(start: _Start, samples: _Samples) -> "Sugeno":
-    """The system to start from, made of clusters or a grid."""
-    return _starting_fold(start, samples, samples.x, samples.y, exact=True)
-
-
-def _starting_fold(start: _Start, samples: _Samples, x: "np.ndarray", y: "np.ndarray", exact: bool = False) -> "Sugeno":
+def _starting_fold(
+    start: _Start, samples: TrainingData, x: "np.ndarray", y: "np.ndarray", exact: bool = False
+) -> "Sugeno":
     """The system to start from that some of the samples make; as near as they come to the wanted number of rules."""
     from fuzzy.fitting.identification import identify
     from fuzzy.fitting.search import search_clusters
@@ -237,7 +220,12 @@ def _starting_fold(start: _Start, samples: _Samples, x: "np.ndarray", y: "np.nda
 
 
 def _learn(
-    fis: "Sugeno", samples: _Samples, options: "Options", checkpoint: Path | None, resume: Path | None, quiet: bool
+    fis: "Sugeno",
+    samples: TrainingData,
+    options: "Options",
+    checkpoint: Path | None,
+    resume: Path | None,
+    quiet: bool,
 ) -> "Training":
     """The training, with a progress bar on stderr."""
     import anfis
@@ -271,13 +259,12 @@ def _write(
         from fuzzy.files.table import write_frame
 
         write_frame(result.table(), history)
-    if plot is not None and found is not None:
-        draw_pruning(found, _unit(result.system), plot)
-    elif plot is not None:
-        from anfis.plot import plot_training
+    if plot is not None:
+        from anfis.plot import plot_pruning, plot_training
         from fuzzy.figures.drawing import save_figure
 
-        save_figure(plot_training(result.history), plot)
+        drawn = plot_training(result.history) if found is None else plot_pruning(found, _unit(result.system))
+        save_figure(drawn, plot)
 
 
 def _unit(fis: "Sugeno") -> str:
@@ -286,7 +273,7 @@ def _unit(fis: "Sugeno") -> str:
     return units.pop() if len(units) == 1 else ""
 
 
-def _say(result: "Training", out: Path, samples: _Samples, tested: "_Tested", order: str, json: bool) -> None:
+def _say(result: "Training", out: Path, samples: TrainingData, tested: "_Tested", order: str, json: bool) -> None:
     from anfis.accuracy import total_rmse
 
     first, best, last = result.history[0], result.history[result.best], len(result.history) - 1

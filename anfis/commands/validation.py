@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from anfis.commands.shared import TrainingData
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shown import shown
 
@@ -15,9 +16,7 @@ if TYPE_CHECKING:
 
 def crossed(
     start: "Sugeno | Callable[[np.ndarray, np.ndarray], Sugeno]",
-    x: "np.ndarray",
-    y: "np.ndarray",
-    check: "tuple[np.ndarray, np.ndarray] | None",
+    samples: TrainingData,
     options: "Options",
     folds: int,
     order: str,
@@ -35,13 +34,13 @@ def crossed(
 
         found = anfis.cross_validate(
             start,
-            x,
-            y,
+            samples.x,
+            samples.y,
             options,
             folds=folds,
             order=order,  # type: ignore[arg-type]
             seed=options.seed,
-            check=check,
+            check=samples.check,
             callback=show,
         )
         move(folds * each, "folds")

@@ -147,8 +147,8 @@ class CompiledNetwork:
         if not task & (DESIGN | JACOBIAN):
             made, place = _NOTHING, _NOWHERE
         else:
-            places = self._places(bool(task & JACOBIAN))
-            made, place = np.empty((places[1], len(x))), places[0]
+            place, count = self._places[bool(task & JACOBIAN)]
+            made = np.empty((count, len(x)))
             if not task & JACOBIAN:
                 made[place[2]] = y.T
         squares, silent = sweep(
@@ -174,15 +174,12 @@ class CompiledNetwork:
 
     def _rows(self, g: int, jacobian: bool) -> slice:
         """The rows of group ``g`` in what a sweep makes: [A y] or [A J r], transposed."""
-        first = self._places(jacobian)[0][0]
-        return slice(first[g], first[g + 1] if g + 1 < len(self.groups) else self._places(jacobian)[1])
-
-    def _places(self, jacobian: bool) -> tuple[np.ndarray, int]:
-        """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
-        return self._all_places[jacobian]
+        (first, *_), rows = self._places[jacobian]
+        return slice(first[g], first[g + 1] if g + 1 < len(self.groups) else rows)
 
     @cached_property
-    def _all_places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
+    def _places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
+        """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
         found, premises = [], sum(sign.size for sign in self.premises.signs)
         for size in (0, premises):
             place, row = np.zeros((3, len(self.fis.outputs)), dtype=np.int64), 0

@@ -95,9 +95,7 @@ class ChunkRows(NamedTuple):
     total: np.ndarray  # (3, CHUNK_LANES): their sum before they are normalised again; output; error
     proposal: np.ndarray  # (terms, CHUNK_LANES): what a term proposes
     pull: np.ndarray  # (terms, CHUNK_LANES): the derivative to the terms' weights
-    rule_pull: (
-        np.ndarray
-    )  # (rules, CHUNK_LANES): to the rules' weights, then to their firing strengths or their logarithms
+    rule_pull: np.ndarray  # (rules, CHUNK_LANES): to the rules' weights, then to their strengths or logarithms
     term_pull: np.ndarray  # (functions, CHUNK_LANES): to degrees, or their logarithms
     clause: np.ndarray  # (inputs, CHUNK_LANES): degrees after hedge and "not"
     so_far: np.ndarray  # (inputs + 1, CHUNK_LANES): the firing strength after each clause

@@ -5,11 +5,11 @@ folder, an upload in pieces, which column is which, settings, start, stop, take.
 """
 
 import asyncio
-import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import entry_points
+from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -177,10 +177,9 @@ class TrainSession(TableSession, TaskSession):
         assert table is not None
         inputs, outputs = chosen_columns(table, self.columns, self.present, self.choice["start"])
         kept = ~table.lacking([*inputs, *outputs])
-        lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
         checking = np.zeros(len(task.x), dtype=bool)
         checking[split(len(task.x), task.checking, task.seed)[1]] = True
-        return Rows(task.x, task.y, lines[kept], checking if task.checking else None)
+        return Rows(task.x, task.y, table.begins[kept], checking if task.checking else None)
 
     async def _draw(self) -> None:
         """What the best system so far makes of the samples."""
@@ -232,8 +231,7 @@ class TrainSession(TableSession, TaskSession):
     # What the page sees
 
     def _changed(self) -> None:
-        system = self._system()
-        self.widget.update(system=system, **self._of_columns())
+        self.widget.update(system=self._system(), **self._of_columns())
 
     def _system(self) -> dict[str, Any]:
         fis = self.present
@@ -292,19 +290,19 @@ class TrainSession(TableSession, TaskSession):
 
     def _progress(self) -> dict[str, Any]:
         rows = self.history
-        every = max(1, math.ceil(len(rows) / _DRAWN))
+        every = max(1, ceil(len(rows) / _DRAWN))
         drawn = [row for k, row in enumerate(rows) if k % every == 0 or k == len(rows) - 1]
-        checked = any(_finite(row[2]) for row in rows)
+        checked = any(isfinite(row[2]) for row in rows)
         errors = [row[2 if checked else 1] for row in rows]
-        best = min(range(len(rows)), key=lambda k: errors[k] if _finite(errors[k]) else math.inf) if rows else None
+        best = min(range(len(rows)), key=lambda k: errors[k] if isfinite(errors[k]) else inf) if rows else None
         return {
             "state": self.state,
             "epochs": self.choice["epochs"],
             "epoch": [row[0] for row in drawn],
-            "train": [row[1] if _finite(row[1]) else None for row in drawn],
-            "check": [row[2] if _finite(row[2]) else None for row in drawn] if checked else None,
+            "train": [row[1] if isfinite(row[1]) else None for row in drawn],
+            "check": [row[2] if isfinite(row[2]) else None for row in drawn] if checked else None,
             "best": None if best is None else {"epoch": rows[best][0], "error": errors[best], "checked": checked},
-            "first": rows[0][2 if checked else 1] if rows and _finite(rows[0][2 if checked else 1]) else None,
+            "first": rows[0][2 if checked else 1] if rows and isfinite(rows[0][2 if checked else 1]) else None,
             "rules": None if self.started is None else len(self.started.rules),
             "outputs": None if self.started is None else len(self.started.outputs),
             "parameters": None if self.outcome is None else self.outcome.parameters,
@@ -325,7 +323,3 @@ def methods() -> list[list[str]]:
 def variables(fis: Sugeno) -> list[dict[str, Any]]:
     """The inputs of ``fis`` with their terms, as the editor of membership functions takes them."""
     return [variable_data(v) for v in fis.inputs]
-
-
-def _finite(value: float) -> bool:
-    return math.isfinite(value)

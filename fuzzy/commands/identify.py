@@ -17,7 +17,7 @@ from fuzzy.commands.samples import (
     searched,
     setting_of,
 )
-from fuzzy.commands.shared import check_plot, usage
+from fuzzy.commands.shared import check_plot, parsed, usage
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.options import FieldOptions, Json, option
 from fuzzy.shell.terminal import print_json
@@ -90,7 +90,7 @@ def identify(
     check_target(target)
     samples = sample_table(file, inputs, outputs, skip_bad)
     if mfs is not None:
-        counts = [_whole(text) for text in mfs.split(",")]
+        counts = [parsed(int, text, "expected a whole number") for text in mfs.split(",")]
         settings["mfs"] = counts[0] if len(counts) == 1 else counts
     if cluster.keywords:
         settings["options"] = cluster()
@@ -130,10 +130,3 @@ def _only(method: Method, where: Method, values: dict[str, Any]) -> None:
     given = [f"--{name}" for name, value in values.items() if value is not None]
     if given and method != where:
         usage(f"{', '.join(given)} goes with --method {where}, not {method}")
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        usage(f"expected a whole number, got {text!r}")

@@ -1,11 +1,12 @@
 """What commands that learn of samples share: the table of samples, the search for clusters and its picture."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from fuzzy.commands.datafile import columns_of, numbers, opened
-from fuzzy.commands.shared import usage
+from fuzzy.commands.shared import parsed
 from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.options import argument, option
 
@@ -66,7 +67,7 @@ def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: 
         samples.x,
         samples.y,
         rules,
-        radii=RADII if radii is None else [_number(text) for text in radii.split(",")],
+        radii=RADII if radii is None else [parsed(float, text, "expected a number") for text in radii.split(",")],
         order=order,  # type: ignore[arg-type]
         ridge=ridge,
         progress=progress if sys.stderr.isatty() else None,
@@ -76,13 +77,7 @@ def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: 
 
 def setting_of(trial: "Trial") -> dict[str, float]:
     """The setting of clustering that a trial used, by name."""
-    options = trial.options
-    return {
-        "radius": trial.radius,
-        "squash": options.squash,
-        "accept": options.accept,
-        "reject": options.reject,
-    }
+    return {"radius": trial.radius, **asdict(trial.options)}
 
 
 def draw_search(result: "SearchResult", plot: Path | None) -> None:
@@ -92,10 +87,3 @@ def draw_search(result: "SearchResult", plot: Path | None) -> None:
         from fuzzy.figures.search import plot_rules_error
 
         save_figure(plot_rules_error(result), plot)
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        usage(f"expected a number, got {text!r}")

@@ -1,8 +1,8 @@
 """What several commands share: arguments and options, reading a system, and values given as INPUT=VALUE."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn, TypeVar
 
 import typer
 
@@ -12,6 +12,7 @@ from fuzzy.shell.options import argument, option
 if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
+T = TypeVar("T")
 FisFile = Annotated[
     Path, argument("A Sugeno system: a .fis file, or a packaged one's name.", "FILE", autocompletion=rule_bases)
 ]
@@ -34,6 +35,14 @@ def usage(message: str) -> NoReturn:
     raise typer.BadParameter(message)
 
 
+def parsed(kind: Callable[[str], T], text: str, wanted: str) -> T:
+    """A text as a number of a ``kind``, int or float; ``wanted`` begins the sentence that refuses another one."""
+    try:
+        return kind(text)
+    except ValueError:
+        usage(f"{wanted}, got {text!r}")
+
+
 def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
     """Parse INPUT=VALUE texts into finite numbers by the input's name."""
     from fuzzy.naming import expected
@@ -48,10 +57,7 @@ def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
             usage(expected(name, [v.name for v in fis.inputs], "input"))
         if name in values:
             usage(f"two values for the input {name!r}")
-        try:
-            values[name] = float(number)
-        except ValueError:
-            usage(f"the value of {name!r} must be a number, got {number!r}")
+        values[name] = parsed(float, number, f"the value of {name!r} must be a number")
         if values[name] - values[name] != 0:
             usage(f"the value of {name!r} must be finite, got {number!r}")
     return values

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fuzzy.commands.shared import FisFile, check_plot, read_system, usage
+from fuzzy.commands.shared import FisFile, check_plot, parsed, read_system, usage
+from fuzzy.naming import expected
 from fuzzy.shell.options import FieldOptions, Json, option
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
@@ -76,10 +77,11 @@ def step(
         settings["disturbance"] = tuple(_numbers(disturbance, "--disturbance", (2,)))
     if limits is not None:
         settings["limits"] = (*_numbers(limits, "--limits", (1, 2)), float("inf"))[:2]
-    factors = {name: _number(value, name) for name, value in _named(scale or []).items()}
-    known = list(asdict(Scale()))
+    factors = {name: parsed(float, value, f"{name} takes numbers") for name, value in _named(scale or []).items()}
+    known = asdict(Scale())
     for name in factors:
-        _known(name, known, "scale factor")
+        if name not in known:
+            usage(expected(name, known, "scale factor"))
     about: dict[str, Any] = {"scale": Scale(**factors), "roles": _named(role or [])}
     responses = {fis.name: step_response(fis, chosen, **about, **settings)}
     rival = _rival(pid, chosen, period)
@@ -131,14 +133,7 @@ def _numbers(text: str, option: str, counts: Sequence[int]) -> list[float]:
     parts = text.split(",")
     if len(parts) not in counts:
         usage(f"{option} takes {' or '.join(map(str, counts))} numbers with commas between, got {text!r}")
-    return [_number(part, option) for part in parts]
-
-
-def _number(text: str, name: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        usage(f"{name} takes numbers, got {text!r}")
+    return [parsed(float, part, f"{option} takes numbers") for part in parts]
 
 
 def _named(texts: Sequence[str]) -> dict[str, str]:
@@ -150,13 +145,6 @@ def _named(texts: Sequence[str]) -> dict[str, str]:
             usage(f"expected NAME=VALUE, got {text!r}")
         found[name] = value
     return found
-
-
-def _known(name: str, known: Sequence[str], what: str) -> None:
-    from fuzzy.naming import expected
-
-    if name not in known:
-        usage(expected(name, known, what))
 
 
 def _data(done: "StepResponse") -> dict[str, Any]:

@@ -149,10 +149,8 @@ def _runs(pid: int) -> bool:
         return False
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
+    except (ProcessLookupError, OverflowError):
         return False
-    except OverflowError:
-        return False
-    except PermissionError:
+    except PermissionError:  # it is another user's
         return True
     return True

@@ -29,6 +29,11 @@ class LoadedTable(NamedTuple):
         return self.units[self.names.index(name)] if self.units else ""
 
     @property
+    def begins(self) -> np.ndarray:
+        """(samples,) int: the line of the file at which each begins, or without a file its number from 1."""
+        return np.arange(1, len(self.values) + 1) if self.lines is None else self.lines
+
+    @property
     def usable(self) -> list[str]:
         """The columns that have a name and numbers."""
         some = np.isfinite(self.values).any(axis=0).tolist()
@@ -54,8 +59,7 @@ class LoadedTable(NamedTuple):
         if not len(rows):
             return ""
         of = [quoted(name) for name in chosen if not np.isfinite(self.values[rows, self.names.index(name)]).all()]
-        lines = (rows + 1 if self.lines is None else self.lines[rows]).tolist()
-        verb = "has" if len(rows) == 1 else "have"
+        lines, verb = self.begins[rows].tolist(), "has" if len(rows) == 1 else "have"
         return f"{len(rows)} of {len(self.values)} rows {verb} no number in {', '.join(of[:5])} ({on_lines(lines)})"
 
 

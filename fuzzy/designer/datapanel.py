@@ -258,10 +258,9 @@ def rows_of(table: LoadedTable, columns: dict[str, str], system: Sugeno, which: 
             return np.full(int(which.sum()), np.nan)
         return table.values[which, table.names.index(column)]
 
-    lines = np.arange(1, len(table.values) + 1) if table.lines is None else table.lines
     return Rows(
         np.column_stack([values("input", v.name) for v in system.inputs]),
         np.column_stack([values("output", v.name) for v in system.outputs]),
-        lines[which],
+        table.begins[which],
         along=table.values[which, table.names.index(along)] if along in table.names else None,
     )

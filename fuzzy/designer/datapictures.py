@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzy.inference import InferenceWarning
 from fuzzy.shown import shown, typeset
-from fuzzy.system import FuzzySystemError, Sugeno, Variable
+from fuzzy.system import Sugeno, Variable
 
 BINS = 40  # of a histogram, over the universe
 DRAWN = 2_000  # points of a picture, at most
@@ -60,14 +60,10 @@ def predicted(fis: Sugeno, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _evaluated(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    from fuzzy.compiled.sugeno import compile_sugeno  # imports Numba, which only a worker needs
+    from fuzzy.compiled.sugeno import outputs_of  # imports Numba, which only a worker needs
 
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", InferenceWarning)
-        try:
-            return compile_sugeno(fis)(x)
-        except FuzzySystemError:  # a membership function of somebody's own
-            return np.asarray(fis(x))
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
+        return outputs_of(fis, x)
 
 
 def histograms(inputs: Sequence[Variable], rows: Rows) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ from fuzzy.designer.document import Document
 from fuzzy.designer.panel import Workbench
 from fuzzy.designer.session import act_of
 from fuzzy.designer.snapshots import Listing
-from fuzzy.designer.views import surface_data
+from fuzzy.designer.views import or_none, surface_data
 from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.system import Sugeno
@@ -133,10 +133,7 @@ class HistoryTab:
         self._bench.notify(f"the snapshot “{self.take(content.get('name'))}” is kept")
 
     async def _read(self, content: Mapping[str, Any]) -> tuple[str, Design]:
-        found: tuple[str, Design] = await self._bench.read(
-            "the snapshot", snapshots.read, self._document.path, content.get("key")
-        )
-        return found
+        return await self._bench.read("the snapshot", snapshots.read, self._document.path, content.get("key"))
 
     async def _do_open(self, content: Mapping[str, Any]) -> None:
         name, design = await self._read(content)
@@ -183,9 +180,8 @@ class HistoryTab:
 
 def _picture(design: Design) -> dict[str, Any] | None:
     system = design.system
-    try:
-        surface = surface_data(design, points=snapshots.PICTURE)
-    except InputError:  # there is nothing to draw
+    surface = or_none(surface_data, design, points=snapshots.PICTURE)
+    if surface is None:
         return None
     names = tuple(system.inputs[i].name for i in surface["inputs"])
     return snapshots.surface_picture(surface, names, system.outputs[0].name)

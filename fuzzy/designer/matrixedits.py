@@ -6,11 +6,10 @@ from typing import Any
 
 from fuzzy.designer.design import Design, RuleLine, with_lines
 from fuzzy.designer.message import EditError, Message
-from fuzzy.designer.ruleedits import MOST_RULES, is_plain, of_rule, proposing
+from fuzzy.designer.ruleedits import MOST_RULES, Antecedent, antecedent, is_plain, of_rule, proposing
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
-
-Antecedent = frozenset[tuple[str, str]]  # the inputs with the terms that a rule asks for
+from fuzzy.words import counted
 
 
 def fill_rules(design: Design, message: Message) -> tuple[Design, str]:
@@ -46,13 +45,7 @@ def fill_rules(design: Design, message: Message) -> tuple[Design, str]:
     if fresh and len(left) + len(fresh) > MOST_RULES:
         raise EditError(f"{len(left)} rules and {len(fresh)} more exceed the limit of {MOST_RULES} rules")
     verb = "clear" if all(term is None for term in cells.values()) else "fill"
-    count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
-    return with_lines(design, [*left, *fresh]), f"{verb} {count} of {name}"
-
-
-def antecedent(rule: Rule) -> Antecedent:
-    """The inputs with the terms that a rule without "not", hedges and "or" asks for."""
-    return frozenset((clause.variable, clause.term) for clause in rule.when)
+    return with_lines(design, [*left, *fresh]), f"{verb} {counted(len(cells), 'cell')} of {name}"
 
 
 def _rank(line: RuleLine, output: str) -> tuple[bool, bool]:

@@ -102,12 +102,8 @@ class Message:
         return list(values)
 
     def _whole(self, field: str, value: Any) -> int:
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, (int, float))
-            or not abs(value) <= 1e9
-            or value != int(value)
-        ):
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not abs(value) <= 1e9 or value != int(value):
             raise self._wrong(field, "a whole number", value)
         return int(value)
 

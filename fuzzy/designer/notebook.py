@@ -14,11 +14,11 @@ from fuzzy.designer.design import Design, design_of
 from fuzzy.designer.document import DEPTH
 from fuzzy.designer.edits import edited
 from fuzzy.designer.esmodule import ModuleError, composed
-from fuzzy.designer.views import design_data, functions_data, refusal_data, surface_data, viewer_data
+from fuzzy.designer.views import design_data, functions_data, or_none, refusal_data, surface_data, viewer_data
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
 from fuzzy.figures.palette import stylesheet
-from fuzzy.system import Sugeno
+from fuzzy.system import Sugeno, sizes
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
 _STILL = 96  # dots per inch of the picture that stays in a saved notebook
@@ -57,8 +57,8 @@ class NotebookSession:
             "point": list(design.point),
             "selected": self._selected,
             "problem": self._problem,
-            "viewer": _or_none(viewer_data, design),
-            "surface": _or_none(surface_data, design, *self._known_axes()),
+            "viewer": or_none(viewer_data, design),
+            "surface": or_none(surface_data, design, *self._known_axes()),
             "compared": None,
         }
 
@@ -106,13 +106,6 @@ class NotebookSession:
         return axes, output if type(output) is int and 0 <= output < outputs else 0
 
 
-def _or_none(view: Any, *args: Any) -> Any:
-    try:
-        return view(*args)
-    except InputError:  # a system that shows nothing there
-        return None
-
-
 def editor(fis: Sugeno) -> Any:
     """Make the designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
 
@@ -146,7 +139,11 @@ def editor(fis: Sugeno) -> Any:
 
         def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
             system = session.design.in_force
-            return with_still(super()._repr_mimebundle_(**kwargs), _described(system), partial(_still, system))
+            return with_still(
+                super()._repr_mimebundle_(**kwargs),
+                f"Editor of {system.name}: {sizes(system)}",
+                partial(_still, system),
+            )
 
         @property
         def fis(self) -> Sugeno:
@@ -188,11 +185,6 @@ def with_still(bundle: Any, shown: str, draw: Callable[[], bytes]) -> tuple[dict
     with contextlib.suppress(InputError):  # there is nothing to draw
         data["image/png"] = b64encode(draw()).decode("ascii")
     return data, about
-
-
-def _described(fis: Sugeno) -> str:
-    counts = ((fis.inputs, "input"), (fis.outputs, "output"), (fis.rules, "rule"))
-    return f"Editor of {fis.name}: " + ", ".join(f"{len(n)} {word}{'' if len(n) == 1 else 's'}" for n, word in counts)
 
 
 def _still(fis: Sugeno) -> bytes:

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fuzzy.designer.autosave import find
 from fuzzy.designer.document import Document, FileContent, read_content
@@ -15,6 +15,7 @@ from fuzzy.designer.workers import DesignerWorkers, TimedWorkers
 from fuzzy.files.fisfile import FisText
 from fuzzy.system import Sugeno
 
+T = TypeVar("T")
 AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
 AGAIN = 5.0  # s until unsaved work that could not be kept is tried again
 PATIENCE = 20.0  # s that a file may take to be read
@@ -115,20 +116,17 @@ class OpenDocuments:
     async def content(self, path: Path, name: str) -> FileContent:
         """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""
         check_size(path, name)
-        content: FileContent = await self.reading(name, _content, path, name)
-        return content
+        return await self.reading(name, _content, path, name)
 
     async def read(self, name: str) -> FisText:
         """The system in a file of the folder, read in another process. Raises InputError, WorkError."""
-        read: FisText = await self.reading(name, self.folder.read_any, name)
-        return read
+        return await self.reading(name, self.folder.read_any, name)
 
     async def read_upload(self, data: bytes, name: str) -> FisText:
         """The system in the bytes of a file called ``name``. Raises InputError, WorkError."""
-        read: FisText = await self.reading(name, read_bytes, data, name)
-        return read
+        return await self.reading(name, read_bytes, data, name)
 
-    async def reading(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+    async def reading(self, name: str, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)``, which reads the file called ``name``, in another process, within a time limit.
 
         Raises InputError, also where it takes too long, or WorkError.

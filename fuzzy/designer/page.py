@@ -36,6 +36,7 @@ from fuzzy.designer.views import (
     document_data,
     findings_data,
     functions_data,
+    or_none,
     refusal_data,
     several_data,
     surface_data,
@@ -121,11 +122,8 @@ class _Page:
         self.opened, self.document = opened, document
         self.client = ui.context.client
         self.bench = Workbench(document, opened.workers, modules.url, self._say, opened.reading)
-        self.selected: dict[str, Any] = {
-            "kind": "input",
-            "variable": document.design.system.inputs[0].name,
-            "term": None,
-        }
+        first = document.design.system.inputs[0].name
+        self.selected: dict[str, Any] = {"kind": "input", "variable": first, "term": None}
         self.axes: list[int] | None = None
         self.output = 0
         self.several = "one"  # which small surfaces stand beside the large one
@@ -157,9 +155,7 @@ class _Page:
     # What stands where ----------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        traits = self._traits() | {"viewer": self._viewer(), "surface": None, "problem": None}
-        views = ("design", "point", "selected", "compared", "problem", "viewer")
-        shown = {name: traits[name] for name in views}
+        shown = self._now()
         editor = shown | {"functions": functions_data(), "histograms": None}
         panels, missing = find_panels()
         with ui.element("div").classes("shell"):
@@ -167,7 +163,7 @@ class _Page:
                 TextElement(tag="a", text=text).classes("shell-skip").props(f'href="#{name}"')
             with ui.element("header"):
                 self.header = self.bench.widget(
-                    _STATIC / "header.js", design=traits["design"], shell=self._shell(), keys=SHORTCUTS
+                    _STATIC / "header.js", design=shown["design"], shell=self._shell(), keys=SHORTCUTS
                 )
                 self.header.on_message(self._asked)
                 self.starting = Starting(self.opened, self._tell_header)
@@ -236,6 +232,7 @@ class _Page:
             "point": list(self.document.design.point),
             "selected": self.selected,
             "compared": self._compared(),
+            "viewer": or_none(viewer_data, self.document.design),
         }
 
     def _design(self) -> Shared:
@@ -247,13 +244,7 @@ class _Page:
         return shared
 
     def _now(self) -> dict[str, Any]:
-        return self._traits() | {"viewer": self._viewer(), "problem": None}
-
-    def _viewer(self) -> dict[str, Any] | None:
-        try:
-            return viewer_data(self.document.design)
-        except InputError:
-            return None
+        return self._traits() | {"problem": None}
 
     def _known_axes(self) -> tuple[list[int] | None, int]:
         """The surface's axes, as far as the system has them still."""
@@ -265,19 +256,17 @@ class _Page:
         return self.axes, self.output
 
     def _surface(self) -> dict[str, Any] | None:
-        try:
-            return surface_data(self.document.design, *self._known_axes())
-        except InputError:
-            return None
+        return or_none(surface_data, self.document.design, *self._known_axes())
 
     def _surfaces(self) -> dict[str, Any]:
         """The surface and, coarse until the edits rest, the small ones."""
-        if self.several == "one":
-            return {"surface": self._surface(), "several": self._several()}
-        if self._fine is not None:
-            self._fine.cancel()
-        self._fine = asyncio.get_running_loop().call_later(FINE, self._show_several)
-        return {"surface": self._surface(), "several": self._several(COARSE)}
+        points = SMALL_POINTS
+        if self.several != "one":
+            points = COARSE
+            if self._fine is not None:
+                self._fine.cancel()
+            self._fine = asyncio.get_running_loop().call_later(FINE, self._show_several)
+        return {"surface": self._surface(), "several": self._several(points)}
 
     def _several(self, points: int = SMALL_POINTS) -> dict[str, Any]:
         try:
@@ -331,7 +320,7 @@ class _Page:
         if not self.client.has_socket_connection:
             self._rested = True
             return
-        self._shown = self._traits() | {"viewer": self._viewer()}
+        self._shown = self._traits()
         if self._sent is not self._shown["design"]:
             self._sent = self._shown["design"]
             self._sent.send(self.client)

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from fuzzy.designer.workers import DesignerWorkers
 from fuzzy.errors import InputError
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fuzzy.designer.bridge import Bridge
     from fuzzy.designer.document import Document
 
+T = TypeVar("T")
 PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
 
@@ -99,21 +100,22 @@ class Workbench:
         """Call ``callback()`` when the browser tab has been closed for good, or shows another file."""
         self._close_callbacks.append(callback)
 
-    async def background(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def background(self, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)`` in a worker process; both must be picklable.
 
         Raises InputError where the function did, :class:`fuzzy.designer.workers.WorkError` for any other failure.
         """
         return await self._workers.run(function, *args)
 
-    async def read(self, name: str, function: Callable[..., Any], *args: Any) -> Any:
+    async def read(self, name: str, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)``, which reads the file called ``name``, in another process, within a time limit.
 
         For what somebody else's file may make slow. Raises as :meth:`background` does, and InputError where it is late.
         """
         if self._reading is None:
             return await self.background(function, *args)
-        return await self._reading(name, function, *args)
+        found: T = await self._reading(name, function, *args)
+        return found
 
     def show(self, title: str) -> None:
         """Bring the tab with this title to the front, in its own group."""

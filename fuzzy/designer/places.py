@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 from fuzzy.designer.design import Design, with_variables
 from fuzzy.designer.message import EditError, Message
 from fuzzy.naming import expected
-from fuzzy.rule import Rule
+from fuzzy.rule import Rule, renamed_rule
 from fuzzy.system import Constant, Linear, Terms, Variable
+from fuzzy.words import counted
 
 CONSEQUENTS = ("constant", "linear")
 
@@ -107,13 +108,9 @@ def without(design: Design, place: Place, gone: Callable[[str], bool]) -> tuple[
         removed += not whole
         changed += whole and left != rule
         rules.append(left if whole else None)
-    parts = [f"from {_count(changed)}"] if changed else []
-    parts += [f"with {_count(removed)} that had nothing else"] if removed else []
+    parts = [f"from {counted(changed, 'rule')}"] if changed else []
+    parts += [f"with {counted(removed, 'rule')} that had nothing else"] if removed else []
     return rules, "".join(f", {part}" for part in parts)
-
-
-def _count(rules: int) -> str:
-    return f"{rules} rule" if rules == 1 else f"{rules} rules"
 
 
 def renamed(design: Design, place: Place, name: str, terms: dict[str, str]) -> list[Rule | None]:
@@ -125,20 +122,9 @@ def renamed(design: Design, place: Place, name: str, terms: dict[str, str]) -> l
         name: Its new name.
         terms: The new names of terms, by the old ones.
     """
-    old = place.variable.name
-    rules: list[Rule | None] = []
-    for rule in (line.rule for line in design.lines):
-        if place.kind == "input":
-            when = (
-                replace(c, variable=name, term=terms.get(c.term, c.term)) if c.variable == old else c for c in rule.when
-            )
-            rules.append(replace(rule, when=tuple(when)))
-        else:
-            then = (
-                (name, terms.get(label, label)) if output == old else (output, label) for output, label in rule.then
-            )
-            rules.append(replace(rule, then=tuple(then)))
-    return rules
+    names = {place.variable.name: (name, terms)}
+    of, to = (names, {}) if place.kind == "input" else ({}, names)
+    return [renamed_rule(line.rule, of, to) for line in design.lines]
 
 
 def new_name(name: str, taken: Collection[str], what: str) -> str:
@@ -165,6 +151,13 @@ def numbered(stem: str, number: int, taken: Collection[str]) -> str:
     while f"{stem}{number}" in taken:
         number += 1
     return f"{stem}{number}"
+
+
+def given_name(message: Message, stem: str, taken: Collection[str], what: str, present: int) -> str:
+    """The new name that a message gives, or the first free one of ``stem`` and a number after the ``present`` ones."""
+    if message.has("name"):
+        return new_name(message.label("name"), taken, what)
+    return numbered(stem, present + 1, taken)
 
 
 def room(present: int, most: int, what: str) -> None:

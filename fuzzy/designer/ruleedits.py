@@ -3,7 +3,7 @@
 Those that can be made of several rules at once take ``keys``, a list, in the place of ``key``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from math import prod
@@ -14,7 +14,9 @@ from fuzzy.designer.design import POWERS, Design, RuleLine, holds_power, read, s
 from fuzzy.designer.message import EditError, Message
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno
+from fuzzy.words import counted
 
+Antecedent = frozenset[tuple[str, str]]  # the inputs with the terms that a rule asks for
 MOST_RULES = 1000  # more rules are for data, not for a table to look at
 
 
@@ -202,7 +204,7 @@ def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
     count = prod(len(t) for t in terms)
     if count - len(design.lines) > MOST_RULES:
         raise EditError(f"there are {count} combinations of terms, more than the limit of {MOST_RULES} rules")
-    present = {frozenset(_plain(line.rule)) for line in design.lines if is_plain(line.rule)}
+    present = _present(design)
     missing = [c for c in product(*terms) if frozenset(zip(names, c, strict=True)) not in present]
     if not missing:
         raise EditError("there is a rule for every combination of terms already")
@@ -212,7 +214,7 @@ def add_all_rules(design: Design, message: Message) -> tuple[Design, str]:
     for key, (combination, then) in enumerate(zip(missing, consequents, strict=True), start=design.next_key):
         rule = Rule(tuple(map(Clause, names, combination)), then)
         lines.append(RuleLine(key, rule, str(rule)))
-    return with_lines(design, lines), f"add {len(missing)} {'rule' if len(missing) == 1 else 'rules'}"
+    return with_lines(design, lines), f"add {counted(len(missing), 'rule')}"
 
 
 def _axes(system: Sugeno) -> tuple[list[str], list[list[str]]]:
@@ -225,8 +227,14 @@ def _axes(system: Sugeno) -> tuple[list[str], list[list[str]]]:
     return [v.name for v in named], [list(v.terms) for v in named]
 
 
-def _plain(rule: Rule) -> Iterator[tuple[str, str]]:
-    return ((clause.variable, clause.term) for clause in rule.when)
+def antecedent(rule: Rule) -> Antecedent:
+    """The inputs with the terms that a rule without "not", hedges and "or" asks for."""
+    return frozenset((clause.variable, clause.term) for clause in rule.when)
+
+
+def _present(design: Design) -> set[Antecedent]:
+    """The combinations of terms that have a rule, on or off."""
+    return {antecedent(line.rule) for line in design.lines if is_plain(line.rule)}
 
 
 def is_plain(rule: Rule) -> bool:
@@ -235,22 +243,18 @@ def is_plain(rule: Rule) -> bool:
     return joined and not any(clause.negated or clause.power != 1 for clause in rule.when)
 
 
-def _first(system: Sugeno) -> dict[str, str]:
-    return {v.name: next(iter(v.terms)) for v in system.outputs if v.terms}
-
-
 def _nearest(
     design: Design, names: list[str], terms: list[list[str]], wanted: list[tuple[str, ...]]
 ) -> list[tuple[tuple[str, str], ...]]:
     """The consequents for each combination of terms that is wanted."""
-    first = _first(design.system)
+    first = {v.name: next(iter(v.terms)) for v in design.system.outputs if v.terms}
     rules = [line.rule for line in design.lines if is_plain(line.rule)]
     if not rules:
         return [tuple(first.items())] * len(wanted)
     steps = [{term: place for place, term in enumerate(t)} for t in terms]
     places = np.full((len(rules), len(names)), -1)
     for r, rule in enumerate(rules):
-        for variable, term in _plain(rule):
+        for variable, term in antecedent(rule):
             i = names.index(variable)
             places[r, i] = steps[i][term]
     chosen = []
@@ -265,7 +269,7 @@ def _nearest(
 def _next_rule(design: Design) -> Rule:
     """The first combination of terms that no rule has yet, or the very first."""
     names, terms = _axes(design.system)
-    present = {frozenset(_plain(line.rule)) for line in design.lines if is_plain(line.rule)}
+    present = _present(design)
     # More combinations than there are rules cannot all be taken: the search ends soon.
     for combination in product(*terms):
         if frozenset(zip(names, combination, strict=True)) not in present:

@@ -18,6 +18,7 @@ from fuzzy.designer.design import Design
 from fuzzy.designer.folder import check_shown
 from fuzzy.designer.saving import DocumentError
 from fuzzy.files.atomic import write_whole
+from fuzzy.system import sizes
 
 MOST_SNAPSHOTS = 100  # snapshots of a file
 LONGEST_NAME = 80  # characters of a name
@@ -77,13 +78,11 @@ def keep(file: Path, design: Design, name: str, picture: dict[str, Any] | None =
     if count >= MOST_SNAPSHOTS:
         raise DocumentError(f"{file.name} has {count} snapshots, the most that are kept; remove one first")
     key = secrets.token_hex(8)
-    system = design.system
-    counts = ((len(system.inputs), "input"), (len(system.outputs), "output"), (len(design.lines), "rule"))
     content = {
         "format": _FORMAT,
         "name": name,
         "when": datetime.now(UTC).isoformat(),
-        "summary": ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts),
+        "summary": sizes(design.system),
         "picture": picture,
         **design_content(design),
     }
@@ -155,7 +154,7 @@ def bring_back(file: Path, key: Any) -> None:
     _move(path.with_name(path.name + _REMOVED), path)
 
 
-def surface_picture(surface: dict[str, Any] | None, names: tuple[str, ...], output: str) -> dict[str, Any] | None:
+def surface_picture(surface: dict[str, Any], names: tuple[str, ...], output: str) -> dict[str, Any] | None:
     """The picture of a snapshot: a surface as :func:`fuzzy.designer.views.surface_data` gives it, and what it shows.
 
     ``z`` is rounded to four digits; None where there is no surface.
@@ -165,8 +164,6 @@ def surface_picture(surface: dict[str, Any] | None, names: tuple[str, ...], outp
         names: The names of its inputs.
         output: The name of its output.
     """
-    if surface is None:
-        return None
     rows = surface["z"] if surface["y"] is not None else [surface["z"]]
     z = [[None if value is None else float(f"{value:.4g}") for value in row] for row in rows]
     return {"z": z, "shows": f"{output} over {' and '.join(names)}"}

@@ -119,8 +119,7 @@ class Starting:
     async def _made(self, start: Start, given: dict[str, Any], name: str) -> MadeSystem:
         stem = Path(name).stem
         if not start.reports:
-            made: MadeSystem = await self._opened.reading(name, make, start.name, given, stem)
-            return made
+            return await self._opened.reading(name, make, start.name, given, stem)
         process = TaskProcess((start.name, given, stem), report_making, "making of the design")
         try:
             async with asyncio.timeout(_LONGEST):

@@ -13,6 +13,7 @@ from fuzzy.designer.places import (
     Place,
     consequent,
     found,
+    given_name,
     new_name,
     numbered,
     put,
@@ -37,7 +38,7 @@ def move_term(design: Design, message: Message) -> tuple[Design, str]:
     label = term_of(message, place.variable)
     old, parameters = place.variable.terms[label], message.numbers("parameters")
     if place.kind == "output":
-        new = consequent(type(old).__name__.casefold(), parameters, len(design.system.inputs), label)
+        new = consequent(old.matlab, parameters, len(design.system.inputs), label)
         return put(design, place, with_term(place.variable, label, new)), f"set {label}"
     if len(parameters) == len(old.parameters):
         _check_moved(label, old, parameters)
@@ -178,16 +179,13 @@ def add_term(design: Design, message: Message) -> tuple[Design, str]:
     place = found(design, message)
     variable = place.variable
     room(len(variable.terms), _MOST_TERMS, f"terms of {variable.name!r}")
-    if message.has("name"):
-        label = new_name(message.label("name"), variable.terms, f"term of {variable.name!r}")
-    else:
-        label = numbered("mf", len(variable.terms) + 1, variable.terms)
+    label = given_name(message, "mf", variable.terms, f"term of {variable.name!r}", len(variable.terms))
     new: Any
     if place.kind == "input":
-        kind = message.one_of("type", tuple(MATLAB_NAMES), "membership function") if message.has("type") else "trimf"
+        kind = _wanted_type(place, message) if message.has("type") else "trimf"
         new = converted(_in_the_gap(variable), kind, variable.universe)
     else:
-        kind = message.one_of("type", CONSEQUENTS, "consequent") if message.has("type") else "constant"
+        kind = _wanted_type(place, message) if message.has("type") else "constant"
         slopes = [0.0] * len(design.system.inputs) if kind == "linear" else []
         new = consequent(kind, (*slopes, variable.midrange), len(design.system.inputs), label)
     changed = with_terms(variable, [*variable.terms.items(), (label, new)])

@@ -8,8 +8,8 @@ from fuzzy.designer.message import EditError, Message
 from fuzzy.designer.places import (
     consequent,
     found,
+    given_name,
     new_name,
-    numbered,
     put,
     renamed,
     room,
@@ -30,10 +30,7 @@ def add_variable(design: Design, message: Message) -> tuple[Design, str]:
     taken = [v.name for k in ("input", "output") for v in variables_of(design, k)]
     present = variables_of(design, kind)
     room(len(present), _MOST_VARIABLES, f"{kind}s")
-    if message.has("name"):
-        name = new_name(message.label("name"), taken, "variable")
-    else:
-        name = numbered(kind, len(present) + 1, taken)
+    name = given_name(message, kind, taken, "variable", len(present))
     variable = new_variable(kind, name)
     inputs, outputs = design.system.inputs, design.system.outputs
     if kind == "output":
@@ -51,13 +48,11 @@ def new_variable(kind: str, name: str) -> Variable:
 
 
 def _with_slopes(output: Variable, change: Callable[[tuple[float, ...]], tuple[float, ...]]) -> Variable:
-    return with_terms(
-        output,
-        [
-            (name, Linear(change(tuple(term.slopes)), term.constant) if isinstance(term, Linear) else term)
-            for name, term in output.terms.items()
-        ],
-    )
+    changed = {
+        name: Linear(change(tuple(term.slopes)), term.constant) if isinstance(term, Linear) else term
+        for name, term in output.terms.items()
+    }
+    return replace(output, terms=changed)
 
 
 def remove_variable(design: Design, message: Message) -> tuple[Design, str]:
@@ -147,8 +142,7 @@ def _mapped(function: MembershipFunction, factor: float, offset: float) -> Membe
 
 def _mapped_consequent(label: str, term: Constant | Linear, factor: float, offset: float) -> Constant | Linear:
     *slopes, constant = (factor * p for p in term.parameters)
-    kind = type(term).__name__.casefold()
-    return consequent(kind, (*slopes, constant + offset), len(slopes), label)
+    return consequent(term.matlab, (*slopes, constant + offset), len(slopes), label)
 
 
 def _compensated(label: str, term: Constant | Linear, i: int, factor: float, offset: float) -> Constant | Linear:

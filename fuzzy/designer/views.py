@@ -2,19 +2,20 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzy.designer.design import CHOICES, Design, RuleLine
+from fuzzy.errors import InputError
 from fuzzy.insight.diagnosis import Finding, check
 from fuzzy.insight.explanation import explain
-from fuzzy.insight.surfacegrid import surface, surfaces
+from fuzzy.insight.surfacegrid import forgiving, surface, surfaces
 from fuzzy.membershipfunction import MATLAB_NAMES, as_number
 from fuzzy.shown import typeset
-from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
+from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 if TYPE_CHECKING:
     from fuzzy.designer.document import Document
@@ -44,48 +45,32 @@ def functions_data() -> dict[str, Any]:
 
 def document_data(document: "Document") -> dict[str, Any]:
     """The trait ``design`` of a document: :func:`design_data` with its file and history."""
-    return design_data(
-        document.design,
-        revision=document.revision,
-        file=document.path.name,
-        saved=document.saved,
-        undo=document.can_undo,
-        redo=document.can_redo,
-    )
+    about = {"revision": document.revision, "file": document.path.name, "saved": document.saved}
+    return design_data(document.design, **about, undo=document.can_undo, redo=document.can_redo)
 
 
-def design_data(
-    design: Design,
-    *,
-    revision: int = 0,
-    file: str = "",
-    saved: bool = True,
-    undo: str | None = None,
-    redo: str | None = None,
-) -> dict[str, Any]:
+def design_data(design: Design, **about: Any) -> dict[str, Any]:
     """The trait ``design``: variables, choices and rules. A problem's ``start`` and ``end`` count UTF-16 units.
 
     Args:
         design: The design.
-        revision: A number that grows with every change.
-        file: The file's name.
-        saved: Whether the file holds the design.
-        undo: The name of the edit that can be undone.
-        redo: The name of the edit that can be made again.
+        about: Of the document, where there is one: a ``revision`` that grows with every change, the name of the
+            ``file``, whether it is ``saved`` there, and the names of the edits that ``undo`` and ``redo`` would take.
     """
     system = design.system
     return {
-        "revision": revision,
         "name": system.name,
-        "file": file,
-        "saved": saved,
         "choices": {name: getattr(system, name) for name in CHOICES},
         "accepted": {name: list(values) for name, values in CHOICES.items()},
         "inputs": [variable_data(v) for v in system.inputs],
         "outputs": [variable_data(v) for v in system.outputs],
         "rules": [_rule_data(line) for line in design.lines],
-        "undo": undo,
-        "redo": redo,
+        "revision": 0,
+        "file": "",
+        "saved": True,
+        "undo": None,
+        "redo": None,
+        **about,
     }
 
 
@@ -93,14 +78,10 @@ def variable_data(variable: Variable) -> dict[str, Any]:
     """A variable with its terms and their parameters, in MATLAB's order."""
     low, high = variable.universe
     terms = [
-        {"name": name, "type": _type(term), "parameters": [as_number(p) for p in term.parameters]}
+        {"name": name, "type": term.matlab, "parameters": [as_number(p) for p in term.parameters]}
         for name, term in variable.terms.items()
     ]
     return {"name": variable.name, "unit": variable.unit, "low": low, "high": high, "terms": terms}
-
-
-def _type(term: Any) -> str:
-    return type(term).__name__.casefold() if isinstance(term, (Constant, Linear)) else term.matlab
 
 
 def _rule_data(line: RuleLine) -> dict[str, Any]:
@@ -187,13 +168,6 @@ def _utf16(text: str) -> int:
     return len(text) + sum(c > "\uffff" for c in text)
 
 
-def _quiet(system: Sugeno) -> Sugeno:
-    """The system without errors where no rule fires or an input lies outside: both are shown instead."""
-    if system.out_of_range in ("error", "warn"):
-        system = replace(system, out_of_range="ignore")
-    return replace(system, no_rule_fires="nan") if system.no_rule_fires == "error" else system
-
-
 def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[str, Any]:
     """The trait ``viewer``: what each enabled rule does at ``point`` (inputs,), by default the design's.
 
@@ -203,7 +177,7 @@ def viewer_data(design: Design, point: Sequence[float] | None = None) -> dict[st
     system = design.in_force
     at = np.asarray(design.point if point is None else point, dtype=float)
     with np.errstate(all="ignore"):
-        told = explain(_quiet(system), at)
+        told = explain(forgiving(system), at)
     keys = [line.key for line in design.lines if line.enabled]
     words = str(replace(told, system=system))
     if told.outside and system.out_of_range == "error":
@@ -259,7 +233,7 @@ def surface_data(
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
     fixed = {i: value for i, value in enumerate(point) if i not in axes}
     with np.errstate(all="ignore"):
-        grid = surface(_quiet(system), axes, output, fixed, points)
+        grid = surface(forgiving(system), axes, output, fixed, points)
     z, fired = grid.z, grid.fired
     known = z[fired & np.isfinite(z)]
     low, high = (float(known.min()), float(known.max())) if known.size else system.outputs[output].universe
@@ -297,7 +271,7 @@ def several_data(
         output: The output of the large one.
         points: The number of points along each axis; two thirds of it where there are many pictures.
     """
-    system = _quiet(design.in_force)
+    system = forgiving(design.in_force)
     axes = list(range(min(2, len(system.inputs)))) if inputs is None else list(inputs)
     several: list[tuple[list[int], list[int]]] = []  # axes, outputs
     left_out = 0
@@ -347,6 +321,14 @@ def compared_data(
         "outputs": [variable_data(v) for v in fis.outputs],
         "surface": other,
     }
+
+
+def or_none(view: Callable[..., dict[str, Any]], *args: Any, **more: Any) -> dict[str, Any] | None:
+    """What a view shows of its arguments; None for a system that shows nothing there."""
+    try:
+        return view(*args, **more)
+    except InputError:
+        return None
 
 
 def _number(value: float) -> float | None:

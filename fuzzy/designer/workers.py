@@ -11,9 +11,11 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any
+from typing import Any, TypeVar
 
 from fuzzy.errors import InputError
+
+T = TypeVar("T")
 
 
 class WorkError(RuntimeError):
@@ -27,7 +29,7 @@ class DesignerWorkers:
         self._count = count
         self._pool: ProcessPoolExecutor | None = None
 
-    async def run(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def run(self, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)``, both picklable. Raises InputError where the function did, else WorkError."""
         if self._pool is None:
             # Fresh interpreters: a copy of this one would hold its sockets and locks.
@@ -70,7 +72,7 @@ class TimedWorkers:
         self._free = list(self._workers)  # the last one was used last
         self._turns = asyncio.Semaphore(count)
 
-    async def run(self, late: str, function: Callable[..., Any], *args: Any) -> Any:
+    async def run(self, late: str, function: Callable[..., T], *args: Any) -> T:
         """Run ``function(*args)`` as :meth:`DesignerWorkers.run` does.
 
         Raises InputError with the sentence ``late``, and ends the process, where that takes too long.

@@ -23,6 +23,7 @@ from fuzzy.figures.plot import plot_surface
 from fuzzy.figures.ruleviewer import plot_rules
 from fuzzy.figures.structure import plot_structure
 from fuzzy.files.atomic import check_folder, check_target, write_whole
+from fuzzy.insight.surfacegrid import forgiving
 from fuzzy.insight.universe import point_of
 from fuzzy.naming import expected
 from fuzzy.shown import shown
@@ -148,7 +149,7 @@ def picture_bytes(fis: Sugeno, picture: SetPicture, point: Sequence[float], endi
 
     Raises FuzzySystemError where there is nothing to draw.
     """
-    figure = _drawn(_quiet(fis), picture, point)
+    figure = _drawn(forgiving(fis), picture, point)
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"figure.{ending}"
         save_figure(figure, path)
@@ -219,13 +220,6 @@ def _drawn(fis: Sugeno, picture: SetPicture, point: Sequence[float]) -> Figure:
         return plot_structure(fis)
     held = {i: value for i, value in enumerate(point) if i not in picture.inputs}
     return plot_surface(fis, list(picture.inputs), picture.output, held)
-
-
-def _quiet(fis: Sugeno) -> Sugeno:
-    """The system without errors where no rule fires or an input lies outside: a picture shows both."""
-    if fis.out_of_range in ("warn", "error"):
-        fis = replace(fis, out_of_range="ignore")
-    return replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis
 
 
 # Words ------------------------------------------------------------------------------------------------------------

@@ -185,9 +185,7 @@ def parse_fis(text: str, name: str = "<text>") -> Sugeno:
     """
     reader = _Reader(name)
     fis = reader.system(text.removeprefix("\ufeff"))
-    for message in reader.warnings:
-        warnings.warn(message, FisFileWarning, stacklevel=2)
-    return fis
+    return warned(FisText(fis, (), tuple(reader.warnings))).system
 
 
 class _Reader(FisLines):
@@ -508,9 +506,8 @@ def _format(fis: Sugeno, path: str) -> str:
             lines.append(f"%! Unit={quoted(variable.unit, 'a unit')}")
         lines += [f"Range=[{low} {high}]", f"NumMFs={len(variable.terms)}"]
         for place, (label, term) in enumerate(variable.terms.items(), start=1):
-            kind = type(term).__name__.casefold() if isinstance(term, (Constant, Linear)) else term.matlab
             parameters = " ".join(number(p, f"{variable.name} is {label}") for p in term.parameters)
-            lines.append(f"MF{place}={quoted(label, 'a name')}:'{kind}',[{parameters}]")
+            lines.append(f"MF{place}={quoted(label, 'a name')}:'{term.matlab}',[{parameters}]")
     places = {v.name: {label: n for n, label in enumerate(v.terms, start=1)} for v in fis.inputs}
     proposed = {v.name: {label: n for n, label in enumerate(v.terms, start=1)} for v in fis.outputs}
     lines += ["", "[Rules]"]

@@ -10,7 +10,6 @@ Source: the FuzzyLite Language of fuzzylite 6 (fuzzylite.com).
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -32,38 +31,39 @@ _OTHER_HEDGES = ("any", "extremely", "seldom")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
-def _gaussian(p: Sequence[float]) -> MembershipFunction:
-    return mf.Gaussian(p[1], p[0])
+# FuzzyLite's terms: the membership function that is equal, and where in a term's line each of its parameters stands. (A
+# ramp that falls is another one.)
+TERMS: dict[str, tuple[type[MembershipFunction], tuple[int, ...]]] = {
+    "Triangle": (mf.Triangle, (0, 1, 2)),
+    "Trapezoid": (mf.Trapezoid, (0, 1, 2, 3)),
+    "Rectangle": (mf.Trapezoid, (0, 0, 1, 1)),
+    "Ramp": (mf.LinearS, (0, 1)),
+    "Gaussian": (mf.Gaussian, (1, 0)),
+    "GaussianProduct": (mf.TwoSidedGaussian, (1, 0, 3, 2)),
+    "Bell": (mf.Bell, (1, 2, 0)),
+    "Sigmoid": (mf.Sigmoid, (1, 0)),
+    "SigmoidDifference": (mf.SigmoidDifference, (1, 0, 2, 3)),
+    "SigmoidProduct": (mf.SigmoidProduct, (1, 0, 2, 3)),
+    "SShape": (mf.SShape, (0, 1)),
+    "ZShape": (mf.ZShape, (0, 1)),
+    "PiShape": (mf.PiShape, (0, 1, 2, 3)),
+}
 
 
-def _ramp(p: Sequence[float]) -> MembershipFunction:
-    return mf.LinearS(p[0], p[1]) if p[0] < p[1] else mf.LinearZ(p[1], p[0])
-
-
-def difference(p: Sequence[float]) -> MembershipFunction:
-    """The difference of two sigmoids in FuzzyLite's order. Raises MembershipError where it has another value here."""
-    left, rising, falling, right = p
+def check_difference(left: float, rising: float, falling: float, right: float) -> None:
+    """Raise MembershipError for a difference of two sigmoids, in FuzzyLite's order, that has another value here."""
     if not (rising == falling and (right - left) * rising >= 0):
         raise MembershipError("FuzzyLite takes the absolute difference, which here differs from ours")
-    return mf.SigmoidDifference(rising, left, falling, right)
 
 
-# FuzzyLite's terms: the number of parameters, and the membership function that is equal
-_TERMS: dict[str, tuple[int, Callable[[Sequence[float]], MembershipFunction]]] = {
-    "Triangle": (3, lambda p: mf.Triangle(*p)),
-    "Trapezoid": (4, lambda p: mf.Trapezoid(*p)),
-    "Rectangle": (2, lambda p: mf.Trapezoid(p[0], p[0], p[1], p[1])),
-    "Ramp": (2, _ramp),
-    "Gaussian": (2, _gaussian),
-    "GaussianProduct": (4, lambda p: mf.TwoSidedGaussian(p[1], p[0], p[3], p[2])),
-    "Bell": (3, lambda p: mf.Bell(p[1], p[2], p[0])),
-    "Sigmoid": (2, lambda p: mf.Sigmoid(p[1], p[0])),
-    "SigmoidDifference": (4, difference),
-    "SigmoidProduct": (4, lambda p: mf.SigmoidProduct(p[1], p[0], p[2], p[3])),
-    "SShape": (2, lambda p: mf.SShape(*p)),
-    "ZShape": (2, lambda p: mf.ZShape(*p)),
-    "PiShape": (4, lambda p: mf.PiShape(*p)),
-}
+def _function(kind: str, numbers: list[float]) -> MembershipFunction:
+    """The membership function of a term of FuzzyLite's. Raises MembershipError."""
+    function, order = TERMS[kind]
+    if kind == "Ramp" and not numbers[0] < numbers[1]:
+        function, order = mf.LinearZ, (1, 0)
+    if kind == "SigmoidDifference":
+        check_difference(*numbers)
+    return function(*(numbers[k] for k in order))
 
 
 class FllFileError(FisFileError):
@@ -215,17 +215,17 @@ class _Reader:
     def _input(self, block: _Block) -> Variable:
         terms = {}
         for line, name, kind, texts in self._terms(block):
-            if kind not in _TERMS:
-                known = expected(kind, _TERMS, "term")
+            if kind not in TERMS:
+                known = expected(kind, TERMS, "term")
                 raise self.fail(line, f"{block.name} is {name}: {known}; others have no equal here")
-            count, make = _TERMS[kind]
+            count = max(TERMS[kind][1]) + 1
             numbers = [self._number(line, text) for text in texts]
             if len(numbers) == count + 1 and numbers.pop() != 1:
                 raise self.fail(line, f"{block.name} is {name}: a height other than 1 has no equal here")
             if len(numbers) != count:
                 raise self.fail(line, f"{block.name} is {name}: {kind} has {count} parameters, got {len(numbers)}")
             try:
-                terms[name] = make(numbers)
+                terms[name] = _function(kind, numbers)
             except MembershipError as error:
                 raise self.fail(line, f"{block.name} is {name}: {error}") from None
         return self._variable(block, terms)

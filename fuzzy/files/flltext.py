@@ -9,10 +9,17 @@ from dataclasses import replace
 from itertools import pairwise
 
 from fuzzy.files.atomic import write_whole
-from fuzzy.files.fllfile import AND_METHODS, OR_METHODS, FllFileError, difference
+from fuzzy.files.fllfile import AND_METHODS, OR_METHODS, TERMS, FllFileError, check_difference
+from fuzzy.membership import LinearZ
 from fuzzy.membershipfunction import MembershipError, MembershipFunction, as_number
-from fuzzy.rule import KEYWORDS, Rule, hedge_words
+from fuzzy.rule import KEYWORDS, Rule, hedge_words, renamed_rule
 from fuzzy.system import Constant, Sugeno, Variable
+
+# How a membership function is written, as TERMS reads it; of several terms that are equal the first.
+_WRITTEN: dict[type[MembershipFunction], tuple[str, tuple[int, ...]]] = {
+    LinearZ: ("Ramp", (1, 0)),
+    **{function: (kind, order) for kind, (function, order) in reversed(TERMS.items())},
+}
 
 
 def write_fll(fis: Sugeno, path: str | os.PathLike[str]) -> None:
@@ -67,28 +74,22 @@ def format_fll(fis: Sugeno) -> str:
 def _named_plainly(fis: Sugeno) -> Sugeno:
     """The system with names that FuzzyLite can hold, all different."""
     taken: list[str] = []
-    names: dict[str, str] = {}
-    terms: dict[tuple[str, str], str] = {}
+    names: dict[str, tuple[str, dict[str, str]]] = {}  # by variable: its name, and those of its terms
     for variable in (*fis.inputs, *fis.outputs):
-        names.setdefault(variable.name, _plain(variable.name, taken))
-        taken.append(names[variable.name])
+        if variable.name not in names:
+            names[variable.name] = _plain(variable.name, taken), {}
+        name, terms = names[variable.name]
+        taken.append(name)
         inside: list[str] = []
         for term in variable.terms:
-            terms[variable.name, term] = _plain(term, inside)
-            inside.append(terms[variable.name, term])
+            terms[term] = _plain(term, inside)
+            inside.append(terms[term])
 
     def renamed(variable: Variable) -> Variable:
-        own = {terms[variable.name, name]: term for name, term in variable.terms.items()}
-        return replace(variable, name=names[variable.name], terms=own)
+        name, terms = names[variable.name]
+        return replace(variable, name=name, terms={terms[label]: term for label, term in variable.terms.items()})
 
-    rules = [
-        replace(
-            rule,
-            when=tuple(replace(c, variable=names[c.variable], term=terms[c.variable, c.term]) for c in rule.when),
-            then=tuple((names[output], terms[output, term]) for output, term in rule.then),
-        )
-        for rule in fis.rules
-    ]
+    rules = [renamed_rule(rule, names, names) for rule in fis.rules]
     inputs, outputs = ([renamed(v) for v in variables] for variables in (fis.inputs, fis.outputs))
     return replace(fis, inputs=inputs, outputs=outputs, rules=rules, name=re.sub(r"[\r\n#]", " ", fis.name))
 
@@ -120,27 +121,15 @@ def _written(fis: Sugeno, variable: Variable, label: str, function: MembershipFu
         name in ("SShape", "ZShape", "PiShape") and (p[0] == p[1] or p[-2] == p[-1])
     ):
         raise FllFileError(fis.name, None, f"{variable.name} is {label}: FuzzyLite has no {name} whose vertices cross")
-    orders: dict[str, tuple[str, list[float]]] = {
-        "LinearS": ("Ramp", p),
-        "LinearZ": ("Ramp", p[::-1]),
-        "TwoSidedGaussian": ("GaussianProduct", [p[1], p[0], p[3], p[2]] if len(p) == 4 else p),
-    }
     if name in ("LinearS", "LinearZ") and p[0] == p[1]:
         raise FllFileError(fis.name, None, f"{variable.name} is {label}: FuzzyLite has no ramp without width")
-    if name == "Gaussian":
-        return f"Gaussian {_numbers([p[1], p[0]])}"
-    if name == "Bell":
-        return f"Bell {_numbers([p[2], p[0], p[1]])}"
-    if name == "Sigmoid":
-        return f"Sigmoid {_numbers([p[1], p[0]])}"
-    if name in ("SigmoidDifference", "SigmoidProduct"):
-        if name == "SigmoidDifference":
-            try:
-                difference([p[1], p[0], p[2], p[3]])
-            except MembershipError as error:
-                raise FllFileError(fis.name, None, f"{variable.name} is {label}: {error}") from None
-        return f"{name} {_numbers([p[1], p[0], p[2], p[3]])}"
-    kind, values = orders.get(name, (name, p))
+    kind, order = _WRITTEN.get(type(function), (name, tuple(range(len(p)))))
+    values = [p[order.index(k)] for k in range(len(p))]
+    if kind == "SigmoidDifference":
+        try:
+            check_difference(*values)
+        except MembershipError as error:
+            raise FllFileError(fis.name, None, f"{variable.name} is {label}: {error}") from None
     return f"{kind} {_numbers(values)}"
 
 

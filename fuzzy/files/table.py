@@ -109,11 +109,6 @@ class TableText:
         except DataError as error:
             raise DataError(f"{self.file}: {error}") from None
 
-    @property
-    def titled(self) -> list[int]:
-        """The places of the columns that have a title: all, but where a header leaves some without."""
-        return [place for place, column in enumerate(self.columns) if column.title]
-
     def numbers(self, columns: Sequence[str | int] | None = None, skip_bad: bool = False) -> Table:
         """Read the numbers in ``columns`` (titles, names or places from 0), by default in all.
 

@@ -7,6 +7,7 @@ counted from zero in shares of its own side, elsewhere from the low end in share
 from collections import Counter
 from dataclasses import replace
 
+from fuzzy.rule import renamed_rule
 from fuzzy.system import Sugeno, Variable
 
 _SIGNED = ((0.1, "zero"), (0.4, "small"), (0.75, "medium"), (float("inf"), "large"))
@@ -22,19 +23,12 @@ def with_telling_names(fis: Sugeno) -> Sugeno:
     # An input and an output may have the same name
     inputs = {v.name: _names(v) for v in fis.inputs}
     outputs = {v.name: _numbers(v, fis.structure.consequent[place].tolist()) for place, v in enumerate(fis.outputs)}
-    rules = [
-        replace(
-            rule,
-            when=tuple(replace(clause, term=inputs[clause.variable][clause.term]) for clause in rule.when),
-            then=tuple((variable, outputs[variable][term]) for variable, term in rule.then),
-        )
-        for rule in fis.rules
-    ]
+    asked, proposed = ({name: (name, terms) for name, terms in group.items()} for group in (inputs, outputs))
     return replace(
         fis,
         inputs=[_renamed(v, inputs[v.name]) for v in fis.inputs],
         outputs=[_renamed(v, outputs[v.name]) for v in fis.outputs],
-        rules=rules,
+        rules=[renamed_rule(rule, asked, proposed) for rule in fis.rules],
     )
 
 

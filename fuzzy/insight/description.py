@@ -4,8 +4,7 @@ from typing import Any
 
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.shown import shown
-from fuzzy.system import Constant, Linear, Sugeno, Variable
-from fuzzy.words import counted
+from fuzzy.system import Constant, Sugeno, Variable, sizes
 
 _DIGITS = 6
 
@@ -13,8 +12,7 @@ _DIGITS = 6
 def describe(fis: Sugeno) -> str:
     """Describe the system in words: its choices, its variables with their terms, and its rules, one on each line."""
     lines = [
-        f"{fis.name}: {counted(len(fis.inputs), 'input')}, {counted(len(fis.outputs), 'output')}, "
-        f"{counted(len(fis.rules), 'rule')}",
+        f"{fis.name}: {sizes(fis)}",
         f"and = {fis.and_method}, or = {fis.or_method}, defuzzification = {fis.defuzzification}, "
         f"no rule fires = {fis.no_rule_fires}, out of range = {fis.out_of_range}",
     ]
@@ -72,16 +70,10 @@ def _variable(variable: Variable) -> dict[str, Any]:
         "unit": variable.unit,
         "range": list(variable.universe),
         "terms": [
-            {"name": name, "type": _type(term), "parameters": [float(p) for p in term.parameters]}
+            {"name": name, "type": term.matlab, "parameters": [float(p) for p in term.parameters]}
             for name, term in variable.terms.items()
         ],
     }
-
-
-def _type(term: Any) -> str:
-    if isinstance(term, MembershipFunction):
-        return term.matlab
-    return "linear" if isinstance(term, Linear) else "constant"
 
 
 def _rule(number: int, rule: Any) -> dict[str, Any]:

@@ -65,11 +65,7 @@ def surface(
     counts = [points] * len(places) if isinstance(points, int) else list(points)
     if len(counts) != len(places) or any(count < 2 for count in counts):
         raise FuzzySystemError(f"points must be at least 2, one number or one an input, got {points!r}")
-    axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
-    grids = np.meshgrid(*axes)
-    x = np.broadcast_to(point, (*grids[0].shape, len(point))).copy()
-    for i, grid in zip(places, grids, strict=True):
-        x[..., i] = grid
+    grids, x = _grid(fis, places, counts, point)
     if fis.no_rule_fires == "error":
         fis = replace(fis, no_rule_fires="nan")
     with warnings.catch_warnings():
@@ -92,19 +88,33 @@ def surfaces(
         points: The number of points along each input.
     """
     fis = detached(fis)
-    places = []
-    for own in axes:
-        grids = np.meshgrid(*(np.linspace(*fis.inputs[i].universe, points) for i in own))
-        x = np.broadcast_to(np.asarray(point, dtype=float), (*grids[0].shape, len(fis.inputs))).copy()
-        for i, grid in zip(own, grids, strict=True):
-            x[..., i] = grid
-        places.append(x)
+    held = np.asarray(point, dtype=float)
+    places = [_grid(fis, own, [points] * len(own), held)[1] for own in axes]
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
         result = infer(fis, np.concatenate([x.reshape(-1, len(fis.inputs)) for x in places]))
     ends = np.cumsum([x[..., 0].size for x in places])[:-1]
     found = zip(places, np.split(result.output, ends), np.split(result.fired, ends), strict=True)
     return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
+
+
+def _grid(
+    fis: Sugeno, places: Sequence[int], counts: Sequence[int], point: np.ndarray
+) -> tuple[Sequence[np.ndarray], np.ndarray]:
+    """The grids of the inputs at ``places``, and the points (..., inputs) on them, the other inputs as in ``point``."""
+    axes = [np.linspace(*fis.inputs[i].universe, count) for i, count in zip(places, counts, strict=True)]
+    grids = np.meshgrid(*axes)
+    x = np.broadcast_to(point, (*grids[0].shape, len(point))).copy()
+    for i, grid in zip(places, grids, strict=True):
+        x[..., i] = grid
+    return grids, x
+
+
+def forgiving(fis: Sugeno) -> Sugeno:
+    """The system without errors where no rule fires or an input lies outside: pictures show both."""
+    if fis.out_of_range in ("warn", "error"):
+        fis = replace(fis, out_of_range="ignore")
+    return replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis
 
 
 def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:

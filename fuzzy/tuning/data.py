@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.compiled.sugeno import outputs_of
 from fuzzy.detached import detached
 from fuzzy.files.fisfile import format_fis
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
 from fuzzy.inference import InferenceWarning
-from fuzzy.system import FuzzySystemError, Linear, Sugeno
+from fuzzy.system import Linear, Sugeno
 from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
@@ -215,15 +215,7 @@ def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
     """
     quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
-        return float(np.sqrt(np.mean((_outputs(quiet, x) - y) ** 2)))
-
-
-def _outputs(fis: Sugeno, x: np.ndarray) -> np.ndarray:
-    """The outputs (samples, outputs) in compiled code, where it knows all membership functions."""
-    try:
-        return compile_sugeno(fis)(x)
-    except FuzzySystemError:
-        return np.asarray(fis(x))
+        return float(np.sqrt(np.mean((outputs_of(quiet, x) - y) ** 2)))
 
 
 def _samples(fis: Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
