@@ -259,14 +259,12 @@ def _sonar(film: Replay) -> dict[str, Any] | None:
     if film.ranges is None:
         return None
     names = sensor_names(film.sensors)
-    mounted = [[_mounting(carried.get(name)) for name in names] for carried in film.sensors]
+
+    def mounting(sensor: RangeSensor | None) -> list[float] | None:
+        return sensor and [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
+
+    mounted = [[mounting(carried.get(name)) for name in names] for carried in film.sensors]
     return {"sensors": mounted, "readings": _packed(film.ranges)}
-
-
-def _mounting(sensor: RangeSensor | None) -> list[float] | None:
-    if sensor is None:
-        return None
-    return [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
 
 
 def _modes(film: Replay) -> dict[str, Any] | None:

@@ -60,7 +60,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
         about = known[metric]
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
-        by_seed = {name: values_of_runs(rows_, metric, about) for name, rows_ in by_law.items()}
+        by_seed = {name: values_of_runs(own, metric, about) for name, own in by_law.items()}
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names)
         if not about.larger and len(found) > 1:
@@ -72,7 +72,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
         rows.append(MetricRow(about.title, unit, cells))
-    stopped = [rows_["diverged"] for rows_ in by_law.values()]
+    stopped = [own["diverged"] for own in by_law.values()]
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 
 
