@@ -15,7 +15,6 @@ from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.reading import load_scenario, scenario_file, scenario_from_table, scenario_names
 from robotics.scenario.robots import RobotModel, load_robot, parse_robot, robot_file, robot_files, robot_names
 from robotics.sensing.posture import Sensing
-from robotics.sensing.sonar import RangeSensor
 from robotics.tables.text import reading
 
 
@@ -160,6 +159,9 @@ def robot_from(name: str, text: str | None) -> RobotModel:
 # Without noise --------------------------------------------------------------------------------------------------
 
 
+_EXACT = {"noise": 0.0, "relative_noise": 0.0, "dropout": 0.0, "crosstalk": 0.0}  # of a range sensor
+
+
 def exact(scenario: Scenario) -> Scenario:
     """The same scenario without noise: nothing in it is drawn at random but the time of a fault.
 
@@ -167,14 +169,10 @@ def exact(scenario: Scenario) -> Scenario:
     be; no message is lost or late by chance. Encoders still count whole steps; latencies, ranges, failures of a sensor
     and faults stay.
     """
-    carried = [{n: _exact_sensor(s) for n, s in sensors.items()} for sensors in scenario.setting.sensors]
+    carried = [{n: replace(s, **_EXACT) for n, s in sensors.items()} for sensors in scenario.setting.sensors]
     robots = tuple(
         replace(member, sensors=sensors, sensing=member.sensing and Sensing(posture=member.sensing.posture))
         for member, sensors in zip(scenario.robots, carried, strict=True)
     )
     radio = replace(scenario.radio, jitter=0.0, loss=0.0, burst_start=0.0)
     return replace(scenario, robots=robots, sensing=Sensing(posture=scenario.sensing.posture), radio=radio)
-
-
-def _exact_sensor(sensor: RangeSensor) -> RangeSensor:
-    return replace(sensor, noise=0.0, relative_noise=0.0, dropout=0.0, crosstalk=0.0)

@@ -41,10 +41,7 @@ def asked_of(run: Run, task: str) -> Asked | None:
     """What the rule base of ``task`` was asked in the run's first seed; None where the run does not say."""
     if not run.about.rule_bases or run.inputs is None:
         return None
-    for each in decisions(run, 0):
-        if each.task == task:
-            return Asked(run.time, np.array(each.inputs))
-    return None
+    return next((Asked(run.time, np.array(each.inputs)) for each in decisions(run, 0) if each.task == task), None)
 
 
 def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:

@@ -251,7 +251,8 @@ def _searched(task: TuneTask, report: Report) -> dict[str, Any]:
         threads=threads,
         progress=teller.tell,
     )
-    teller.tell_last(tuned.evaluated)
+    if tuned.evaluated.best != teller.told:
+        teller.tell(tuned.evaluated, last=True)
     report("testing", None)
     words = "no candidate was better than what it began with"
     if tuned.evaluated.best > 0:
@@ -267,40 +268,30 @@ class _Teller:
         self.told, self.written, self.last = 0, -1, -math.inf
         self.best: dict[str, Any] = {}
 
-    def tell(self, found: Evaluations) -> bool:
-        """Tell of a generation; whether the search is to end."""
+    def tell(self, found: Evaluations, last: bool = False) -> bool:
+        """Tell of a generation, of the ``last`` with its best; whether the search is to end."""
         news: dict[str, Any] = {"evaluations": len(found), "curve": _curve(found.costs)}
         if found.best != self.written:
             self.written, self.best = found.best, self._candidate(found)
             _write(Path(self.task.place) / _BEST, self.best)
-        if found.best != self.told and time.monotonic() - self.last >= _OFTEN:
-            news["candidate"] = self._shown(found, self.best)
+        if found.best != self.told and (last or time.monotonic() - self.last >= _OFTEN):
+            law = self.space.made(found.values[found.best])
+            self.told, paths = found.best, [_path(scenario, law) for scenario in self.scenarios]
+            self.last = time.monotonic()
+            news["candidate"] = self.best | {"paths": paths}
         return not self.report("search", news)
-
-    def tell_last(self, found: Evaluations) -> None:
-        """Tell of the best, if it has not been told of."""
-        if found.best != self.told:
-            news = {"evaluations": len(found), "curve": _curve(found.costs)}
-            self.report("search", news | {"candidate": self._shown(found, self._candidate(found))})
 
     def gains(self, found: Evaluations) -> dict[str, float]:
         """The gains of the best, which no rule base holds."""
         return self.space.gains_at(found.values[found.best])
 
-    def _shown(self, found: Evaluations, best: dict[str, Any]) -> dict[str, Any]:
-        law = self.space.made(found.values[found.best])
-        self.told, paths = found.best, [_path(scenario, law) for scenario in self.scenarios]
-        self.last = time.monotonic()
-        return best | {"paths": paths}
-
     def _candidate(self, found: Evaluations) -> dict[str, Any]:
         systems = self.space.systems_of(found.values[found.best])
         system = next(iter(systems.values())) if systems else self.task.begun()
-        before, cost = float(found.costs[0]), float(found.costs[found.best])
         return {
             "system": format_fis(system),
-            "cost": cost,
-            "before": before,
+            "cost": float(found.costs[found.best]),
+            "before": float(found.costs[0]),
             "evaluations": len(found),
             "gains": self.gains(found),
         }

@@ -322,8 +322,9 @@ def plot_profiles(
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
-            ax.set(xscale="log", xlim=(limits[0], limits[-1]), ylim=(0, 103))
+            ax.set_xscale("log")
             _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
+            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
         setp(axes[::columns], ylabel="runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
         return figure
@@ -540,12 +541,8 @@ def _lines(laws: Sequence[Entrant]) -> list[Any]:
     """A line style for each law: its own where there are enough, otherwise its own within its family."""
     if len(laws) <= len(LINES):
         return list(LINES[: len(laws)])
-    turns = dict.fromkeys(_FAMILIES, 0)
-    styles = []
-    for law in laws:
-        styles.append(LINES[turns[law.family] % len(LINES)])
-        turns[law.family] += 1
-    return styles
+    turns = [sum(other.family == law.family for other in laws[:k]) for k, law in enumerate(laws)]
+    return [LINES[turn % len(LINES)] for turn in turns]
 
 
 def _color_names(labels: Iterable[Text], laws: Sequence[Entrant]) -> None:

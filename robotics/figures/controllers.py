@@ -87,8 +87,10 @@ def plot_paths(
 
 def _overview_height(runs: Sequence[Run], width: float) -> float:
     """The height of the top view [in]: the paths' own proportions, within what a page has."""
-    everything = np.concatenate([_points(run) for run in runs])
-    across, up = np.maximum(np.nanmax(everything, axis=0) - np.nanmin(everything, axis=0), 1e-6)
+    driven = [np.stack([run[axis].ravel() for axis in "xy"]) for run in runs]
+    references = [np.stack([run.target(axis).ravel() for axis in "xy"]) for run in runs]
+    everything = np.concatenate([*driven, *references], axis=1)
+    across, up = np.maximum(np.nanmax(everything, axis=1) - np.nanmin(everything, axis=1), 1e-6)
     return float(np.clip(width * 0.85 * (up + 0.1 * across) / across, 0.25 * width, 0.6 * width))
 
 
@@ -139,12 +141,6 @@ def _named(run: Run, robot: int) -> str:
     return law_title(run.controller) + (f", robot {robot + 1}" if len(run.paths) > 1 else "")
 
 
-def _points(run: Run) -> np.ndarray:
-    """Driven and reference positions (points, 2) [m]."""
-    driven = np.stack([run["x"].ravel(), run["y"].ravel()], axis=1)
-    return np.concatenate([driven, np.stack([run.target("x").ravel(), run.target("y").ravel()], axis=1)])
-
-
 def _draw_paths(ax: Axes, run: Run, look: Look, above: int) -> None:
     """The paths of one controller; those with more ``above`` them are wider, and are seen beside what covers them."""
     for i in range(len(run.paths)):
@@ -188,7 +184,8 @@ def plot_errors(
     """
     _, drawn, chosen = _chosen(runs, seed, looks, robot)
     time = drawn[0].time
-    errors = np.array([[values[0, robot] for values in _errors(run)] for run in drawn])  # (runs, 3, samples)
+    found = [tracking_error(run) for run in drawn]
+    errors = np.array([[e.x[0, robot], e.y[0, robot], unjumped(e.heading[0, robot])] for e in found])  # by run
     late, size = time >= time[-1] / 2, np.where(np.isfinite(errors), np.abs(errors), 0.0)
     peaks = [float(size[..., part].max(initial=0.0)) for part in (~late, late)]
     magnify = peaks[0] > 4 * peaks[1] > 0
@@ -215,12 +212,6 @@ def plot_errors(
         beside = 3 if width > PAGE_WIDTH else 2
         draw_common_legend(figure, grid[0, :1], loc="outside upper center", ncol=beside, handlelength=2.8)
         return figure
-
-
-def _errors(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The errors in x, y [m] and heading [rad], each (runs, robots, samples)."""
-    error = tracking_error(run)
-    return error.x, error.y, unjumped(error.heading)
 
 
 def _milli(values: np.ndarray) -> tuple[float, str]:

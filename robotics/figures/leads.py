@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -57,30 +58,22 @@ def _draw(ax: Axes, lead: Lead) -> None:
     best = lead.best if lead.best > 0 else np.nan
     reach = 1.0
     for row, standing in enumerate(lead.standings):
-        value = standing.value
+        value, color = standing.value, _TOUCHED if standing.contacts else _LEADS if standing.leads else _OTHER
+        if words := _beside(standing):
+            ax.text(0.99, row, words, transform=ax.get_yaxis_transform(), ha="right", va="center", fontsize=6.3,
+                    color=_TOUCHED if standing.contacts else "0.25",
+                    bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, zorder=5)  # fmt: skip
         ratio = value.value / best
         if not np.isfinite(ratio):
             continue
         low, high = (np.clip(v / best, 0.02, _MOST) if np.isfinite(v) else ratio for v in (value.low, value.high))
         reach = max(reach, min(ratio, _MOST), high)
-        color = _TOUCHED if standing.contacts else _LEADS if standing.leads else _OTHER
         ax.plot([low, high], [row, row], color=color, linestyle="-", linewidth=1.2)
-        ax.plot(
-            [min(ratio, _MOST)],
-            [row],
-            color=color,
-            marker="X" if standing.contacts else "o",
-            markersize=6 if standing.contacts else 5 if standing.leads else 4,
-            markerfacecolor=color if standing.leads or standing.contacts else "white",
-            linestyle="none",
-            zorder=4,
-        )
+        filled = standing.leads or standing.contacts
+        look: dict[str, Any] = {"marker": "X", "markersize": 6} if standing.contacts else {"marker": "o"}
+        look = {"markersize": 5 if standing.leads else 4, "markerfacecolor": color if filled else "white"} | look
+        ax.plot([min(ratio, _MOST)], [row], color=color, linestyle="none", zorder=4, **look)
     ax.axvline(1.0, color="0.6", linewidth=0.7, zorder=0)
-    for row, standing in enumerate(lead.standings):
-        if words := _beside(standing):
-            ax.text(0.99, row, words, transform=ax.get_yaxis_transform(), ha="right", va="center", fontsize=6.3,
-                    color=_TOUCHED if standing.contacts else "0.25",
-                    bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, zorder=5)  # fmt: skip
     ax.set_xscale("log")
     left = 0.9 if np.isnan(best) else min(0.9, _least(lead) / best / 1.15)
     right = reach * (1.35 if reach < 3 else 2.2)

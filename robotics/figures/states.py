@@ -23,6 +23,7 @@ _ARCH = 0.62  # over the row, for an arrow that passes a box
 _APART = 0.13  # between an arrow and the one that leads back
 _LARGE, _SMALL = 8.0, 6.5  # points: a state's name, and all other text
 _LINE = 0.105  # height of a line of small text
+_TEXT: dict[str, Any] = {"fontsize": _SMALL, "linespacing": 1.05, "parse_math": False}
 _BESIDE: dict[int, Any] = {1: "bottom", -1: "top"}  # where words stand that are above an arrow, or below it
 
 
@@ -100,13 +101,13 @@ def _draw(ax: Axes, diagram: StateDiagram, height: float) -> None:
                 y = middle + way * _APART / 2
                 _arrow(ax, (begin, y), (end, y))
                 words = _wrapped(said[pair], gap - 0.12)
-                ax.text((near + far) / 2, y + way * 0.04, words, **_text(), ha="center", va=_BESIDE[way])
+                ax.text((near + far) / 2, y + way * 0.04, words, **_TEXT, ha="center", va=_BESIDE[way])
     for t in _passing(diagram):
         begin, end = places[t.before], places[t.after]
         y, over = middle + _TALL / 2, middle + _TALL / 2 + _ARCH - 0.25
         ax.plot([begin, begin, end], [y, over, over], color="0.25", linewidth=0.9, linestyle="-", zorder=1)
         _arrow(ax, (end, over), (end, y))
-        ax.text((begin + end) / 2, over + 0.04, t.condition, **_text(), ha="center", va="bottom")
+        ax.text((begin + end) / 2, over + 0.04, t.condition, **_TEXT, ha="center", va="bottom")
     if hub is None:
         return
     low = middle - _TALL - _DROP
@@ -120,7 +121,7 @@ def _draw(ax: Axes, diagram: StateDiagram, height: float) -> None:
                 rim = x if side < 0 else DOUBLE - x
                 words = _wrapped(said[pair], min((_BOX + gap) / 2, rim) - _APART / 2 - 0.12)
                 y = (middle + low) / 2
-                ax.text(at + side * 0.05, y, words, **_text(), ha="right" if side < 0 else "left", va="center")
+                ax.text(at + side * 0.05, y, words, **_TEXT, ha="right" if side < 0 else "left", va="center")
 
 
 def _box(ax: Axes, state: StateBox, x: float, y: float, width: float, color: Any) -> None:
@@ -138,16 +139,12 @@ def _box(ax: Axes, state: StateBox, x: float, y: float, width: float, color: Any
     words = _wrapped(state.does, width - 0.14)
     lines = words.count("\n") + 1
     ax.text(x, y + lines * _LINE / 2 + 0.005, state.name, fontsize=_LARGE, ha="center", va="center", zorder=3)
-    ax.text(x, y - 0.075, words, **_text(), ha="center", va="center", zorder=3)
+    ax.text(x, y - 0.075, words, **_TEXT, ha="center", va="center", zorder=3)
 
 
 def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float]) -> None:
     look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7.0, "shrinkA": 0.0, "shrinkB": 0.0}
     ax.add_patch(FancyArrowPatch(begin, end, color="0.25", linewidth=0.9, linestyle="-", zorder=1, **look))
-
-
-def _text() -> dict[str, Any]:
-    return {"fontsize": _SMALL, "linespacing": 1.05, "parse_math": False}
 
 
 def _wrapped(text: str, width: float) -> str:

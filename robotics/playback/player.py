@@ -9,6 +9,7 @@ import base64
 import html
 import json
 import zlib
+from dataclasses import fields
 from importlib import resources
 from math import ceil
 from pathlib import Path
@@ -23,7 +24,7 @@ from robotics.environment.world import outlines
 from robotics.laws.modes import MODES
 from robotics.measures.contacts import Contact, who
 from robotics.measures.decisions import UNKNOWN, decisions, strongest
-from robotics.playback.replay import Replay, replay
+from robotics.playback.replay import Replay, ReplayFrame, replay
 from robotics.sensing.carried import sensor_names
 from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.run import Run
@@ -68,8 +69,7 @@ def player_data(
     # The last sample is kept although it may come sooner after the one before.
     chosen = np.unique(np.append(shown[::step], shown[-1]))
     film = replay(run, run.time[chosen], seed, stale)
-    names = ("x", "y", "heading", "v", "w", "x_target", "y_target")
-    channels = {name: _packed(getattr(film, name)) for name in names}
+    channels = {f.name: _packed(getattr(film, f.name)) for f in fields(ReplayFrame)}
     if film.progress is not None:
         channels["progress"] = _packed(film.progress)
     paths = _thinned(film)
@@ -259,14 +259,12 @@ def _sonar(film: Replay) -> dict[str, Any] | None:
     if film.ranges is None:
         return None
     names = sensor_names(film.sensors)
-    mounted = [[_mounting(carried.get(name)) for name in names] for carried in film.sensors]
+
+    def mounting(sensor: RangeSensor | None) -> list[float] | None:
+        return sensor and [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
+
+    mounted = [[mounting(carried.get(name)) for name in names] for carried in film.sensors]
     return {"sensors": mounted, "readings": _packed(film.ranges)}
-
-
-def _mounting(sensor: RangeSensor | None) -> list[float] | None:
-    if sensor is None:
-        return None
-    return [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
 
 
 def _modes(film: Replay) -> dict[str, Any] | None:

@@ -151,8 +151,7 @@ def small_arena(begin: Begin, folder: Path) -> Front:
 
 def entrants(outcome: Outcome) -> list[Entrant]:
     """The laws as pictures show them."""
-    rows = zip(outcome.titles, outcome.made, strict=True)
-    return [Entrant(title, sort_of(made)) for title, made in rows]
+    return [Entrant(title, sort_of(made)) for title, made in zip(outcome.titles, outcome.made, strict=True)]
 
 
 def standings(outcome: Outcome) -> Standings:

@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from anfis.plot import plot_premises
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
-from fuzzy.fitting.search import SearchResult
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.system import Sugeno
 from fuzzy.words import listed
@@ -407,7 +405,8 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
     fits = {"training samples": fit_of(network, samples)}
     if check is not None:
         fits["checking samples"] = fit_of(network, check)
-    search = replace(network.search, outputs=((output.name, output.unit),))
+    # The ring marks the setting that was taken, which need not have the wanted number of rules
+    search = replace(network.search, outputs=((output.name, output.unit),), wanted=network.trial.rules)
     name = f"network-{k + 1}"
     stopped = "" if training.stopped == "epochs" else f" Training stopped early: {training.stopped}."
     return Chapter(
@@ -431,7 +430,7 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
                 "Left: training error over the number of rules, a dot for every setting; the ring is the one taken. "
                 "Right: errors over the epochs of learning.",
                 f"Error of {output.name} against the number of rules, and over {len(training.history)} epochs.",
-                partial(_plot_learning, search, network),
+                partial(plot_search_and_epochs, search, training.history, output.unit),
             ),
             Picture(
                 f"{name}-fit",
@@ -450,12 +449,6 @@ def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, cl
         folded="Parameters",
         closed=closed,
     )
-
-
-def _plot_learning(search: SearchResult, network: Learnt) -> Figure:
-    # The ring marks the setting that was taken, which need not have the wanted number of rules
-    marked = replace(search, wanted=network.trial.rules)
-    return plot_search_and_epochs(marked, network.training.history, network.after.outputs[0].unit)
 
 
 def _drive(k: int, run: Run) -> Chapter:

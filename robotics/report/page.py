@@ -19,7 +19,7 @@ from robotics.figures.drawing import looks, seeds_as_text
 from robotics.figures.leads import plot_leads
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
-from robotics.measures.evidence import FEWEST_RUNS, FORMS, Outcome, Verdict
+from robotics.measures.evidence import FEWEST_RUNS, FORMS
 from robotics.measures.leading import Lead
 from robotics.report.answer import answer
 from robotics.report.chapter import Chapter, Claim, Front, Picture, Plate
@@ -29,8 +29,6 @@ from robotics.report.template import program, rendered
 from robotics.report.wording import reading
 from robotics.scenario.description import Member, Scenario
 
-_SYMBOLS: dict[Verdict, str] = {"holds": "✔", "holds in part": "◐", "does not hold": "✘", "cannot be told": "?"}
-OUTCOMES: dict[Outcome, str] = {"holds": "✔", "fails": "✘", "open": "?"}
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
@@ -119,8 +117,6 @@ def write_report(
         claims=claims,
         homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
-        symbols=_SYMBOLS,
-        outcomes=OUTCOMES,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
         fewest=FEWEST_RUNS,
         reading=reading,

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from robotics.experiments.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
 from robotics.laws.catalogue import law_title
@@ -49,7 +50,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
     """
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
-    names = list(comparison.controllers)
+    names, by_law = list(comparison.controllers), _by_law(comparison, scenario)
     rows = []
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
@@ -59,7 +60,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
         about = known[metric]
         found = summary.loc[metric]
         numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
-        by_seed = {n: values_of_runs(table[table["controller"] == n], metric, about) for n in names}
+        by_seed = {name: values_of_runs(own, metric, about) for name, own in by_law.items()}
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names)
         if not about.larger and len(found) > 1:
@@ -71,8 +72,14 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
         rows.append(MetricRow(about.title, unit, cells))
-    stopped = [table.loc[table["controller"] == n, "diverged"] for n in names]
+    stopped = [own["diverged"] for own in by_law.values()]
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+
+
+def _by_law(comparison: Comparison, scenario: str) -> dict[str, pd.DataFrame]:
+    """The rows of a scenario's runs, by controller."""
+    table = comparison.table[comparison.table["scenario"] == scenario]
+    return {name: table[table["controller"] == name] for name in comparison.controllers}
 
 
 def shown_metrics(
@@ -104,10 +111,9 @@ def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[
     for scenario in comparison.scenarios:
         shown = shown_metrics(comparison, scenario, first)
         metric, about = next(item for item in shown.items() if not item[1].larger)
-        table = comparison.table[comparison.table["scenario"] == scenario.name]
-        by_law = {name: table[table["controller"] == name] for name in comparison.controllers}
+        by_law = _by_law(comparison, scenario.name)
         values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
-        contacts = {name: contact_runs(table, scenario.name, name)[0] for name in by_law}
+        contacts = {name: contact_runs(rows, scenario.name, name)[0] for name, rows in by_law.items()}
         found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
     return found
 

@@ -48,7 +48,9 @@ def scaled(unit: str, value: float) -> tuple[float, str]:
 
 def reading(part: Part) -> str:
     """The number that decides a part, beside its bound; of a comparison both sides too."""
-    return _reading(part) + "".join(f"; {words}" for words in (_too_few(part), part.note) if words)
+    runs = part.estimate.runs
+    few = f"only {counted(runs, 'run')}, a verdict needs {part.fewest}" if runs < part.fewest else ""
+    return "; ".join(filter(None, (_reading(part), few, part.note)))
 
 
 def _reading(part: Part) -> str:
@@ -63,11 +65,6 @@ def _reading(part: Part) -> str:
     to = "" if part.scale == 1 else f" to {100 * part.scale:g} % of it"
     bound = limit(part.bound, part.unit).replace("-", "−") if part.bound else "0"
     return f"{sides}; difference{to} {shown(part.estimate, part.unit, signed=True)}, asked for {sign} {bound}"
-
-
-def _too_few(part: Part) -> str:
-    runs = part.estimate.runs
-    return f"only {counted(runs, 'run')}, a verdict needs {part.fewest}" if runs < part.fewest else ""
 
 
 def sentence(part: Part) -> str:

@@ -42,14 +42,16 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
     seeds, many = effort.row(seed), effort.many(seed)
     beside = [law for law in SIDE_BY_SIDE if law not in CRASH_LAWS]
-    sighted, blind = _by_sight([law for law in SIDE_BY_SIDE if law not in OBSTACLE_LAWS])
+    looks = {law: make_controller(law).looks for law in SIDE_BY_SIDE if law not in OBSTACLE_LAWS}
     shared = range(seed, seed + -(-effort.trials // len(COURSES)))  # contacts on all courses together are a rate
     return [
         *(Experiment(("meetings", law), partial(_together, AVOIDANCE_TESTS, law, seeds)) for law in CRASH_LAWS),
         *(Experiment(("meetings", law), partial(_in_time, AVOIDANCE_TESTS, law, seeds)) for law in beside),
         *(Experiment(("courses", law), partial(_together, COURSES, law, shared, _LONGEST)) for law in OBSTACLE_LAWS),
-        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds)) for law in sighted),
-        *(Experiment(("courses", law), partial(_in_time, COURSES, law, seeds[:_FEW])) for law in blind),
+        *(
+            Experiment(("courses", law), partial(_in_time, COURSES, law, seeds if sees else seeds[:_FEW]))
+            for law, sees in looks.items()  # those that drive blind are only shown beside
+        ),
         *(Experiment(("cases", law), partial(_cases, law, seeds[:_FEW])) for law in OBSTACLE_LAWS),
         *(Experiment((RANDOM_CROSSINGS, law), partial(_crossings, law, many)) for law in CRASH_LAWS),
     ]
@@ -74,12 +76,6 @@ def values(results: Results, need: Needed, quantity: str, robots: str) -> np.nda
 def nominal_time(scenario: str) -> float:
     """The time [s] at which the last robot of the package's ``scenario`` is due at its end."""
     return float(load_scenario(scenario).trajectory.ends.max())
-
-
-def _by_sight(laws: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The laws that look for obstacles, and those that drive blind."""
-    sighted = [law for law in laws if make_controller(law).looks]
-    return sighted, [law for law in laws if law not in sighted]
 
 
 def _together(scenarios: Sequence[str], law: str, seeds: Sequence[int], duration: float | None = None) -> list[Run]:

@@ -107,13 +107,9 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     ]
 
 
-def _recipe(kind: Kind, seed: int) -> FormationRecipe:
-    return FormationRecipe(kind=kind, seed=seed)
-
-
 @lru_cache(maxsize=2)
 def _data(kind: Kind, seed: int) -> _Data:
-    recipe = _recipe(kind, seed)
+    recipe = FormationRecipe(kind=kind, seed=seed)
     held = checking_recipe(recipe)
     still = replace(recipe, coverage=0.0, jitter=0.0)
     check = formation_data(held)
@@ -149,7 +145,7 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
 
 def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
     learnt = [_learnt("well-posed", output, seed, networks) for output in FORMATION_OUTPUTS]
-    return fresh_errors(learnt, _recipe("well-posed", seed))
+    return fresh_errors(learnt, FormationRecipe(kind="well-posed", seed=seed))
 
 
 def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:

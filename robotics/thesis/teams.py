@@ -1,7 +1,7 @@
 """The report's chapter on teams: graph, virtual structure, fuzzy cooperation; thesis 3, 4, 5.3 and 5.4."""
 
 from functools import partial
-from itertools import zip_longest
+from itertools import product, zip_longest
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.experiments.recovery import Recovery
@@ -156,10 +156,6 @@ def _duel(results: Results, test: str) -> Grid:
     )
 
 
-def _recoveries(results: Results) -> list[Recovery]:
-    return [results["recovery", law, outage] for law in RECOVERERS for outage in OUTAGES]
-
-
 def _recovery(results: Results) -> Grid:
     def cell(law: str, outage: float) -> str:
         found: Recovery = results["recovery", law, outage]
@@ -209,7 +205,7 @@ def _pictures(results: Results) -> list[Picture]:
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, _recoveries(results), PAGE_WIDTH),
+            partial(plot_recovery, [results["recovery", *key] for key in product(RECOVERERS, OUTAGES)], PAGE_WIDTH),
         ),
         Picture(
             "team-scaling",
