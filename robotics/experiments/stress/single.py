@@ -83,14 +83,14 @@ def single_run(
     outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
     tally = Tally(ensemble, outcomes.longest(ensemble, disturbance.extra), 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1)
-    message_ages = message_ages and robots > 1
-    kept: dict[str, bool] = {"message_ages": message_ages} | dict.fromkeys(("torques", "encoders", "messages"), logged)
+    besides = {"torques", "encoders", "messages"} if logged else set()
+    besides |= {"message_ages"} if message_ages and robots > 1 else set()
     run = record_run(
         ensemble,
         controller,
         [seed],
         name=name,
-        **kept,
+        besides=besides,
         faults=disturbance.faults(ensemble, [seed]),
         progress=advance,
         observer=tally.observer,
