@@ -18,7 +18,8 @@ def sealed(content: bytes) -> bytes:
     place = content.rfind(UNSIGNED.encode())
     if place < 0:
         raise ValueError("the content has no place for a seal")
-    return _signed(content, place + len(_MARK), _digest(content, place + len(_MARK)))
+    start = place + len(_MARK)
+    return content[:start] + _digest(content, start) + content[start + _DIGITS :]
 
 
 def sealed_archive(content: bytes) -> bytes:
@@ -48,7 +49,3 @@ def _digest(content: bytes, start: int) -> bytes:
     whole.update(b"0" * _DIGITS)
     whole.update(parts[start + _DIGITS :])
     return whole.hexdigest().encode()
-
-
-def _signed(content: bytes, start: int, digits: bytes) -> bytes:
-    return content[:start] + digits + content[start + _DIGITS :]
