@@ -119,8 +119,9 @@ def _thesis_set(
     thesis: "partial[FormationRecipe]", given: Mapping[str, Any], check: bool, out: Path, command: str, json: bool
 ) -> None:
     """Make, write and tell of a set of the thesis's kinds."""
-    from robotics.experiments.learning.datacard import thesis_columns, thesis_facts, write_card
-    from robotics.experiments.learning.formationdata import checking_recipe, formation_data, write_data
+    from robotics.experiments.learning.datacard import thesis_facts, write_card
+    from robotics.experiments.learning.datatable import write_data
+    from robotics.experiments.learning.formationdata import checking_recipe, formation_data
     from robotics.experiments.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
 
     kind = given.get("kind", "literal")
@@ -135,7 +136,7 @@ def _thesis_set(
     seed, recipe = recipe.seed, checking_recipe(recipe) if check else recipe
     table = formation_data(recipe)
     write_data(out, table.names, table.values)
-    card = write_card(out, thesis_facts(recipe, command), thesis_columns(table), table.values)
+    card = write_card(out, thesis_facts(recipe, command), table.columns, table.values)
     inputs, outputs = table.names[: table.inputs], table.names[table.inputs :]
     found = None
     plenty = len(table.values) * SHARE > NEIGHBOURS
@@ -164,8 +165,8 @@ def _scenario_set(
     scenario: "Scenario", recipe: "ScenarioRecipe", check: bool, out: Path, command: str, json: bool, quiet: bool
 ) -> None:
     """Make, write and tell of a set of a scenario."""
-    from robotics.experiments.learning.datacard import robot_columns, robot_facts, write_card
-    from robotics.experiments.learning.formationdata import write_data
+    from robotics.experiments.learning.datacard import robot_facts, write_card
+    from robotics.experiments.learning.datatable import write_data
     from robotics.experiments.learning.scenariodata import checking_set, passes, scenario_data
     from robotics.experiments.versions import versions
 
@@ -175,7 +176,7 @@ def _scenario_set(
     write_data(out, table.names, table.values)
     facts = robot_facts(scenario, recipe, command)
     facts |= {"versions": ", ".join(f"{name} {number}" for name, number in versions().items())}
-    card = write_card(out, facts, robot_columns(table), table.values)
+    card = write_card(out, facts, table.columns, table.values)
     if json:
         print_json(
             {"file": str(out), "card": str(card), "scenario": scenario.name, "teacher": recipe.teacher}

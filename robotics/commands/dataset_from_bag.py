@@ -54,9 +54,9 @@ def from_bag(
     """
     import numpy as np
 
-    from robotics.experiments.learning.datacard import CardColumn, write_card
+    from robotics.experiments.learning.datacard import write_card
+    from robotics.experiments.learning.datatable import write_data
     from robotics.experiments.learning.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
-    from robotics.experiments.learning.formationdata import write_data
     from robotics.logs.drive import read_drive
 
     check_target(out, ".csv")
@@ -72,15 +72,11 @@ def from_bag(
         table = drive_data(drives, recipe, advance)
     everything = np.ones(len(table.values), dtype=bool)
     parts = {out: everything} if check is None else {out: ~table.for_checking, check: table.for_checking}
-    columns = [
-        CardColumn(name, unit, meaning, name in DRIVE_OUTPUTS and k >= len(table.inputs))
-        for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
-    ]
     facts = drive_facts(drives, recipe, table, _command(logs, robot or []))
     files: dict[str, Any] = {}
     for file, which in parts.items():
         write_data(file, table.names, table.values[which])
-        card = write_card(file, facts, columns, table.values[which])
+        card = write_card(file, facts, table.columns, table.values[which])
         files[str(file)] = {"rows": len(table.values[which]), "card": str(card)}
     if json:
         print_json({"files": files, "inputs": table.inputs, "outputs": DRIVE_OUTPUTS, "followed": table.followed})

@@ -21,8 +21,9 @@ def regenerate(
       robotics dataset regenerate --out datasets
     """
     from fuzzy.files.fisfile import write_fis
-    from robotics.experiments.learning.datacard import thesis_columns, thesis_facts, write_card
-    from robotics.experiments.learning.formationdata import FILES, formation_data, write_data
+    from robotics.experiments.learning.datacard import thesis_facts, write_card
+    from robotics.experiments.learning.datatable import write_data
+    from robotics.experiments.learning.formationdata import FILES, formation_data
     from robotics.thesis.printed_systems import NETWORKS, thesis_comment, thesis_system
 
     out.mkdir(parents=True, exist_ok=True)
@@ -32,7 +33,7 @@ def regenerate(
         write_data(out / name, table.names, table.values)
         kind, check = f" --kind {recipe.kind}", " --check" * recipe.stream
         facts = thesis_facts(recipe, f"robotics dataset formation{kind}{check} -o {name}")
-        written += [out / name, write_card(out / name, facts, thesis_columns(table), table.values)]
+        written += [out / name, write_card(out / name, facts, table.columns, table.values)]
     thesis = out / "thesis"
     if thesis.is_dir():
         for number in NETWORKS:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from robotics.reinforcement.packages import gymnasium
-from robotics.reinforcement.task import Task, TaskError
-from robotics.reinforcement.vector import TrackingVectorEnv, checked_actions
+from robotics.reinforcement.task import Task, TaskError, checked_action
+from robotics.reinforcement.vector import TrackingVectorEnv
 
 
 class TrackingEnv(gymnasium.Env):
@@ -65,13 +65,7 @@ class TrackingEnv(gymnasium.Env):
         """
         if self.over:
             raise TaskError("the episode has ended: reset() begins the next one")
-        try:
-            found = np.asarray(action, dtype=float)
-        except (TypeError, ValueError):
-            found = np.empty(0)
-        if found.shape != (2,):
-            raise TaskError(f"an action must be two numbers; got {action!r}")
-        observed, rewards, terminated, truncated, infos = self.lane.step(checked_actions(found[None], 1))
+        observed, rewards, terminated, truncated, infos = self.lane.step(checked_action(action)[None])
         self.over = bool(terminated[0] or truncated[0])
         told = {"cost": float(infos["cost"][0]), "end": str(infos["end"][0])} if self.over else {}
         return observed[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), told

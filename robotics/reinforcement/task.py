@@ -37,6 +37,24 @@ def check_reward(level: str, reward: str, approach: float) -> None:
         raise TaskError(f"approach must be a number >= 0; got {approach!r}")
 
 
+def checked_action(action: Any, who: str = "") -> np.ndarray:
+    """An action as two numbers (2,); ``who`` takes it, for the message. Raises TaskError for another."""
+    try:
+        found = np.asarray(action, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (2,):
+        raise TaskError(f"{who}an action must be two numbers; got {action!r}")
+    return found
+
+
+def checked_seed(seed: Any) -> int:
+    """A seed. Raises TaskError for what is no whole number >= 0."""
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise TaskError(f"a seed is a whole number >= 0, got {seed!r}")
+    return int(seed)
+
+
 @dataclass(frozen=True, eq=False)
 class Task:
     """Scenarios of one robot each, and what is observed, commanded and rewarded. Raises TaskError."""

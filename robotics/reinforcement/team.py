@@ -10,11 +10,11 @@ from robotics.laws.law import Command
 from robotics.laws.tracking.observed import FIXED_ENTRIES, command_limits, highs_of
 from robotics.reinforcement.agents import BROADCAST, Agents
 from robotics.reinforcement.choosing import Chooser
-from robotics.reinforcement.packages import gymnasium
 from robotics.reinforcement.reward import END, RewardColumns, costs, pay, reward_observer, settle
 from robotics.reinforcement.stepping import EpisodeLanes, observe_lanes
-from robotics.reinforcement.task import RewardKind, TaskError, check_reward
+from robotics.reinforcement.task import RewardKind, TaskError, check_reward, checked_action, checked_seed
 from robotics.reinforcement.teamcolumns import heard_of, team_entries
+from robotics.reinforcement.vector import spaces
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import Simulation
@@ -76,11 +76,7 @@ class TeamEnv(ParallelEnv):
         self.factor = np.ones_like(self.most) if units else self.most
         self.observation_spaces, self.action_spaces = {}, {}
         for n, agent in enumerate(self.possible_agents):
-            high = np.array([entry.high for entry in found[n]])
-            low = np.array([0.0 if entry.positive else -entry.high for entry in found[n]])
-            box = gymnasium.spaces.Box
-            self.observation_spaces[agent] = box(low, high, dtype=np.float64)
-            self.action_spaces[agent] = box(-self.action_most[:, n], self.action_most[:, n], dtype=np.float64)
+            self.observation_spaces[agent], self.action_spaces[agent] = spaces(found[n], self.action_most[:, n])
         self.chooser, self.render_mode = Chooser(1), None
         self.simulation: Simulation | None = None
 
@@ -108,9 +104,7 @@ class TeamEnv(ParallelEnv):
             TaskError: A seed that is none.
         """
         if seed is not None:
-            if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-                raise TaskError(f"a seed is a whole number >= 0, got {seed!r}")
-            self.chooser.seed(int(seed))
+            self.chooser.seed(checked_seed(seed))
         self.seed = self.chooser.next()[1]
         setting = self.scenario.setting
         self.k, self.simulation = 0, Simulation(setting, self.law, (self.seed,))
@@ -183,12 +177,7 @@ class TeamEnv(ParallelEnv):
         for agent in self.agents:
             if agent not in actions:
                 raise TaskError(f"every agent needs an action; {agent} has none")
-            try:
-                action = np.asarray(actions[agent], dtype=float)
-            except (TypeError, ValueError):
-                action = np.empty(0)
-            if action.shape != (2,):
-                raise TaskError(f"{agent}: an action must be two numbers; got {actions[agent]!r}")
+            action = checked_action(actions[agent], f"{agent}: ")
             n, high = self.possible_agents.index(agent), self.action_spaces[agent].high
             wanted[:, n] = np.clip(action, -high, high) * self.factor[:, n]
         return wanted

@@ -6,11 +6,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from robotics.laws.tracking.observed import Entry
 from robotics.reinforcement.choosing import LEARNING, Chooser, Scenarios, chosen_scenarios
 from robotics.reinforcement.episodes import Episodes
 from robotics.reinforcement.packages import gymnasium
 from robotics.reinforcement.reward import END, RewardColumns
-from robotics.reinforcement.task import RewardKind, Task, TaskError
+from robotics.reinforcement.task import RewardKind, Task, TaskError, checked_seed
 from robotics.scenario.description import Scenario
 from robotics.vehicle.plant import Level
 
@@ -22,11 +23,10 @@ _MODES = {
 }
 
 
-def spaces(task: Task) -> tuple[Any, Any]:
-    """The Box of an observation and that of an action."""
-    high = np.array([entry.high for entry in task.entries])
-    low = np.array([0.0 if entry.positive else -entry.high for entry in task.entries])
-    limits = task.action_limits
+def spaces(entries: Sequence[Entry], limits: np.ndarray) -> tuple[Any, Any]:
+    """The Box of an observation of these ``entries``, and that of an action within ``limits`` (2,)."""
+    high = np.array([entry.high for entry in entries])
+    low = np.array([0.0 if entry.positive else -entry.high for entry in entries])
     return gymnasium.spaces.Box(low, high, dtype=np.float64), gymnasium.spaces.Box(-limits, limits, dtype=np.float64)
 
 
@@ -102,7 +102,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
         self.metadata = {"render_modes": [], "autoreset_mode": _MODES[autoreset]}
         self.episodes = Episodes(self.task, num_envs, threads)
-        self.single_observation_space, self.single_action_space = spaces(self.task)
+        self.single_observation_space, self.single_action_space = spaces(self.task.entries, self.task.action_limits)
         batch = gymnasium.vector.utils.batch_space
         self.observation_space = batch(self.single_observation_space, num_envs)
         self.action_space = batch(self.single_action_space, num_envs)
@@ -224,7 +224,4 @@ def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | No
     several = [seed + n for n in range(count)] if isinstance(seed, (int, np.integer)) else list(seed)
     if len(several) != count:
         raise TaskError(f"one seed, or one for each of {count} lanes, is needed; got {len(several)}")
-    for one in several:
-        if one is not None and (isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 0):
-            raise TaskError(f"a seed is a whole number >= 0, got {one!r}")
-    return [None if one is None else int(one) for one in several]
+    return [None if one is None else checked_seed(one) for one in several]

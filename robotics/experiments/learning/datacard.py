@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.files.atomic import write_whole
-from robotics.experiments.learning.formationdata import FormationRecipe, FormationTable
+from robotics.experiments.learning.datatable import DataColumn
+from robotics.experiments.learning.formationdata import FormationRecipe
 from robotics.experiments.learning.scatter import NEIGHBOURS, SHARE, scatter
-from robotics.experiments.learning.scenariodata import COMMAND_OUTPUTS, RobotTable, ScenarioRecipe, column
+from robotics.experiments.learning.scenariodata import ScenarioRecipe
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import Law
@@ -23,28 +24,6 @@ from robotics.scenario.description import Scenario
 from robotics.sensing.posture import Sensing
 
 _COLUMNS = ("column", "unit", "role", "meaning", "min", "max", "mean", "scatter at equal inputs")
-_MEANINGS = {
-    "x_l": ("m", "the leader's x"),
-    "y_l": ("m", "the leader's y"),
-    "theta_l": ("rad", "the leader's heading, counter-clockwise from x"),
-    "dx": ("m", "the leader's lead: its x less the followers' mean x; < 0: it is behind"),
-    "alpha_l": ("rad", "the bearing, seen from the leader, of the point of its path 0.5 m ahead; > 0: left"),
-    "kappa_f": ("1/m", "the curvature of the leader's path at x_l − dx, where the followers are"),
-    "v_l": ("m/s", "the leader's speed"),
-    "w_l": ("rad/s", "the leader's turn rate"),
-    "v_f": ("m/s", "the followers' speed"),
-    "w_f": ("rad/s", "the followers' turn rate"),
-}
-
-
-class CardColumn(NamedTuple):
-    """One column of a set."""
-
-    name: str
-    unit: str
-    meaning: str
-    output: bool
-    group: int = 0  # outputs are a function of the inputs of their group, which is a robot's number
 
 
 class Card(NamedTuple):
@@ -59,7 +38,7 @@ def card_path(data: str | Path) -> Path:
     return Path(data).with_suffix(".card.md")
 
 
-def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[CardColumn], values: np.ndarray) -> Path:
+def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[DataColumn], values: np.ndarray) -> Path:
     """Write the card of the set in the file ``data`` and return its file, which appears whole or not at all.
 
     Args:
@@ -96,7 +75,7 @@ def _cells(line: str) -> list[str]:
     return [part.replace("\0", "\\|") for part in line.replace("\\|", "\0").strip().strip("|").split("|")]
 
 
-def _column_rows(columns: Sequence[CardColumn], values: np.ndarray) -> list[tuple[str, ...]]:
+def _column_rows(columns: Sequence[DataColumn], values: np.ndarray) -> list[tuple[str, ...]]:
     scattered = _scattered(columns, values)
     rows = []
     for k, c in enumerate(columns):
@@ -107,7 +86,7 @@ def _column_rows(columns: Sequence[CardColumn], values: np.ndarray) -> list[tupl
     return rows
 
 
-def _scattered(columns: Sequence[CardColumn], values: np.ndarray) -> dict[str, float]:
+def _scattered(columns: Sequence[DataColumn], values: np.ndarray) -> dict[str, float]:
     """√Γ of each output by the inputs of its group; nothing of a set too small to tell."""
     if len(values) * SHARE <= NEIGHBOURS:
         return {}
@@ -124,11 +103,6 @@ def _scattered(columns: Sequence[CardColumn], values: np.ndarray) -> dict[str, f
 def _table(head: Sequence[str], rows: Any) -> list[str]:
     lines = [tuple(head), ("---",) * len(head), *rows]
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in lines]
-
-
-def thesis_columns(table: FormationTable) -> list[CardColumn]:
-    """The columns of a set of the thesis's kinds."""
-    return [CardColumn(name, *_MEANINGS[name], k >= table.inputs) for k, name in enumerate(table.names)]
 
 
 def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
@@ -152,16 +126,6 @@ def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
         names = {"coverage": "", "jitter": "", "lateral": " m", "heading": " rad", "lead": " m"}
         facts["displaced"] = ", ".join(f"{name} {getattr(recipe, name):g}{unit}" for name, unit in names.items())
     return facts
-
-
-def robot_columns(table: RobotTable) -> list[CardColumn]:
-    """The columns of a set that was made of a scenario."""
-    each = len(table.names) // table.robots
-    ends = [column(name, 1)[:-2] for name in COMMAND_OUTPUTS]
-    return [
-        CardColumn(name, unit, meaning, name.rpartition("_")[0] in ends, k // each + 1)
-        for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
-    ]
 
 
 def robot_facts(scenario: Scenario, recipe: ScenarioRecipe, command: str) -> dict[str, str]:

@@ -12,11 +12,12 @@ very numbers that it has learnt by. What the robot was to follow is
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 
 from fuzzy.errors import InputError
+from robotics.experiments.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
 from robotics.laws.law import Observation
 from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.rules.situation import Fixed, Recall, Situation
@@ -34,7 +35,7 @@ from robotics.radio.description import Radio
 from robotics.scenario.robots import load_robot
 from robotics.sensing.posture import Sensing
 
-DRIVE_OUTPUTS = ("v", "w")
+DRIVE_OUTPUTS = tuple(COMMAND_OUTPUTS)
 TIMED_COLUMNS = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
@@ -78,20 +79,17 @@ class DriveRecipe:
         check_quantities(self, DriveDataError)
 
 
-class DriveTable(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class DriveTable(DataTable):
     """A table of moments: inputs, then v and w as commanded."""
 
-    inputs: tuple[str, ...]
-    units: tuple[str, ...]  # of all columns
-    meanings: tuple[str, ...]
-    values: np.ndarray  # (rows, columns)
     block: np.ndarray  # (rows,) int: moments that follow each other are of one block, BLOCK long
     followed: str  # what the robots were to follow, in words
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """The names of its columns."""
-        return (*self.inputs, *DRIVE_OUTPUTS)
+    def inputs(self) -> tuple[str, ...]:
+        """The names of the quantities."""
+        return self.names[: -len(DRIVE_OUTPUTS)]
 
     @property
     def for_checking(self) -> np.ndarray:
@@ -135,11 +133,11 @@ def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[
     values = np.round(np.concatenate(parts), 9) + 0.0  # + 0.0: no -0
     if not len(values):
         raise DriveDataError("no row is left: the drives are shorter than the look-ahead, or nothing is known of them")
-    units = (*(q.unit for q in known), "m/s", "rad/s")
-    meanings = (*(q.meaning for q in known), "commanded speed", "commanded turn rate")
+    columns = [DataColumn(name, q.unit, q.meaning) for name, q in zip(names, known, strict=True)]
+    columns += [DataColumn(name, *words, True) for name, words in COMMAND_OUTPUTS.items()]
     said = {"reference": "the moving target in the log", "path": "the path in the log", "driven": "the way driven"}
     followed = ", ".join(dict.fromkeys(said[way] for way in ways))
-    return DriveTable(tuple(names), units, meanings, values, np.concatenate(blocks), followed)
+    return DriveTable(tuple(columns), values, np.concatenate(blocks), followed)
 
 
 def _followed(drive: Drive, recipe: DriveRecipe) -> str:

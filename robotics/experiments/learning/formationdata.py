@@ -15,16 +15,14 @@ Runs come from the shared simulator with its kinematic plant; between two period
 evaluated exactly. Numbers are rounded to 1e-6, so that the files do not depend on a machine's last digit.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import write_whole
+from robotics.experiments.learning.datatable import DataColumn, DataTable
 from robotics.laws.formation.leader_follower import FormationTeacher, bearings, law, lead
 from robotics.paths.path import compile_path
 from robotics.quantity import check_quantities, described, is_number, quantity, whole
@@ -37,6 +35,18 @@ LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed network
 MOST_SAMPLES = 1_000_000  # rows of a formation, or of a table of a scenario
 MOST_SEED = 2**63 - 1
 _OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
+_MEANINGS = {
+    "x_l": ("m", "the leader's x"),
+    "y_l": ("m", "the leader's y"),
+    "theta_l": ("rad", "the leader's heading, counter-clockwise from x"),
+    "dx": ("m", "the leader's lead: its x less the followers' mean x; < 0: it is behind"),
+    "alpha_l": ("rad", "the bearing, seen from the leader, of the point of its path 0.5 m ahead; > 0: left"),
+    "kappa_f": ("1/m", "the curvature of the leader's path at x_l − dx, where the followers are"),
+    "v_l": ("m/s", "the leader's speed"),
+    "w_l": ("rad/s", "the leader's turn rate"),
+    "v_f": ("m/s", "the followers' speed"),
+    "w_f": ("rad/s", "the followers' turn rate"),
+}
 
 
 class FormationDataError(InputError):
@@ -92,12 +102,13 @@ class FormationRecipe:
         return ("x_l", "y_l", "theta_l") if self.kind == "literal" else ("dx", "alpha_l", "kappa_f")
 
 
-class FormationTable(NamedTuple):
-    """A set of samples: the inputs, then the four outputs."""
+class FormationTable(DataTable):
+    """A set of samples: the inputs, then the four outputs; multiples of 1e-6."""
 
-    names: tuple[str, ...]  # m, m, rad or m, rad, 1/m; then m/s, rad/s, m/s, rad/s
-    values: np.ndarray  # (rows, columns), multiples of 1e-6
-    inputs: int  # how many columns are inputs
+    @property
+    def inputs(self) -> int:
+        """How many columns are inputs."""
+        return len(self.columns) - len(_OUTPUTS)
 
 
 def checking_recipe(recipe: FormationRecipe) -> FormationRecipe:
@@ -130,7 +141,8 @@ def formation_data(recipe: FormationRecipe) -> FormationTable:
         The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
     """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
-    return FormationTable(recipe.inputs + _OUTPUTS, np.round(values, 6) + 0.0, len(recipe.inputs))  # + 0.0: no -0
+    columns = [DataColumn(name, *_MEANINGS[name], name in _OUTPUTS) for name in recipe.inputs + _OUTPUTS]
+    return FormationTable(tuple(columns), np.round(values, 6) + 0.0)  # + 0.0: no -0
 
 
 class FormationRun(NamedTuple):
@@ -227,16 +239,3 @@ def _along_arc(pose: np.ndarray, v: np.ndarray, w: np.ndarray, dt: np.ndarray) -
     half = w * dt / 2
     chord = v * dt * np.sinc(half / np.pi)  # sin(half)/half
     return np.stack([x + chord * np.cos(heading + half), y + chord * np.sin(heading + half), heading + 2 * half])
-
-
-def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:
-    """Write a table as CSV with a header, whole or not at all, each number as short as is exact.
-
-    Args:
-        path: The file.
-        names: The columns' names.
-        values: The numbers (rows, columns).
-    """
-    lines = [",".join(names)]
-    lines += [",".join(repr(value).removesuffix(".0") for value in row) for row in values.tolist()]
-    write_whole(path, "\n".join(lines) + "\n")

@@ -12,11 +12,11 @@ teacher commands it then. Numbers are rounded to 1e-6.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from robotics.experiments.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
 from robotics.experiments.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError
 from robotics.experiments.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.laws.catalogue import make_controller, preset_of
@@ -32,7 +32,6 @@ from robotics.scenario.description import Scenario
 from robotics.simulation.loop import drive
 from robotics.vehicle import plant as p
 
-COMMAND_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
 _FOLLOWING = ("leader_ahead", "stretch", "onward_bearing")  # what the law leader-follower is a function of
 _FORMATION = (*_FOLLOWING, "curvature")
 _TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
@@ -79,13 +78,10 @@ class ScenarioRecipe:
         return range(first, first + self.runs)
 
 
-class RobotTable(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class RobotTable(DataTable):
     """A set of samples; the columns are those of robot 1, its inputs and then v and w, then those of robot 2."""
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    meanings: tuple[str, ...]
-    values: np.ndarray  # (rows, columns), multiples of 1e-6
     inputs: tuple[str, ...]  # the quantities, without robots' numbers
     robots: int
 
@@ -142,9 +138,9 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
         raise FormationDataError(f"{scenario.name}: no row is left: nothing is known of what the networks shall know")
     described = [(name, q.unit, q.meaning) for name, q in zip(names, known, strict=True)]
     described += [(name, *words) for name, words in COMMAND_OUTPUTS.items()]
-    every = [(column(n, i), unit, words) for i in range(1, len(scenario.robots) + 1) for n, unit, words in described]
-    columns, units, meanings = zip(*every, strict=True)
-    return RobotTable(columns, units, meanings, values, tuple(names), len(scenario.robots))
+    robots = range(1, len(scenario.robots) + 1)
+    columns = [DataColumn(column(n, i), *words, n in COMMAND_OUTPUTS, i) for i in robots for n, *words in described]
+    return RobotTable(tuple(columns), values, tuple(names), len(robots))
 
 
 def _quantities(names: tuple[str, ...], robots: int) -> tuple[Quantity, ...]:

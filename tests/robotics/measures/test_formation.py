@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robotics.experiments.learning.datatable import write_data
 from robotics.experiments.learning.formationdata import (
     FILES,
     FormationDataError,
     FormationRecipe,
     checking_recipe,
     formation_data,
-    write_data,
 )
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error, measure_formation
 from robotics.paths.path import Sine, compile_path

@@ -13,6 +13,7 @@ from anfis.commands.application import main as train
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
+from robotics.experiments.learning.datatable import write_data
 from robotics.experiments.learning.drivedata import (
     DRIVEN,
     TIMED_COLUMNS,
@@ -21,7 +22,6 @@ from robotics.experiments.learning.drivedata import (
     DriveRecipe,
     drive_data,
 )
-from robotics.experiments.learning.formationdata import write_data
 from robotics.laws.law import ControllerError
 from robotics.logs.drive import read_drive
 from robotics.logs.writing import write_mcap

@@ -8,7 +8,7 @@ from scipy.special import expit
 
 import anfis
 from fuzzy.errors import InputError
-from robotics.experiments.learning.datacard import read_card, robot_columns, robot_facts, write_card
+from robotics.experiments.learning.datacard import read_card, robot_facts, write_card
 from robotics.experiments.learning.formationlearning import (
     FormationLearningError,
     learn_networks,
@@ -40,7 +40,7 @@ def table():
 def test_columns_are_named_by_robot_and_say_what_they_are(table):
     assert table.names[:5] == ("leader_ahead_1", "stretch_1", "onward_bearing_1", "v_1", "w_1")
     assert table.names[5:10] == tuple(name[:-1] + "2" for name in table.names[:5])
-    assert table.units[:5] == ("m", "1", "rad", "m/s", "rad/s")
+    assert tuple(c.unit for c in table.columns[:5]) == ("m", "1", "rad", "m/s", "rad/s")
     assert table.values.shape == (400, 15)
     assert (table.values == np.round(table.values, 6)).all()
 
@@ -105,7 +105,7 @@ def test_what_cannot_be_made_is_said(changes, says):
 def test_the_card_says_what_is_in_the_file(table, tmp_path):
     scenario = circling(duration=8.0)
     facts = robot_facts(scenario, SMALL, "robotics dataset formation | made by hand")
-    path = write_card(tmp_path / "a.csv", facts, robot_columns(table), table.values)
+    path = write_card(tmp_path / "a.csv", facts, table.columns, table.values)
     assert path == tmp_path / "a.card.md"
     card = read_card(path)
     assert card.facts["rows"] == "400"
