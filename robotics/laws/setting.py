@@ -83,3 +83,11 @@ class Setting:
     def times(self) -> np.ndarray:
         """The times of the samples (ticks + 1,) [s], both ends included."""
         return np.arange(self.ticks + 1) * self.period
+
+    def starting_places(self, runs: int, around: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
+        """The abscissae [m] (runs, robots) of the paths' points nearest to where robots start.
+
+        They are looked for ``reach`` [m] to both sides of ``around`` [m].
+        """
+        pose = np.broadcast_to(self.starts, (runs, len(self.robots), 3))
+        return self.references.joined.nearest(pose[..., 0], pose[..., 1], around, np.asarray(reach))

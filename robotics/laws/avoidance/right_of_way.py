@@ -200,9 +200,5 @@ class RightOfWay(EquationLaw):
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The clocks at 0, and where on its path each robot starts."""
         memory = WayMemory.zeros(runs, len(setting.robots))
-        pose = np.broadcast_to(setting.starts, (runs, len(setting.robots), 3))
-        around = np.zeros(pose.shape[:2])
-        memory.place = setting.references.joined.nearest(
-            pose[..., 0], pose[..., 1], around, around + SEARCH_REACH_AFTER_OUTAGE
-        )
+        memory.place = setting.starting_places(runs, np.zeros(1), SEARCH_REACH_AFTER_OUTAGE)
         return memory.array

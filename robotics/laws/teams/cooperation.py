@@ -310,10 +310,8 @@ class FuzzyCooperation(EquationLaw):
         if robots > 1:
             check_team(setting)
         check_connected(setting)
-        memory, pose = CooperationMemory.zeros(runs, robots), np.broadcast_to(setting.starts, (runs, robots, 3))
-        start = setting.references.at(0.0).s
-        paths, reach = setting.references.joined, np.full((runs, robots), SEARCH_REACH_AFTER_OUTAGE)
-        memory.place = paths.nearest(pose[..., 0], pose[..., 1], start, reach)
+        memory = CooperationMemory.zeros(runs, robots)
+        memory.place = setting.starting_places(runs, setting.references.at(0.0).s, SEARCH_REACH_AFTER_OUTAGE)
         memory.phase = WAITING
         return memory.array
 

@@ -219,8 +219,8 @@ class VirtualStructure(EquationLaw):
         start = paths.share(setting.references.at(0.0).s)
         memory.s = start
         if self.variant != "virtual":
-            pose, reach = setting.starts, SEARCH_SHARE_AFTER_OUTAGE * paths.lengths
-            memory.s = paths.share(paths.nearest(pose[..., 0], pose[..., 1], paths.place(start), reach))
+            reach = SEARCH_SHARE_AFTER_OUTAGE * paths.lengths
+            memory.s = paths.share(setting.starting_places(runs, paths.place(start), reach))
         return memory.array
 
     def _check_gains(self, a: np.ndarray, b: np.ndarray) -> None:
