@@ -59,6 +59,9 @@ class Trajectory(References):
     Attributes:
         paths: Of each robot.
         tables: (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal time steps.
+        joined: The paths in one table.
+        ends: The times [s] at which the robots are due at the ends of their paths (robots,).
+        road: The same as plain arrays, for compiled functions.
     """
 
     paths: tuple[Path, ...]

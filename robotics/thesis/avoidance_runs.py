@@ -78,8 +78,8 @@ def nominal_time(scenario: str) -> float:
     return float(load_scenario(scenario).trajectory.ends.max())
 
 
-def _together(scenarios: Sequence[str], law: str, seeds: Sequence[int], duration: float | None = None) -> list[Run]:
-    return run_together([load_scenario(name) for name in scenarios], law, seeds, duration)
+def _together(scenarios: Sequence[str], law: str, seeds: Sequence[int], *longest: float) -> list[Run]:
+    return run_together([load_scenario(name) for name in scenarios], law, seeds, *longest)
 
 
 def _in_time(scenarios: Sequence[str], law: str, seeds: Sequence[int]) -> list[Run]:
