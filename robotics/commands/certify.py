@@ -11,6 +11,8 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import robots
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from robotics.experiments.certificate import Certificate, SectorModel
     from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.scenario.robots import RobotModel
@@ -114,15 +116,13 @@ def certify(
     print(f"law:    v = v_r cos ψ + {gains.kx:g} x,  {turning(model)}")
     print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
     print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
-    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
-    print(
-        f"\nChecked\n- The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
-        f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.\n"
-        f"- V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
-        f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
-    )
-    for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
-        print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+    checked = [
+        f"The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
+        f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.",
+        f"V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
+        f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s.",
+    ]
+    _print_proof(found.P, checked, report["certified"], report["not_certified"])
 
 
 def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: float, json: bool) -> None:
@@ -174,9 +174,13 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
     for (d, a), K in zip(found.points, found.K, strict=True):
         print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
     print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
-    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in found.P))
-    print(f"\nChecked\n- The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}.")
-    for title, sentences in (("Certified", what), ("Not certified", without)):
+    checked = [f"The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}."]
+    _print_proof(found.P, checked, what, without)
+
+
+def _print_proof(P: "np.ndarray", checked: list[str], certified: list[str], without: list[str]) -> None:
+    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in P))
+    for title, sentences in (("Checked", checked), ("Certified", certified), ("Not certified", without)):
         print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
 
 

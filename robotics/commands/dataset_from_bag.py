@@ -76,7 +76,10 @@ def from_bag(
         CardColumn(name, unit, meaning, name in DRIVE_OUTPUTS and k >= len(table.inputs))
         for k, (name, unit, meaning) in enumerate(zip(table.names, table.units, table.meanings, strict=True))
     ]
-    facts = drive_facts(drives, recipe, table, _command(logs, robot or []))
+    # What made the table, without folders and without what the card says anyway
+    command = ["robotics", "dataset", "from-bag", *(log.name for log in logs)]
+    command += [word for name in robot or [] for word in ("--robot", name)]
+    facts = drive_facts(drives, recipe, table, shlex.join(command))
     files: dict[str, Any] = {}
     for file, which in parts.items():
         write_data(file, table.names, table.values[which])
@@ -88,9 +91,3 @@ def from_bag(
     for name, about in files.items():
         print(f"{name}: {about['rows']} rows, inputs {', '.join(table.inputs)}, outputs {', '.join(DRIVE_OUTPUTS)}")
     print(f"Followed: {table.followed}")
-
-
-def _command(logs: list[Path], robots: list[str]) -> str:
-    """What made the table, without folders and without what the card says anyway."""
-    words = ["robotics", "dataset", "from-bag", *(log.name for log in logs)]
-    return shlex.join([*words, *(word for name in robots for word in ("--robot", name))])

@@ -159,7 +159,7 @@ def _rule_base_lines(row: dict[str, Any]) -> list[str]:
     return [row["title"] or "(no comment)", f"{inputs} → {outputs}; {row['rules']} rules"]
 
 
-class Listing(NamedTuple):
+class ListSection(NamedTuple):
     """What can be listed."""
 
     heading: str
@@ -167,27 +167,27 @@ class Listing(NamedTuple):
     lines: Callable[[dict[str, Any]], list[str]] = lambda row: [row["title"]]  # what is said of an entry
 
 
-_LISTINGS: dict[Section, Listing] = {
-    "scenarios": Listing("Scenarios (a name, or the path of a .toml file)", _scenarios),
-    "robots": Listing(
+_LISTINGS: dict[Section, ListSection] = {
+    "scenarios": ListSection("Scenarios (a name, or the path of a .toml file)", _scenarios),
+    "robots": ListSection(
         "Robots (a name, or the path of a .toml file; try `robotics robot NAME`, `robotics copy NAME`)", _robots
     ),
-    "controllers": Listing(
+    "controllers": ListSection(
         "Controllers (a name, or name:gain=value,gain=value; your own: mylaw.py:MyLaw, mine.fis)",
         _controllers,
         _controller_lines,
     ),
-    "rule-bases": Listing(
+    "rule-bases": ListSection(
         "Rule bases (a name, or the path of a .fis file; try `fuzzy show NAME`, `robotics copy NAME`)",
         _rule_bases,
         _rule_base_lines,
     ),
-    "studies": Listing(
+    "studies": ListSection(
         "Studies (a name, or the path of a .toml file, for `robotics study`)",
         _studies,
         lambda row: [row["title"], f"{len(row['scenarios'])} scenarios × {', '.join(row['controllers'])}"],
     ),
-    "metrics": Listing(
+    "metrics": ListSection(
         "Metrics (measured in scenarios of these kinds; your own: --metric mymetric.py:NAME)", _metrics, _metric_line
     ),
 }
