@@ -5,40 +5,24 @@ from dataclasses import replace
 
 from robotics.laws.setting import TrueParameters
 from robotics.scenario.description import Scenario
-from robotics.vehicle.robot import Robot
 
 _SHARE = 0.2  # by which a robot's numbers differ from what is believed
 _TIMES = 2  # by which latency and noise do
+# The whole robot's mass, with the inertia that goes with it
+_MASS = ("body_mass", "body_inertia", "wheel_mass", "wheel_inertia", "wheel_spin_inertia")
 
 Changed = tuple[Scenario, TrueParameters | None]  # the scenario, and what is so where laws are told otherwise
 
 
-def _robot(change: Callable[[Robot], Robot]) -> Callable[[Scenario], Changed]:
+def _robot(factor: float, *numbers: str) -> Callable[[Scenario], Changed]:
+    """A change of all robots: some of their numbers are multiplied."""
+
     def changed(scenario: Scenario) -> Changed:
-        robots = tuple(change(member.robot) for member in scenario.robots)
-        return scenario, TrueParameters(robots=robots, latency=scenario.latency)
+        robots = (member.robot for member in scenario.robots)
+        others = tuple(replace(r, **{name: factor * getattr(r, name) for name in numbers}) for r in robots)
+        return scenario, TrueParameters(robots=others, latency=scenario.latency)
 
     return changed
-
-
-def _mass(factor: float) -> Callable[[Robot], Robot]:
-    """The whole robot's mass, with the inertia that goes with it."""
-    return lambda r: replace(
-        r,
-        body_mass=factor * r.body_mass,
-        body_inertia=factor * r.body_inertia,
-        wheel_mass=factor * r.wheel_mass,
-        wheel_inertia=factor * r.wheel_inertia,
-        wheel_spin_inertia=factor * r.wheel_spin_inertia,
-    )
-
-
-def _radius(factor: float) -> Callable[[Robot], Robot]:
-    return lambda r: replace(r, wheel_radius=factor * r.wheel_radius)
-
-
-def _friction(factor: float) -> Callable[[Robot], Robot]:
-    return lambda r: replace(r, friction_torque=factor * r.friction_torque)
 
 
 def _latency(scenario: Scenario) -> Changed:
@@ -48,21 +32,17 @@ def _latency(scenario: Scenario) -> Changed:
 
 def _noise(scenario: Scenario) -> Changed:
     sensing = scenario.sensing
-    noisier = replace(
-        sensing,
-        position_noise=_TIMES * sensing.position_noise,
-        heading_noise=_TIMES * sensing.heading_noise,
-    )
-    return replace(scenario, sensing=noisier), None
+    noise = {name: _TIMES * getattr(sensing, name) for name in ("position_noise", "heading_noise")}
+    return replace(scenario, sensing=replace(sensing, **noise)), None
 
 
 CHANGES: Mapping[str, Callable[[Scenario], Changed]] = {
-    "mass +20 %": _robot(_mass(1 + _SHARE)),
-    "mass -20 %": _robot(_mass(1 - _SHARE)),
-    "wheels +20 %": _robot(_radius(1 + _SHARE)),
-    "wheels -20 %": _robot(_radius(1 - _SHARE)),
-    "friction +20 %": _robot(_friction(1 + _SHARE)),
-    "friction -20 %": _robot(_friction(1 - _SHARE)),
+    "mass +20 %": _robot(1 + _SHARE, *_MASS),
+    "mass -20 %": _robot(1 - _SHARE, *_MASS),
+    "wheels +20 %": _robot(1 + _SHARE, "wheel_radius"),
+    "wheels -20 %": _robot(1 - _SHARE, "wheel_radius"),
+    "friction +20 %": _robot(1 + _SHARE, "friction_torque"),
+    "friction -20 %": _robot(1 - _SHARE, "friction_torque"),
     f"latency ×{_TIMES}": _latency,
     f"noise ×{_TIMES}": _noise,
 }

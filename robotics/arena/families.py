@@ -46,6 +46,12 @@ class Conditions:
     def __post_init__(self) -> None:
         check_quantities(self, ArenaError)
 
+    @property
+    def sensing(self) -> Sensing:
+        """How robots know their postures."""
+        noise = {name: getattr(self, name) for name in ("position_noise", "heading_noise")}
+        return Sensing(posture="pose", start_position=self.start_position, start_heading=self.start_heading, **noise)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
@@ -107,39 +113,22 @@ class Family:
                 float(at.y) + aside * cos(float(at.heading)),
                 heading,
             )
+            over = path.length / speed + RAMP
+            timing = Timing(speed=speed, ramp=RAMP)
             try:
-                return self._made(f"{self.path}-{number}", shape, speed, start, model, conditions)
+                return Scenario(
+                    name=f"{self.path}-{number}",
+                    title=self.label,
+                    robots=(Member(start=start, path=shape, timing=timing, robot=model.robot, model=model),),
+                    duration=round((over + STAND) / conditions.period) * conditions.period,
+                    latency=conditions.latency,
+                    period=conditions.period,
+                    sensing=conditions.sensing,
+                    sensors={},
+                )
             except InfeasibleError as error:
                 problem = str(error)
         raise ArenaError(f"{self.label}: {_TRIES} scenarios were drawn, and none can be driven: {problem}")
-
-    def _made(
-        self,
-        name: str,
-        shape: Shape,
-        speed: float,
-        start: tuple[float, float, float],
-        model: RobotModel,
-        conditions: Conditions,
-    ) -> Scenario:
-        member = Member(start=start, path=shape, timing=Timing(speed=speed, ramp=RAMP), robot=model.robot, model=model)
-        over = compile_path(shape).length / speed + RAMP
-        return Scenario(
-            name=name,
-            title=self.label,
-            robots=(member,),
-            duration=round((over + STAND) / conditions.period) * conditions.period,
-            latency=conditions.latency,
-            period=conditions.period,
-            sensing=Sensing(
-                posture="pose",
-                position_noise=conditions.position_noise,
-                heading_noise=conditions.heading_noise,
-                start_position=conditions.start_position,
-                start_heading=conditions.start_heading,
-            ),
-            sensors={},
-        )
 
 
 def _loaded(model: RobotModel, load: float) -> RobotModel:

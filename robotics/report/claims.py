@@ -8,7 +8,7 @@ A claim has parts, and a part one relation: a metric of a law is ``below`` or ``
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 
@@ -196,26 +196,19 @@ def names_of(value: Any, keys: Keys) -> tuple[str, ...]:
     return tuple(listed)
 
 
-def builder_of(condition: type[Condition] = Condition, fault: type[InputError] = ClaimError) -> Builder:
-    """A reader of claims whose parts are a ``condition``, a class that may have more keys than :class:`Condition`."""
-    special: dict[Any, Special] = {tuple[str, ...]: names_of}
-    builder = Builder(fault, special)
-    special[tuple[Condition, ...]] = lambda value, keys: tuple(
-        builder.build(condition, row, (*keys, i)) for i, row in enumerate(builder.tables(value, keys))
-    )
-    return builder
+NAME_LISTS: Mapping[Any, Special] = {tuple[str, ...]: names_of}  # how lists of names are read
 
 
 def statements(
-    value: Any, keys: Keys, builder: Builder, kind: type[Statement] = Statement, condition: type[Condition] = Condition
+    value: Any, keys: Keys, fault: type[InputError] = ClaimError, kind: type[Statement] = Statement
 ) -> tuple[Any, ...]:
-    """The claims in the tables [[claims]] of a file, each of ``kind``. Raises an InputError about what is wrong."""
-    return tuple(
-        _statement(row, (*keys, i), builder, kind, condition) for i, row in enumerate(builder.tables(value, keys))
-    )
+    """The claims in the tables [[claims]] of a file, each of ``kind``. Raises ``fault`` about what is wrong."""
+    builder = Builder(fault, NAME_LISTS)
+    return tuple(_statement(row, (*keys, i), builder, kind) for i, row in enumerate(builder.tables(value, keys)))
 
 
-def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement], condition: type[Any]) -> Any:
+def _statement(row: dict[str, Any], keys: Keys, builder: Builder, kind: type[Statement]) -> Any:
+    condition = get_args(get_type_hints(kind)["parts"])[0]
     parts = tuple(f.name for f in fields(condition))
     direct = {key: value for key, value in row.items() if key in parts and key != "says"}
     if direct and "parts" in row:

@@ -20,10 +20,10 @@ from robotics.measures.quantities import MEASURED_QUANTITIES, Measured
 from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.quantity import check_quantities, described, whole
-from robotics.report.claims import ALL_SCENARIOS, Condition, Statement, builder_of, statements
+from robotics.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
 from robotics.scenario.description import Scenario
 from robotics.scenario.reading import load_scenario
-from robotics.tables.build import Keys
+from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.text import reading
 
@@ -312,10 +312,9 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
         file: The file's name in messages.
         folder: The folder to which paths in it are relative.
     """
-    builder = builder_of(fault=StudyError)
     with reading(text, file, StudyError) as table:
-        claims = statements(table.pop("claims", []), ("claims",), builder)
-        made = builder.build(
+        claims = statements(table.pop("claims", []), ("claims",), StudyError)
+        made = Builder(StudyError, NAME_LISTS).build(
             StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text
         )
     assert isinstance(made, StudyPlan)

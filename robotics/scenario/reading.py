@@ -16,7 +16,7 @@ from robotics.paths.offset import Offset, offset_start
 from robotics.paths.path import SHAPES, PathError, Shape
 from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
-from robotics.scenario.robots import RobotChoice, chosen_robot
+from robotics.scenario.robots import RobotChoice, chosen_robot, standard_robot
 from robotics.scenario.sensortable import sensors_from_table
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFile, TomlFiles
@@ -123,7 +123,7 @@ def _member(
     choice = common
     if "robot" in table:
         choice = chosen_robot(choice, table.pop("robot"), (*keys, "robot"), _BUILDER, folder)
-    choice = choice or RobotChoice.standard()
+    choice = choice or RobotChoice(standard_robot(), {}, standard_robot().robot)
     given: dict[str, Any] = {"robot": choice.robot, "model": choice.model}
     at, carried = (keys, table.pop("sensors")) if "sensors" in table else ((), shared)
     if carried is not None:

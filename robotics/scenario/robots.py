@@ -145,12 +145,6 @@ class RobotChoice:
     numbers: Mapping[str, Any]
     robot: Robot  # of these, and what follows from them
 
-    @classmethod
-    def standard(cls) -> "RobotChoice":
-        """The robot of a scenario that says nothing of it."""
-        model = standard_robot()
-        return cls(model, {}, model.robot)
-
 
 def chosen_robot(base: RobotChoice | None, value: Any, keys: Keys, builder: Builder, folder: Path) -> RobotChoice:
     """Read what stands in a scenario's file as ``robot``: a name, the path of a file, or a table.

@@ -85,6 +85,10 @@ class _Writer:
     def add(self, text: str, mark: str = "", needed: bool = False) -> None:
         self.lines.append(_Line(text, mark, self.block, needed))
 
+    def remark(self, text: str) -> None:
+        for line in textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False, break_long_words=False):
+            self.add(line, "## ")
+
     def table(self, table: KeyTable, values: Mapping[str, Any] | None, path: str) -> None:
         """Write the keys of a table, and the tables in it; without ``values`` all as comments."""
         given = values or {}
@@ -114,8 +118,7 @@ class _Writer:
         words = _remark(key) if remark and self.remarks else ""
         room = max(len(mark + text), 32)
         if room + len(words) + 4 + 3 * (mark == "#") > _WIDTH:
-            for row in _wrapped(words):
-                self.add(row, "## ")
+            self.remark(words)
             words = ""
         filled = text.ljust(room - len(mark)) + f"  # {words}" if words else text
         self.add(filled, mark, key.required)
@@ -127,8 +130,7 @@ class _Writer:
                 needed = [k for k in keys if k.required] or list(keys[:2])
                 rest = ", ".join(k.name for k in keys if k not in needed)
                 pairs = ", ".join([f'{table.by} = "{name}"', *(example_line(k) for k in needed if k.table is None)])
-                for row in _wrapped(f"or {pairs}" + (f"; also {rest}" if rest else "")):
-                    self.add(row, "## ")
+                self.remark(f"or {pairs}" + (f"; also {rest}" if rest else ""))
 
     def inner(self, key: Key, value: Any, path: str) -> None:
         """Write the table, or the tables, under one key."""
@@ -141,8 +143,8 @@ class _Writer:
             if row is None and key.table.name in self.set | self.optional:
                 self.add(f"{left}{path}{right} takes the same keys as above. {key.doc}", "## ")
                 continue
-            for remark in _wrapped(key.doc) if row is None or key.table.name not in self.set else ():
-                self.add(remark, "## ")
+            if row is None or key.table.name not in self.set:
+                self.remark(key.doc)
             self.add(f"{left}{path}{right}", "#" if row is None else "")
             self.table(key.table, row, f"{path}.")
 
@@ -161,10 +163,6 @@ def _alternatives(table: KeyTable, given: Mapping[str, Any]) -> set[str]:
         taken = [name for name in group if name in given] or group[:1]
         found |= set(group) - set(taken)
     return found
-
-
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH - 4, break_on_hyphens=False, break_long_words=False)
 
 
 def _tried(lines: list[_Line], reads: Callable[[str], Any]) -> list[_Line]:

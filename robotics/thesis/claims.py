@@ -16,7 +16,7 @@ from robotics.measures.evidence import Form, Part
 from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.quantity import described
 from robotics.report.chapter import Claim
-from robotics.report.claims import ClaimError, Condition, Measure, Statement, builder_of, decided, run_name, statements
+from robotics.report.claims import ClaimError, Condition, Measure, Statement, decided, run_name, statements
 from robotics.tables.text import reading
 
 _FORMS: dict[str, Form] = {
@@ -57,11 +57,7 @@ class _Statement(Statement):
     """A claim of the thesis before anything is measured."""
 
     chapter: str = described("The chapter of the report that judges it.")
-
-    @property
-    def conditions(self) -> tuple[_Condition, ...]:
-        """Its parts."""
-        return tuple(part for part in self.parts if isinstance(part, _Condition))
+    parts: tuple[_Condition, ...] = described("Its parts.", ())
 
 
 # Gives the numbers of a law's seeds (runs,) by quantity and whose number counts; bool where something happens or not
@@ -70,7 +66,7 @@ Measured = Callable[[Needed, str, str], np.ndarray]
 
 def needed(chapter: str) -> list[Needed]:
     """What the claims of a chapter are judged by, each once, in the order of the file."""
-    asked = [c for statement in _statements() if statement.chapter == chapter for c in statement.conditions]
+    asked = [c for statement in _statements() if statement.chapter == chapter for c in statement.parts]
     return list(
         dict.fromkeys(
             Needed(on, law, form == "ideal") for c in asked for form in c.laws for law in c.laws[form] for on in c.on
@@ -86,7 +82,7 @@ def run_file(need: Needed) -> str:
 def judged(chapter: str, values: Measured) -> list[Claim]:
     """The claims of a chapter, judged by the ``values`` that were measured."""
     return [
-        Claim(**statement.texts, parts=tuple(p for c in statement.conditions for p in _parts(c, values)))
+        Claim(**statement.texts, parts=tuple(p for c in statement.parts for p in _parts(c, values)))
         for statement in _statements()
         if statement.chapter == chapter
     ]
@@ -115,6 +111,5 @@ def _parts(condition: _Condition, values: Measured) -> list[Part]:
 @cache
 def _statements() -> tuple[_Statement, ...]:
     file = resources.files("robotics") / "thesis" / "claims.toml"
-    text, builder = file.read_text(encoding="utf-8"), builder_of(_Condition)
-    with reading(text, "claims.toml", ClaimError) as table:
-        return statements(table["claims"], ("claims",), builder, _Statement, _Condition)
+    with reading(file.read_text(encoding="utf-8"), "claims.toml", ClaimError) as table:
+        return statements(table["claims"], ("claims",), kind=_Statement)
