@@ -84,7 +84,7 @@ def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     output = column(chosen["output"], robot)
     columns = [*(column(n, robot) for n in table.inputs), output]
     places = [table.names.index(n) for n in columns]
-    units = tuple(table.units[place] for place in places)
+    units = tuple(table.columns[place].unit for place in places)
     names = (*table.inputs, output)
     title = f"{name}, {chosen['teacher']}, robot {robot}"
     return LoadedTable(title, names, table.values[:, places], len(table.inputs), units)
