@@ -139,7 +139,11 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
     described = [(name, q.unit, q.meaning) for name, q in zip(names, known, strict=True)]
     described += [(name, *words) for name, words in COMMAND_OUTPUTS.items()]
     robots = range(1, len(scenario.robots) + 1)
-    columns = [DataColumn(column(n, i), *words, n in COMMAND_OUTPUTS, i) for i in robots for n, *words in described]
+    columns = [
+        DataColumn(column(name, i), unit, meaning, name in COMMAND_OUTPUTS, i)
+        for i in robots
+        for name, unit, meaning in described
+    ]
     return RobotTable(tuple(columns), values, tuple(names), len(robots))
 
 
