@@ -16,7 +16,6 @@ from robotics.radio.description import Radio
 from robotics.random_streams import RADIO_STREAM
 
 _MOST_DRAWS = 2_000_000  # random numbers drawn at a time: bounds memory
-_BURSTS = ("burst_start", "burst_end", "burst_loss")
 _MESSAGES = 256  # drawn at a time, at most
 BELIEVED = 0.5  # s for which a rate that was heard is believed; after that the value stays as predicted
 
@@ -145,7 +144,12 @@ class Channel:
         return Air(
             values,
             every,
-            *(float(getattr(radio, name)) for name in ("latency", "jitter", "loss", *_BURSTS)),
+            float(radio.latency),
+            float(radio.jitter),
+            float(radio.loss),
+            float(radio.burst_start),
+            float(radio.burst_end),
+            float(radio.burst_loss),
             np.inf if radio.range is None else float(radio.range),
             graph,
             heard,
