@@ -159,9 +159,6 @@ def robot_from(name: str, text: str | None) -> RobotModel:
 # Without noise --------------------------------------------------------------------------------------------------
 
 
-_EXACT = {"noise": 0.0, "relative_noise": 0.0, "dropout": 0.0, "crosstalk": 0.0}  # of a range sensor
-
-
 def exact(scenario: Scenario) -> Scenario:
     """The same scenario without noise: nothing in it is drawn at random but the time of a fault.
 
@@ -169,7 +166,10 @@ def exact(scenario: Scenario) -> Scenario:
     be; no message is lost or late by chance. Encoders still count whole steps; latencies, ranges, failures of a sensor
     and faults stay.
     """
-    carried = [{n: replace(s, **_EXACT) for n, s in sensors.items()} for sensors in scenario.setting.sensors]
+    carried = [
+        {n: replace(s, noise=0.0, relative_noise=0.0, dropout=0.0, crosstalk=0.0) for n, s in sensors.items()}
+        for sensors in scenario.setting.sensors
+    ]
     robots = tuple(
         replace(member, sensors=sensors, sensing=member.sensing and Sensing(posture=member.sensing.posture))
         for member, sensors in zip(scenario.robots, carried, strict=True)

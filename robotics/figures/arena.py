@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
@@ -325,7 +324,8 @@ def plot_profiles(
             ax.set_xscale("log")
             _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
             ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
-        setp(axes[::columns], ylabel="runs at most that [%]")
+        for ax in axes[::columns]:
+            ax.set_ylabel("runs at most that [%]")
         figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
         return figure
 

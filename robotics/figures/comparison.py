@@ -64,7 +64,7 @@ def plot_comparison(
     with styled_figure(width, -(-len(values) // columns) * (0.74 + 0.17 * len(names)) + 0.25) as figure:
         axes = panel_grid(figure, len(values), columns)
         for ax, (metric, found) in zip(axes, values.items(), strict=True):
-            _draw_metric(ax, found, summary.loc[metric], known[metric], chosen, alike)
+            _draw_metric(ax, found, pd.DataFrame(summary.loc[metric]), known[metric], chosen, alike)
         touched = [contact_runs(table, scenario, name) for name in names]
         titles = [
             textwrap.fill(law_title(name).replace(",", ", "), 24)
@@ -117,7 +117,7 @@ def _draw_metric(
         # Spread over the row's height, the same way every time, so that equal values stay countable.
         offset = 0.5 * ((np.arange(len(finite)) * 0.618034 + 0.5) % 1.0 - 0.5)
         ax.plot(finite, row + offset, color=look.color, marker=look.marker, markersize=2.2, linestyle="none", alpha=0.7)
-        mean, low, high = summary.loc[name, ["mean", "low", "high"]].astype(float)
+        mean, low, high = summary.loc[name, ["mean", "low", "high"]].to_numpy(dtype=float)
         if np.isfinite(mean):
             ax.plot([mean], [row], color="black", marker="|", markersize=9, zorder=4)
             if np.isfinite(low) and np.isfinite(high):

@@ -58,8 +58,10 @@ def plot_formation_paths(runs: Mapping[str, FormationRun], width: float = DOUBLE
                     ax.plot(x[k], y[k], marker=head, markersize=7, markeredgewidth=0, color=color, zorder=3)
             ax.set_title(title, fontsize=8, loc="left", pad=2)
             ax.set_aspect("equal")
-        setp(axes[len(runs) :], visible=False)
-        setp(axes[: len(runs)], ylabel="y [m]")
+        for ax in axes[len(runs) :]:
+            ax.set_visible(False)
+        for ax in axes[: len(runs)]:
+            ax.set_ylabel("y [m]")
         for ax in axes[max(len(runs) - columns, 0) : len(runs)]:
             ax.set_xlabel("x [m]")
             ax.tick_params(labelbottom=True)

@@ -102,7 +102,8 @@ def plot_turn(rule_base: str, width: float = DOUBLE) -> Figure:
     with _pair(width) as (figure, left, right):
         plot_memberships(fis, 0, ax=left)
         plot_surface(fis, 0, 0, ax=right)
-        setp((left, right), xlabel=f"{argument} [m]")
+        for ax in (left, right):
+            ax.set_xlabel(f"{argument} [m]")
         right.set_ylabel(f"{symbol} [rad]")
         return figure
 

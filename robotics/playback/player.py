@@ -261,7 +261,9 @@ def _sonar(film: Replay) -> dict[str, Any] | None:
     names = sensor_names(film.sensors)
 
     def mounting(sensor: RangeSensor | None) -> list[float] | None:
-        return sensor and [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
+        if sensor is None:
+            return None
+        return [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
 
     mounted = [[mounting(carried.get(name)) for name in names] for carried in film.sensors]
     return {"sensors": mounted, "readings": _packed(film.ranges)}

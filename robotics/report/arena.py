@@ -355,7 +355,7 @@ def _facts(scenario: Scenario) -> tuple[str, ...]:
 
 def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
     unit, means = outcome.titles[outcome.reference], outcome.term_means("tuned")
-    columns = {
+    columns: dict[str, tuple[Any, ...]] = {
         "As published": (outcome.published_ratio,),
         "Tuned": (outcome.tuned_ratio,),
         "Share of the gap closed": (outcome.closed, 100, " %"),
