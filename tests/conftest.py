@@ -18,15 +18,11 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.randomcases import cases
-
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
 
 # A busy machine is no fault of the code.
-settings.register_profile(
-    "without a clock", max_examples=cases(100), deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+settings.register_profile("without a clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without a clock")
 
 # While tests are collected, nothing becomes garbage, and looking for it took a quarter of the time.

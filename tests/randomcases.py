@@ -1,4 +1,4 @@
-"""How many random cases the tests with Hypothesis try: a third of them in `make test`, all in `make check-all`."""
+"""How many random cases the dear tests with Hypothesis try: a third in `make test`, all in `make check-all`."""
 
 import os
 

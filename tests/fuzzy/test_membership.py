@@ -17,7 +17,6 @@ import fuzzy.membership as mf
 from fuzzy.membership import FUNCTIONS, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError
 from tests.fuzzy.random_systems import PARAMETERS, POSITION, functions
-from tests.randomcases import cases
 
 E = math.e
 WORKED: dict[str, list[tuple[Any, dict[float, float]]]] = {
@@ -143,7 +142,7 @@ def test_other_array_libraries_give_the_same_degrees(name, parameters, points, x
     np.testing.assert_allclose(np.asarray(degree), function(x), rtol=1e-12, atol=1e-15)
 
 
-@settings(max_examples=cases(200))
+@settings(max_examples=200)
 @given(functions(), st.lists(POSITION, min_size=1))
 def test_torch_equals_numpy_and_degrees_lie_in_0_1(function, x):
     degree = function(np.array(x))

@@ -19,7 +19,6 @@ from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES
 from fuzzy.system import Linear, Sugeno, Variable
 from tests.fuzzy.designer.design_messages import JUNK, NEEDS, messages, system
-from tests.randomcases import cases
 
 
 def edit(design: Design, op: str, **fields) -> Design:
@@ -222,7 +221,7 @@ def test_a_shoulder_stays_one_within_the_universe(source, kind):
 
 
 @given(st.data())
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_every_function_becomes_every_other(data):
     old, new = data.draw(st.sampled_from(FUNCTIONS)), data.draw(st.sampled_from(FUNCTIONS))
     count = len(old.roles)
@@ -470,7 +469,7 @@ def test_every_edit_is_in_the_random_messages():
 
 
 @given(st.lists(messages(), max_size=12))
-@settings(max_examples=cases(40), suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 def test_no_sequence_of_messages_breaks_a_design(sequence):
     d, problems = design_of(system()), []
     for message in sequence:
@@ -491,7 +490,7 @@ def test_no_sequence_of_messages_breaks_a_design(sequence):
 
 
 @given(JUNK)
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_what_is_no_message_is_refused(junk):
     for message in (junk, {"edit": junk}, {"look": "point", "point": [junk]}):
         with pytest.raises(EditError):

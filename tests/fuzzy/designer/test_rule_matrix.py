@@ -17,7 +17,6 @@ from fuzzy.designer.sideeffects import broken
 from fuzzy.designer.views import design_data
 from fuzzy.language import parse_rule
 from tests.fuzzy.designer.design_messages import system
-from tests.randomcases import cases
 
 
 def edit(design: Design, op: str, **fields) -> Design:
@@ -67,7 +66,7 @@ def message_of(cells: dict) -> list:
 
 
 @given(tables(), st.lists(st.tuples(st.floats(0, 2), st.floats(0, 2)), min_size=1, max_size=4))
-@settings(max_examples=cases(40))
+@settings(max_examples=40)
 def test_a_filled_matrix_is_read_back_and_infers_as_it_says(table, points):
     sizes, old, new = table
     d = fill(fill(design_of(grid(sizes, 5)), *message_of(old), variable="z"), *message_of(new), variable="z")

@@ -13,7 +13,6 @@ from fuzzy.commands.application import main
 from fuzzy.files.fllfile import FllFileError, parse_fll, read_fll
 from fuzzy.files.flltext import format_fll, write_fll
 from tests.fuzzy.random_systems import systems
-from tests.randomcases import cases
 
 REFERENCE = sorted((Path(__file__).parents[2] / "data" / "fll").glob("*.fll"))
 
@@ -51,7 +50,7 @@ def carried(fis: fuzzy.Sugeno) -> fuzzy.Sugeno:
     return replace(fis, inputs=tuple(map(bent_variable, fis.inputs)), rules=rules)
 
 
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 @given(fis=systems().map(carried))
 def test_random_systems_there_and_back(fis):
     text = format_fll(fis)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from fuzzy.files.atomic import replacing
 from fuzzy.files.header import columns_of, place_of
 from fuzzy.files.table import BadRowsError, DataError, parse_table, read_table, table_text, write_table
-from tests.randomcases import cases
 
 
 def written(folder, text: str | bytes, name: str = "data.csv"):
@@ -149,7 +148,7 @@ NAME = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_s
 UNIT = st.text("abm/s²°C()·,; ", max_size=6).map(str.strip).filter(lambda u: u.count("(") == u.count(")") == 0)
 
 
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 @given(data=st.data())
 def test_what_is_written_is_read_back(data) -> None:
     """Names of any characters, with units, quotation marks and separators."""
@@ -162,7 +161,7 @@ def test_what_is_written_is_read_back(data) -> None:
     assert np.array_equal(table.values, values)
 
 
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 @given(data=st.data())
 def test_one_table_however_it_is_written(data) -> None:
     """Separator, decimal mark, line ends, quotation marks and encoding do not matter."""

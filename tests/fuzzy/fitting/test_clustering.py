@@ -19,7 +19,6 @@ from fuzzy.fitting.clustering import (
     select_centers,
     subtractive_clusters,
 )
-from tests.randomcases import cases
 
 DATA = Path(__file__).parents[2] / "data" / "clustering"
 REFERENCES = sorted(DATA.glob("*.out.csv"))
@@ -75,7 +74,7 @@ def test_equals_two_other_implementations(path) -> None:
     assert (data[found.rows] == found.centers).all()
 
 
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 2**32 - 1),
     samples=st.integers(2, 40),

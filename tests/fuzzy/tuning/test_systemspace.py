@@ -15,7 +15,6 @@ from fuzzy.tuning.mirror import mirror_of
 from fuzzy.tuning.parameter import TuningError, values_at
 from fuzzy.tuning.systemspace import MOVABLE, SystemSpace
 from tests.fuzzy.random_systems import systems
-from tests.randomcases import cases
 
 ROOT = Path(__file__).parents[3]
 TRACKING = read_fis(ROOT / "robotics/rulebases/tracking.fis")
@@ -78,7 +77,7 @@ def greatest(variable, x):
 
 
 @pytest.mark.filterwarnings("ignore::fuzzy.files.fisfile.FisFileWarning")  # of what MATLAB reads otherwise
-@settings(max_examples=cases(40))
+@settings(max_examples=40)
 @given(systems(), st.integers(0, 2**32))
 def test_every_point_of_the_space_makes_a_system_that_a_file_can_hold(fis, seed):
     space = SystemSpace(fis, MOVABLE)

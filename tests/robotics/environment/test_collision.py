@@ -18,7 +18,6 @@ from robotics.environment.collision import (
     robot_contacts,
 )
 from robotics.environment.world import Disc, Polygon, Wall, World, box, compile_world, compile_worlds, u_shape
-from tests.randomcases import cases
 from tests.robotics.vehicle.etsro import ETSRO
 
 LONG = replace(ETSRO, length=0.5, width=0.1)
@@ -188,7 +187,7 @@ def test_the_rectangle_is_the_robots():
 place = st.tuples(*[st.floats(-0.6, 0.6, allow_subnormal=False)] * 2, st.floats(-7, 7))
 
 
-@settings(max_examples=cases(200), derandomize=True, database=None)
+@settings(max_examples=200, derandomize=True, database=None)
 @given(place, place, st.tuples(*[st.floats(-5, 5)] * 2, st.floats(-pi, pi)))
 def test_moving_and_swapping_both_robots_changes_nothing(first, second, shift):
     dx, dy, turn = shift
@@ -206,7 +205,7 @@ def test_moving_and_swapping_both_robots_changes_nothing(first, second, shift):
     np.testing.assert_allclose(robot_clearance(*at(first, around), footprints(robots)), gap, atol=1e-12)
 
 
-@settings(max_examples=cases(100), derandomize=True, database=None)
+@settings(max_examples=100, derandomize=True, database=None)
 @given(st.integers(0, 10**6), place, st.tuples(*[st.floats(-5, 5)] * 2, st.floats(-pi, pi)))
 def test_moving_robot_and_obstacles_changes_nothing(seed, pose, shift):
     dx, dy, turn = shift

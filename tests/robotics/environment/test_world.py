@@ -26,7 +26,6 @@ from robotics.environment.world import (
 )
 from robotics.paths.path import Circle, Line, PathError, Quintic, Waypoints, compile_path
 from robotics.paths.trajectory import Timing
-from tests.randomcases import cases
 
 SQUARE = box(0.4, 0.4)
 L_SHAPE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.3), (0.3, 0.3), (0.3, 1.0), (0.0, 1.0))
@@ -209,7 +208,7 @@ def test_a_path_that_cannot_be_driven_names_the_obstacle():
     assert caught.value.at[:3] == ("obstacles", 0, "timing")
 
 
-@settings(max_examples=cases(300), derandomize=True, database=None)
+@settings(max_examples=300, derandomize=True, database=None)
 @given(st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3)), min_size=3, max_size=7, unique=True))
 def test_a_polygon_is_taken_exactly_if_it_is_simple(corners):
     corners = tuple((float(x), float(y)) for x, y in corners)

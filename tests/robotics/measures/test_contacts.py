@@ -23,7 +23,6 @@ from robotics.simulation.channels import CHANNELS, RECORDS
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import About, Recorded, Run
 from robotics.vehicle.plant import TruthColumns as Truth
-from tests.randomcases import cases
 from tests.robotics.vehicle.etsro import ETSRO
 
 PERIOD = 0.05
@@ -84,7 +83,7 @@ angle = st.floats(-pi, pi)
 size = st.floats(0.05, 0.8)
 
 
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 @given(near, near, angle, angle, size, size, size, size)
 def test_two_robots(x, y, heading, other, length, width, length_2, width_2):
     robots = replace(ETSRO, length=length, width=width), replace(ETSRO, length=length_2, width=width_2)
@@ -97,7 +96,7 @@ def test_two_robots(x, y, heading, other, length, width, length_2, width_2):
     assert gap == pytest.approx(expected, abs=1e-9)
 
 
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 @given(near, near, angle, angle, st.sampled_from(["disc", "wall", "box", "regular", "star"]), st.integers(0, 10**6))
 def test_a_robot_and_an_obstacle(x, y, heading, turn, form, seed):
     rng = np.random.default_rng(seed)
@@ -235,7 +234,7 @@ def test_a_robot_on_a_circle_follows_its_arc_and_not_the_chord():
     assert at[2] == pytest.approx(turned[0] + 0.25, abs=1e-3)
 
 
-@settings(max_examples=cases(40))
+@settings(max_examples=40)
 @given(st.integers(0, 10**6))
 def test_the_least_clearance_is_that_of_a_fine_grid(seed):
     """Random samples far apart: 4000 poses a period, in between none is nearer by more than they move."""

@@ -13,7 +13,6 @@ from scipy.optimize import minimize_scalar
 from robotics.paths.joined import join_paths
 from robotics.paths.path import Circle, Line, Quintic, Sine, Waypoints, compile_path
 from robotics.paths.trajectory import Timing, compile_trajectory
-from tests.randomcases import cases
 
 LOOP = Waypoints(points=((0.0, 0.0), (2.0, 1.0), (2.0, -1.0), (0.0, 1.0), (3.0, 3.0)))  # crosses itself
 CLOSED = Waypoints(points=((0.0, 0.0), (1.0, 0.2), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)))
@@ -80,7 +79,7 @@ def brute_force(path, x, y, low, high):
     around=st.floats(0, 1),
     share=st.sampled_from([0.02, 0.05, 0.25, 1.0]),
 )
-@settings(max_examples=cases(300))
+@settings(max_examples=300)
 def test_nearest_points_are_those_of_a_dense_search_within_the_window(name, place, off, around, share):
     path = COMPILED[name]
     here = path.at(place * path.length)
@@ -103,7 +102,7 @@ def test_nearest_points_are_those_of_a_dense_search_within_the_window(name, plac
     off=st.floats(-0.1, 0.1),
     stale=st.floats(-0.04, 0.04),
 )
-@settings(max_examples=cases(200))
+@settings(max_examples=200)
 def test_the_foot_of_a_normal_is_found_again(name, place, off, stale):
     """Closed form: a point beside the path by less than its radius of curvature has its foot where it came from."""
     path = COMPILED[name]

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotics.radio.graph import GRAPHS, adjacency, is_connected, laplacian, smallest_eigenvalue, unreached
-from tests.randomcases import cases
 
 
 @st.composite
@@ -55,7 +54,7 @@ def test_edges_go_from_the_sender_to_the_receiver():
 
 
 @given(digraphs())
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_the_rows_of_a_laplacian_sum_to_nothing_and_its_diagonal_is_the_in_degree(a):
     m = laplacian(a)
     np.testing.assert_array_equal(m.sum(axis=1), 0.0)
@@ -100,7 +99,7 @@ def test_the_smallest_eigenvalue_of_a_line_led_at_one_end():
 
 
 @given(digraphs(), st.integers(0, 2**32))
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_the_smallest_eigenvalue_bounds_every_quadratic_form_and_is_reached(a, seed):
     rng = np.random.default_rng(seed)
     b = rng.integers(0, 2, len(a)) * 1.0
@@ -114,7 +113,7 @@ def test_the_smallest_eigenvalue_bounds_every_quadratic_form_and_is_reached(a, s
 
 
 @given(digraphs())
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_connected_means_strongly_connected(a):
     assert is_connected(a) == nx.is_strongly_connected(hearing(a))
 
@@ -128,7 +127,7 @@ def test_every_named_graph_is_connected_and_one_way_rows_are_not():
 
 
 @given(digraphs(), st.integers(0, 255))
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_unreached_are_those_that_no_informed_robot_leads_to(a, mask):
     informed = np.array([mask >> i & 1 for i in range(len(a))], dtype=bool)
     graph = hearing(a)
@@ -138,7 +137,7 @@ def test_unreached_are_those_that_no_informed_robot_leads_to(a, mask):
 
 
 @given(digraphs(), st.integers(0, 255))
-@settings(max_examples=cases(80))
+@settings(max_examples=80)
 def test_an_undirected_team_with_everybody_reached_has_a_positive_smallest_eigenvalue(a, mask):
     both = np.maximum(a, a.T)
     b = np.array([float(mask >> i & 1) for i in range(len(a))])

@@ -15,7 +15,6 @@ from robotics.radio.channel import AirColumns, Channel, Heard, broadcast, receiv
 from robotics.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.radio.faults import FAULTS, Fault, Faults, notice, untroubled
 from robotics.radio.graph import adjacency
-from tests.randomcases import cases
 
 TICK = 0.05
 
@@ -75,7 +74,7 @@ def arrived(age):
     burst=st.sampled_from([0.0, 0.1]),
     seed=st.integers(0, 2**32),
 )
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_what_is_heard_is_what_was_said_then(graph, robots, every, latency, jitter, loss, burst, seed):
     radio = Radio(graph=graph, period=every * TICK, latency=latency, jitter=jitter, loss=loss, burst_start=burst)
     values, age = talk(radio, robots, (seed, 7))
@@ -282,7 +281,7 @@ def test_on_the_very_limit_of_the_range_one_is_heard():
 
 
 @given(st.integers(0, 2**32), st.integers(1, 9), st.integers(1, 3))
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 def test_values_are_brought_up_to_date_and_compared_over_those_heard(seed, robots, runs):
     """Link by link: what was not heard counts for nothing, and a rate is believed for half a second."""
     rng = np.random.default_rng(seed)
@@ -433,7 +432,7 @@ def test_the_preset_fits_three_robots_and_not_twenty():
 
 
 @given(st.integers(1, 60), st.integers(1, 12), st.integers(0, 20), st.sampled_from([1200.0, 9600.0, 115200.0]))
-@settings(max_examples=cases(80))
+@settings(max_examples=80)
 def test_the_period_that_an_error_names_is_the_least_that_fits(robots, values, header, baud):
     radio = Radio(baud=baud, period=0.01, header_bytes=header)
     try:

@@ -14,7 +14,6 @@ from robotics.paths.trajectory import Timing
 from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
 from robotics.sensing.posture import Sensing
-from tests.randomcases import cases
 from tests.robotics.vehicle.etsro import ETSRO
 
 GOOD = """\
@@ -369,7 +368,7 @@ KEYS = ["robots", "robot", "sensing", "path", "timing", "start", "shape", "point
 
 
 @given(st.integers(0, 27), st.sampled_from(KEYS), st.sampled_from(VALUES), st.booleans())
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_whatever_stands_in_a_line_the_error_is_a_scenario_error(line, key, value, instead):
     lines = GOOD.splitlines()
     if instead and line < len(lines) and "=" in lines[line]:

@@ -17,7 +17,6 @@ from robotics.scenario.description import Member, Scenario, ScenarioError
 from robotics.scenario.reading import load_scenario, parse_scenario, scenario_names
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
-from tests.randomcases import cases
 
 GOOD = """\
 kind = "team"
@@ -448,7 +447,7 @@ VALUES = ["3", '"x"', "[1]", "[]", "{}", "true", "nan", "-1", "0", "1e308", "[[1
 
 
 @given(st.integers(0, GOOD.count("\n")), st.sampled_from(KEYS), st.sampled_from(VALUES), st.booleans())
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_whatever_stands_in_a_line_the_error_is_a_scenario_error(line, key, value, instead):
     lines = GOOD.splitlines()
     if instead and line < len(lines) and "=" in lines[line]:

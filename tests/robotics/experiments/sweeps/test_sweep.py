@@ -42,7 +42,6 @@ from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS
 from robotics.scenario.reading import parse_scenario
 from robotics.simulation.loop import simulate
-from tests.randomcases import cases
 
 SCENARIO = """
 duration = 1.0
@@ -101,7 +100,7 @@ def with_axes(*axes, **fields):
 # The design -------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=cases(40))
+@settings(max_examples=40)
 @given(samples=st.integers(1, 60), axes=st.integers(1, 6), seed=st.integers(0, 2**32))
 def test_a_latin_hypercube_has_one_point_in_every_stratum_of_every_axis(samples, axes, seed):
     names = [Axis(f"a{i}", "scenario", low=0.0, high=1.0) for i in range(axes)]
@@ -150,7 +149,7 @@ def test_values_of_a_range_are_round_and_end_where_they_should(folder):
     assert ky.levels[1] == pytest.approx((math.pi / 3) ** 0.5, rel=1e-14)
 
 
-@settings(max_examples=cases(60))
+@settings(max_examples=60)
 @given(points=st.integers(1, 7), controllers=st.integers(1, 3), seeds=st.integers(1, 9), chunk=st.integers(1, 50))
 def test_chunks_are_all_runs_in_order_and_no_larger_than_wanted(points, controllers, seeds, chunk):
     laws = tuple(f"c{i}" for i in range(controllers))

@@ -18,7 +18,6 @@ from robotics.laws.rules.emergency import (
     UNSURE,
     EmergencySettings,
 )
-from tests.randomcases import cases
 
 GUARD = EmergencySettings()
 A, T, LEAST = GUARD.braking, GUARD.delay, GUARD.least
@@ -66,7 +65,7 @@ def stands_in_time(v: float, room: float, u: float = 0.0) -> bool:
     return v <= 1e-9 or v * T + v**2 / (2 * A) + u * (T + v / A) <= room + 1e-9
 
 
-@settings(max_examples=cases(300))
+@settings(max_examples=300)
 @given(
     st.floats(-0.5, 1.2), st.floats(0, 2), st.floats(0, 1), st.floats(-0.1, 2.5), st.floats(-3.14, 3.14),
     st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(0, 3),

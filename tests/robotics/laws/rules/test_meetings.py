@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, in_the_way, next_meetings
 from robotics.paths.joined import join_paths
 from robotics.paths.path import Line, compile_path
-from tests.randomcases import cases
 
 RADIUS, MARGIN = 0.15, 0.2  # m
 APART = 2 * RADIUS + MARGIN  # 0.5 m
@@ -178,7 +177,7 @@ straights = st.builds(
 )  # shorter than one looks
 
 
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 @given(straights, straights, st.floats(0, 0.9), st.floats(0, 0.9))
 def test_on_straight_paths_the_way_is_that_of_a_closed_form(
     mine: Straight, other: Straight, at: float, theirs_at: float

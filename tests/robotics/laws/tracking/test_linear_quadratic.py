@@ -19,7 +19,6 @@ from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
-from tests.randomcases import cases
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
@@ -54,7 +53,7 @@ share = st.floats(0.2, 5.0)
 @given(speed, turn, period)
 @example(0.3, 4.99, 0.05)  # just below and above where the series end
 @example(0.3, 5.01, 0.05)
-@settings(max_examples=cases(100))
+@settings(max_examples=100)
 def test_the_model_is_the_matrix_exponential(v, w, dt):
     f, g = (np.array(part) for part in discretised.py_func(v, w, dt))
     exact_f, exact_g = model(v, w, dt)
@@ -63,7 +62,7 @@ def test_the_model_is_the_matrix_exponential(v, w, dt):
 
 
 @given(speed, turn, period, st.tuples(*[share] * 5))
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_the_gain_is_that_of_scipys_riccati_equation(v, w, dt, shares):
     names = ("x_scale", "y_scale", "heading_scale", "v_scale", "w_scale")
     scales = {name: share * getattr(LAW, name) for name, share in zip(names, shares, strict=True)}

@@ -18,7 +18,6 @@ from robotics.paths.references import Reference
 from robotics.scenario.reading import load_scenario
 from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
-from tests.randomcases import cases
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 NOISY = Sensing(posture="pose", position_noise=0.005)
@@ -67,7 +66,7 @@ gain = st.floats(0.2, 10)
 
 
 @given(error, st.tuples(gain, gain, gain), st.floats(-0.6, 0.6), st.floats(-2, 2), st.sampled_from(["2.31", "2.32"]))
-@settings(max_examples=cases(150))
+@settings(max_examples=150)
 def test_derivative_of_the_certificate_is_2_34_and_never_positive(e, gains, v_d, w_d, form):
     """V' by differences along the true motion; the closed form has no term in y and no w_d."""
     kx, ky, kpsi = gains
