@@ -32,10 +32,9 @@ from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
-from robotics.experiments.stress.ensemble import SPEED
 
 from benchmarks.reporting import heading, machine
-from robotics.experiments.stress.crossings import APART, AREA, ASPECT
+from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
 from robotics.experiments.stress.outcome import StressOutcome
 from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import make_controller

@@ -87,7 +87,10 @@ class Setting:
     def starting_places(self, runs: int, around: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
         """The abscissae [m] (runs, robots) of the paths' points nearest to where robots start.
 
-        They are looked for ``reach`` [m] to both sides of ``around`` [m].
+        Args:
+            runs: Number of runs.
+            around: Where they are looked for [m], of a shape that fits (runs, robots).
+            reach: How far to both sides of that [m].
         """
         pose = np.broadcast_to(self.starts, (runs, len(self.robots), 3))
         return self.references.joined.nearest(pose[..., 0], pose[..., 1], around, np.asarray(reach))

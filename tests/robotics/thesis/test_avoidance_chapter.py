@@ -171,9 +171,6 @@ def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch:
         lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1"
     )
     monkeypatch.setattr(
-        "robotics.thesis.side_by_side.MEASURED_QUANTITIES", {**MEASURED_QUANTITIES, "emergency_share": share}
-    )
-    monkeypatch.setattr(
         "robotics.measures.quantities.MEASURED_QUANTITIES", {**MEASURED_QUANTITIES, "emergency_share": share}
     )
     table = side_by_side_table(runs)
