@@ -90,7 +90,7 @@ class Setting:
         Args:
             runs: Number of runs.
             around: Where they are looked for [m], of a shape that fits (runs, robots).
-            reach: How far to both sides of that [m].
+            reach: How far to both sides of that [m], one number or of such a shape: (runs, robots).
         """
         pose = np.broadcast_to(self.starts, (runs, len(self.robots), 3))
         return self.references.joined.nearest(pose[..., 0], pose[..., 1], around, np.asarray(reach))
