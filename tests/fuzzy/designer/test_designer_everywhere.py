@@ -80,7 +80,7 @@ def test_every_tab_is_accessible_on_every_screen(browser, address, screen, schem
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("screen", SCREENS)
-def test_snapshots_are_accessible_and_touched_on_every_screen(browser, server, screen, scheme):
+def test_snapshots_are_accessible_and_touched_on_every_screen(browser, server, address, screen, scheme):
     width, height = screen
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=True)
     page = context.new_page()
@@ -88,7 +88,7 @@ def test_snapshots_are_accessible_and_touched_on_every_screen(browser, server, s
     page.goto(address)
     page.wait_for_selector(".fd-terms [role=slider]")
     page.get_by_role("tab", name="History").tap()
-    damaged = server.folder / ".fuzzy-design" / "tipper.fis.snapshots" / f"{0:016x}.json"
+    damaged = server.folder / ".fuzzy-design" / "everywhere.fis.snapshots" / f"{0:016x}.json"
     shots = page.locator(".fd-shot")
     for count, name in enumerate((f"{scheme} {'W' * 60} {width}", "another"), 1):
         page.get_by_label("Name of a snapshot").fill(name)
