@@ -74,12 +74,12 @@ class Observer:
     def __post_init__(self) -> None:
         check(self.notes, self.noted)
 
-    @property
+    @cached_property
     def noted(self) -> Any:
         """The compiled type of its notes."""
         return _noted(self.notes)
 
-    @property
+    @cached_property
     def kind(self) -> Any:
         """The compiled type of its function."""
         return types.boolean(compiled_type(Moment), self.noted)
