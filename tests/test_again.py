@@ -31,6 +31,7 @@ ASTRAY = "import nowhere\n"
 SKIPPED = "import pytest\ndef test_left_out():\n    pytest.importorskip('nowhere', reason='needs nowhere')\n"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("texts", "passes", "flaky"),
     [

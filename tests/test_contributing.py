@@ -472,6 +472,7 @@ def test_a_designer_panel_hears_of_edits(site, monkeypatch, tmp_path):
     assert said == [f"{count} rules", f"{count - 1} rules"]
 
 
+@pytest.mark.long
 def test_a_designer_panel_is_a_tab(site, tmp_path):
     pytest.importorskip("nicegui", reason="the designer needs the extra design")
     paths = os.pathsep.join([str(site), str(ROOT)])

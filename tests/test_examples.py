@@ -18,16 +18,10 @@ SCRIPTS = sorted((ROOT / "examples").glob("*/plot_*.py"))
 IN_WORDS = tomllib.loads((ROOT / "examples" / "alt.toml").read_text(encoding="utf-8"))
 # The hues of the palette: a name may stand in a darker shade of its line's.
 HUES = [rgb_to_hsv(to_rgb(c))[0] for c in (*COLORS, *STRONG.values(), *(shade.light for shade in ROLES.values()))]
-# More than two seconds: these run with the long tests and whenever the site is made.
-SLOW = {"plot_arena", "plot_describing_function", "plot_obstacles", "plot_random_crossings", "plot_scenarios"}
-SLOW |= {"plot_second_order", "plot_random_fields"}
 
 
-def marked(script):
-    return pytest.param(script, id=script.stem, marks=[pytest.mark.long] if script.stem in SLOW else [])
-
-
-@pytest.mark.parametrize("script", [*map(marked, SCRIPTS)])
+@pytest.mark.long  # they run whenever the site is made, too
+@pytest.mark.parametrize("script", [pytest.param(script, id=script.stem) for script in SCRIPTS])
 def test_it_runs_and_its_pictures_have_labelled_axes(script):
     names = runpy.run_path(str(script))
     figures = {id(value): value for value in names.values() if isinstance(value, Figure)}
@@ -47,7 +41,6 @@ def test_there_is_one_of_everything_and_each_has_a_title_of_its_own():
     ]
     assert len({*titles}) == len(titles)
     assert 25 <= len(SCRIPTS) <= 30
-    assert {script.stem for script in SCRIPTS} >= SLOW
     assert {*IN_WORDS} == {script.stem for script in SCRIPTS}
     words = [text for texts in IN_WORDS.values() for text in texts]
     assert len({*words}) == len(words)

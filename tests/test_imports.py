@@ -210,6 +210,7 @@ def test_public_names_exist():
             assert not isinstance(getattr(package, name), type(sys)), f"{package.__name__}.{name} is a module"
 
 
+@pytest.mark.long
 def test_every_benchmark_finds_what_it_measures():
     names = sorted(f"benchmarks.{file.stem}" for file in (ROOT / "benchmarks").glob("[a-z]*.py"))
     assert len(names) > 8

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from mcap.reader import make_reader
 
 from tests.snippets import run_commands, run_python, snippets
@@ -10,6 +11,7 @@ from tests.snippets import run_commands, run_python, snippets
 DOCS = Path(__file__).parent.parent / "docs"
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     kinds, said = [], ""

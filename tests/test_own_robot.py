@@ -27,6 +27,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(folder, capsys):
     found = snippets(DOCS / "howto" / "own-robot.md")
     assert [kind for kind, _ in found] == ["toml", "sh", "sh", "toml", "toml", "sh"]
@@ -52,6 +53,7 @@ def test_every_snippet_of_the_page_runs_in_order(folder, capsys):
     assert "Derived" in said
 
 
+@pytest.mark.long
 def test_it_keeps_to_the_middle_by_its_lidar_and_its_rules(folder):
     scenario, law = robotics.load_scenario("corridor.toml"), robotics.make_controller("corridor.fis")
     run = robotics.simulate(scenario, law, seeds=range(20))

@@ -4,7 +4,7 @@ from fuzzy.shell.terminal import application
 
 dataset = application(
     "Make training data.",
-    "robotics dataset formation -o formation.csv",
+    "robotics dataset formation --kind well-posed -o formation.csv",
     modules="robotics.commands.dataset_",
     commands="formation from_bag regenerate",
 )

@@ -58,8 +58,8 @@ def formation(
 
     \b
     Example:
-      robotics dataset formation -o formation.csv
-      robotics dataset formation --check -o check.csv
+      robotics dataset formation --kind well-posed -o formation.csv
+      robotics dataset formation --kind well-posed --check -o check.csv
       robotics learn formation formation.csv --check check.csv -o networks --report report.html
       robotics run formation-behind --controller formation:networks=networks
     """

@@ -262,6 +262,7 @@ def ratio(rows):
 RUN = "import toy, numpy, fuzzy.compiled.jit as j; print(toy.ratio(numpy.array([1.0, 4.0])), j.fingerprint(toy.ratio))"
 
 
+@pytest.mark.long
 def test_columns_in_another_order_are_another_machine_code(tmp_path):
     first, second = 'first = column("m")', 'second = column("m")'
     told = []

@@ -126,6 +126,7 @@ def toy(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 @compiled
 def test_what_a_kernel_is_made_of_in_another_file_may_change(toy):
     before, fresh = python(RUN, toy)
@@ -174,6 +175,7 @@ def test_old_files_go(toy, inside):
     assert len(second) == len(first) + len(others)
 
 
+@pytest.mark.long
 @compiled
 def test_a_copy_of_the_package_sees_a_change_in_a_callee(tmp_path):
     for package in PACKAGES:

@@ -66,6 +66,7 @@ def look_through(browser: Any, address: str, screen: tuple[int, int], scheme: st
     return wrong
 
 
+@pytest.mark.long
 def test_the_page_is_accessible(browser, address):
     assert look_through(browser, address, (1100, 800), "light", tabs=False) == []
 

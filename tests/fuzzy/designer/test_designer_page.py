@@ -756,6 +756,7 @@ def test_the_table_of_rules_scrolls_beside_the_view(tab):
     page.get_by_role("tab", name="Memberships").click()
 
 
+@pytest.mark.long
 def test_sigterm_ends_the_workers_and_leaves_nothing_behind(tmp_path):
     """It left "5 leaked semaphore objects"."""
     import psutil

@@ -116,6 +116,7 @@ def test_pictures_of_starts_show_what_changes():
     assert len(found["grid"]["curves"]) == 3
 
 
+@pytest.mark.long
 def test_a_new_design_from_tracking_drives_is_spread_evenly_and_its_small_surfaces_follow(tab, server):
     page = tab.page
     # The folder is empty: the page offers what else one can begin with. All by keyboard.

@@ -38,6 +38,7 @@ def until(page: Any, condition: str, argument: Any) -> None:
 SAME = "(d) => document.querySelectorAll('.fd-step path.st-design')[1]?.getAttribute('d') === d"
 
 
+@pytest.mark.long
 def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, server: Server) -> None:
     page = tab.page
     page.wait_for_selector(".fd-step tbody tr")

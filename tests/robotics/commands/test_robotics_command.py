@@ -81,6 +81,7 @@ def test_run_saves_what_it_prints(tiny, tmp_path, capsys):
     assert files[2].read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_compare_twice_is_the_same_to_the_byte(tiny, tmp_path, capsys):
     for out in ("a", "b"):
         command = ["compare", tiny, "--controllers", "fuzzy,csm:k=0.3,realisation=velocity", "--seeds", "3", "-q"]

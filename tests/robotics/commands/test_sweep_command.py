@@ -193,12 +193,12 @@ def finish(place, out, before, *options):
     assert (out / "results.parquet").read_bytes() == expected(place)
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(17, marks=pytest.mark.long)])
-def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, kills):
+@pytest.mark.long
+def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
     """Killed a random number of chunks after each start, and a random moment later."""
     random = np.random.default_rng(0)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(kills):
+    for _ in range(17):
         child = warm.start(command(place, out))
         count, moment = len(before) + int(random.integers(0, 4)), random.uniform(0, 0.05)
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)
@@ -214,12 +214,12 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, kills):
     finish(place, out, before)
 
 
-@pytest.mark.parametrize("kills", [1, pytest.param(6, marks=pytest.mark.long)])
-def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, warm, kills):
+@pytest.mark.long
+def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, warm):
     """Killed with two processes at work, which must not stay behind."""
     random = np.random.default_rng(1)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(kills):
+    for _ in range(6):
         child = warm.start(command(place, out, "--workers", "2"))
         count = len(before) + int(random.integers(1, 5))
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)

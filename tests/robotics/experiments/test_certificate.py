@@ -214,6 +214,7 @@ def test_rates_that_cannot_be_had():
 # The command line -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_command_prints_what_it_certifies(tmp_path, capsys):
     picture = tmp_path / "region.png"
     assert main(["certify", "--catch-up", "0", "--plot", str(picture), "--json"]) == 0

@@ -94,7 +94,7 @@ print(json.dumps(told))
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="module")  # installed by pip: seconds
 def told(tmp_path_factory):
     """What fuzzyfleet's commands say once the package is installed."""
     from robotics.scenario.reading import scenario_names
@@ -131,6 +131,7 @@ def test_the_law_has_thirty_lines():
     assert len([line for line in LAW.splitlines() if line.strip()]) <= 30
 
 
+@pytest.mark.long
 def test_it_runs_with_its_gains(told):
     code, out, err = told["run"]
     assert (code, err) == (0, "")
@@ -139,6 +140,7 @@ def test_it_runs_with_its_gains(told):
     assert 0 < result["metrics"]["rms_cross_track_m"][0] < 0.1
 
 
+@pytest.mark.long
 def test_it_is_compared(told):
     code, _, err = told["compare"]
     assert (code, err) == (0, "")
@@ -148,6 +150,7 @@ def test_it_is_compared(told):
     assert "Carrot" in report
 
 
+@pytest.mark.long
 def test_it_is_swept_and_stressed(told):
     assert told["sweep"][0] == 0, told["sweep"]
     code, out, _ = told["stress"]
@@ -155,11 +158,13 @@ def test_it_is_swept_and_stressed(told):
     assert json.loads(out)["runs"] == 1
 
 
+@pytest.mark.long
 def test_the_designer_offers_it_for_comparison(told):
     assert ["carrot", "Carrot"] in told["rivals"]
     assert told["tried"] == "Carrot"
 
 
+@pytest.mark.long
 def test_one_that_cannot_be_loaded_is_said_and_harms_nobody(told):
     code, _, err = told["broken"]
     assert code == 2

@@ -241,6 +241,7 @@ def test_a_part_of_the_time_and_a_seed_that_is_not_there(run: Run) -> None:
         player_data(run, start=4.0, end=20.0)
 
 
+@pytest.mark.long
 def test_pages_are_small(tmp_path: Path) -> None:
     write_player(large(3, 60), tmp_path / "three.html")
     assert (tmp_path / "three.html").stat().st_size < 200_000

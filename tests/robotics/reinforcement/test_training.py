@@ -19,6 +19,7 @@ from robotics.reinforcement.training import train
 LINE = replace(robotics.load_scenario("lyapunov-circle"), duration=14.0)
 
 
+@pytest.mark.long
 def test_the_command_writes_a_policy_that_drives_and_the_same_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["reinforce", "lyapunov-circle", "--steps", "2000", "--lanes", "8", "-q"]

@@ -79,6 +79,7 @@ def network(data: Path) -> tuple[Learnt, Samples, Samples]:
     return learnt, Samples("own.csv", names, values), Samples("check.csv", names, held)
 
 
+@pytest.mark.long
 def test_the_command_writes_one_page_that_needs_nothing_else(
     data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

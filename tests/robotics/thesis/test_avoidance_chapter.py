@@ -137,6 +137,7 @@ def test_test_1_asks_whether_robot_1_turns(avoidance_results: dict[Any, Any]) ->
     assert claim.forms["as printed"] != "holds"
 
 
+@pytest.mark.long
 def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]) -> None:
     """A verdict is not a sentence that stands there anyway."""
     other = dict(avoidance_results)

@@ -62,6 +62,7 @@ def test_two_robots_agree_on_the_order_of_a_plan_wherever_they_are():
         assert order[1 - earlier, earlier] == -1.0
 
 
+@pytest.mark.long
 def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
     """Without the plan they meet in the middle, and sort themselves out."""
     starts, goals = circle_swap(4, range(1))
