@@ -7,6 +7,7 @@ which runs are beside it, nor on how many threads share them out.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import cache
 from itertools import count
 from multiprocessing import parent_process
 from threading import Lock
@@ -29,7 +30,7 @@ from robotics.scenario.description import Scenario
 from robotics.sensing.carried import look as read_ranges
 from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
-from robotics.simulation.observer import Moment, Observer, moment_of
+from robotics.simulation.observer import Moment, Observer, moment_of, noted_type, watch_type
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
@@ -95,10 +96,7 @@ def drive_chunk(
     lanes, supply = opening.lanes(first, last)
     one: Any = opening.drivers[0].law
     law = compiled(type(one).equation)
-    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, observer.kind))
-    numbers = (types.int64, types.int64, types.int64, types.boolean)
-    loop = machine_code(_periods, *functions, LOOKS_TYPE, observer.noted, *numbers)
-    look, watch, k, halfway, end = supply.look, observer.pointer, 0, False, ticks
+    loop, look, watch, k, halfway, end = _loop(observer.classes), supply.look, observer.pointer, 0, False, ticks
     block = max(16, _BLOCK // len(lanes.lost))
     while k <= end:
         lanes = lanes if halfway else supply.to(lanes, k)
@@ -112,6 +110,14 @@ def drive_chunk(
     if advance is not None:
         advance((ticks + 1 - k) * (last - first))
     return when_stopped(lanes, end), end
+
+
+@cache
+def _loop(classes: Any) -> Any:
+    """The machine code of the loop under an observer whose notes are of ``classes``."""
+    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, watch_type(classes)))
+    numbers = (types.int64, types.int64, types.int64, types.boolean)
+    return machine_code(_periods, *functions, LOOKS_TYPE, noted_type(classes), *numbers)
 
 
 def when_stopped(lanes: Lanes, k: int) -> np.ndarray:

@@ -75,19 +75,19 @@ class Observer:
         check(self.notes, self.noted)
 
     @cached_property
+    def classes(self) -> Any:
+        """The class of its notes, or of a :class:`Pair` those of both: they say the compiled types, and hash sooner."""
+        return _classes(self.notes)
+
+    @property
     def noted(self) -> Any:
         """The compiled type of its notes."""
-        return _noted(self.notes)
-
-    @cached_property
-    def kind(self) -> Any:
-        """The compiled type of its function."""
-        return types.boolean(compiled_type(Moment), self.noted)
+        return noted_type(self.classes)
 
     @property
     def pointer(self) -> Any:
         """The machine code of its function."""
-        return pointed(self.watch, self.kind.args)
+        return _pointer(self.watch, self.classes)
 
     def look(self, moment: Moment) -> bool:
         """Look at a moment, from Python; return whether it wants to be asked something."""
@@ -98,7 +98,7 @@ class Observer:
         code = self.pointer
         if not hasattr(code, "get_overload"):  # NUMBA_DISABLE_JIT
             return code
-        return code.get_overload(self.kind.args)  # which takes parts of larger arrays, too
+        return code.get_overload(watch_type(self.classes).args)  # which takes parts of larger arrays, too
 
     def beside(self, other: "Observer") -> "Observer":
         """An observer that is both."""
@@ -117,11 +117,27 @@ class Pair(NamedTuple):
     second: Any
 
 
-def _noted(notes: Any) -> Any:
-    if isinstance(notes, Pair):
-        return types.NamedTuple((_noted(notes.first), _noted(notes.second)), Pair)
-    of: Any = type(notes)
-    return compiled_type(of)
+def _classes(notes: Any) -> Any:
+    return (_classes(notes.first), _classes(notes.second)) if isinstance(notes, Pair) else type(notes)
+
+
+@cache
+def noted_type(classes: Any) -> Any:
+    """The compiled type of notes of ``classes``."""
+    if isinstance(classes, tuple):
+        return types.NamedTuple(tuple(map(noted_type, classes)), Pair)
+    return compiled_type(classes)
+
+
+@cache
+def watch_type(classes: Any) -> Any:
+    """The compiled type of an observer's function whose notes are of ``classes``."""
+    return types.boolean(compiled_type(Moment), noted_type(classes))
+
+
+@cache
+def _pointer(watch: Any, classes: Any) -> Any:
+    return pointed(watch, watch_type(classes).args)
 
 
 @cache
