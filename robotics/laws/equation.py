@@ -207,13 +207,16 @@ def equation(law: Callable[..., Any]) -> Any:
     return Equation(law)
 
 
+_hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a law's numbers
+
+
 @cache
 def gain_columns(law: "type[EquationLaw]") -> type[Columns]:
     """The numbers of a law that its equation reads as ``gain``: fields of its dataclass, and those of ``derived``.
 
     A field that is one of some words is its place among them, and one that is such a law has that law's.
     """
-    hints, found = get_type_hints(law), {}
+    hints, found = _hints_of(law), {}
     for field in fields(law):  # type: ignore[arg-type]
         kind = hints[field.name]
         if kind in (float, int, bool) or get_origin(kind) is Literal:
@@ -305,7 +308,7 @@ class EquationLaw(Law[Memory]):
     def gain_rows(self, setting: Setting) -> Sequence[Any]:
         """The numbers that the equation reads as ``gain``, in the order of :func:`gain_columns`."""
         law = giver(type(self), inspect.getattr_static(self, "equation"))
-        hints, found = get_type_hints(law), dict(self.derive(setting))
+        hints, found = _hints_of(law), dict(self.derive(setting))
         for name in gain_columns(law).columns:
             if name not in found:
                 value = getattr(self, name)
