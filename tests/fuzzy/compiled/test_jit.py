@@ -139,6 +139,21 @@ def test_what_a_kernel_is_made_of_in_another_file_may_change(toy):
     assert hits == [0] * 7 + [1]
 
 
+@compiled
+def test_a_named_tuple_may_move_to_another_module(toy):
+    """The files that name its former module are not read: it may be gone."""
+    call = (
+        "from toy.callers import by_field\nfrom toy.{} import Pair\n"
+        "print(by_field(Pair(4.0, 9.0)), *by_field.stats.cache_hits.values())"
+    )
+    assert python(call.format("values"), toy) == [[4]]
+    pair = VALUES[VALUES.index("class Pair") : VALUES.index("@kernel")]
+    (toy / "toy" / "pairs.py").write_text(f"from typing import NamedTuple\n{pair}", encoding="utf-8")
+    (toy / "toy" / "values.py").write_text(VALUES.replace(pair, "from toy.pairs import Pair\n"), encoding="utf-8")
+    assert python(call.format("pairs"), toy) == [[4]]
+    assert python(call.format("pairs"), toy) == [[4, 1]]
+
+
 @pytest.mark.long
 @compiled
 def test_a_line_more_above_a_kernel_compiles_nothing_anew(toy):
