@@ -194,12 +194,12 @@ def test_a_copy_of_the_package_sees_a_change_in_a_callee(tmp_path):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     code = (
-        "from robotics.paths.joined import join_paths\n"
-        "from robotics.paths.path import Line, compile_path\n"
+        "from robotics.world.paths.joined import join_paths\n"
+        "from robotics.world.paths.path import Line, compile_path\n"
         "print(join_paths([compile_path(Line(start=(0.0, 0.0), end=(3.0, 0.0)))]).at([2.0]).x[0])"
     )
     assert python(code, tmp_path) == [[pytest.approx(2)]]
-    callee = tmp_path / "robotics" / "paths" / "path.py"
+    callee = tmp_path / "robotics" / "world" / "paths" / "path.py"
     edit = ("    return x, y, heading, ", "    return x + 100, y, heading, ")
     callee.write_text(changed(callee.read_text(encoding="utf-8"), [edit]), encoding="utf-8")
     assert python(code, tmp_path) == [[pytest.approx(102)]]
