@@ -1,7 +1,7 @@
 """How do robots that avoid each other compare with ORCA? Circle swaps and random goals, the same robots for all.
 
 Circle swap: N robots on a circle, each to the opposite point. Random goals: starts and goals drawn in 16 m² a robot,
-0.9 m between any two starts and any two goals, as in :mod:`robotics.experiments.stress.crossings`. Everybody has the
+0.9 m between any two starts and any two goals, as in :mod:`robotics.studies.stress.crossings`. Everybody has the
 full plant (wheel loops, motors, limits), the pose with 3 mm and 3 mrad of noise, starts 1 cm off, cruises at 0.22 m/s
 and may go twice as fast to avoid.
 
@@ -34,23 +34,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.reporting import heading, machine
-from robotics.experiments.stress.crossings import APART, AREA, ASPECT, SPEED
-from robotics.experiments.stress.outcome import StressOutcome
-from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.joined import join_tables
-from robotics.paths.path import Quintic
-from robotics.paths.quintic_table import quintic_table
-from robotics.paths.references import Reference, even_timing
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import Sensing
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.studies.stress.crossings import APART, AREA, ASPECT, SPEED
+from robotics.studies.stress.outcome import StressOutcome
+from robotics.studies.stress.tally import run_ensemble
+from robotics.world.paths.joined import join_tables
+from robotics.world.paths.path import Quintic
+from robotics.world.paths.quintic_table import quintic_table
+from robotics.world.paths.references import Reference, even_timing
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
 
 FASTEST = 2 * SPEED  # m/s: a plan of right of way moves two cells a tick at most
 ROOM, SMALLEST = 0.75, 2.0  # m of a circle's circumference a robot; its least radius
-CASE_STREAM = 9  # of a seed's random streams: see robotics.radio.channel
+CASE_STREAM = 9  # of a seed's random streams: see robotics.world.radio.channel
 SEEDS = {3: 20, 10: 20, 50: 2}  # by how many robots
 QUICK = {3: 4, 10: 4}
 

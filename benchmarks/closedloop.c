@@ -1,6 +1,6 @@
 /* The closed loop of benchmarks/closedloop.py as one plain program: robots with encoders, wheel loops, motors and
  * friction, a noisy pose sensor, late commands and the Lyapunov tracking law; every run and robot one after the other.
- * One file, C99, strict IEEE arithmetic, one thread a call. The equations are those of robotics/vehicle/plant.py and
+ * One file, C99, strict IEEE arithmetic, one thread a call. The equations are those of robotics/world/vehicle/plant.py and
  * robotics/laws/tracking/lyapunov.py, and their numbers come from Python. */
 #include <math.h>
 #include <stddef.h>

@@ -31,14 +31,14 @@ from benchmarks.reporting import heading, machine, start
 from benchmarks.robotsimulators import PEERS, measured
 from benchmarks.simulation import CONTROLLERS, scenario, seconds
 from fuzzy.shell.progress import progress_bar
-from robotics.experiments.stress.crew import in_chunks
-from robotics.experiments.stress.crossing_runs import stress_crossing
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.scenario.description import Scenario
 from robotics.simulation.loop import simulate
-from robotics.vehicle import plant as p
+from robotics.simulation.scenario.description import Scenario
+from robotics.studies.stress.crew import in_chunks
+from robotics.studies.stress.crossing_runs import stress_crossing
+from robotics.world.vehicle import plant as p
 
 ROBOTS, ONE_DURATION = 3, 60.0  # s
 SEEDS, MANY_DURATION, ROUNDS = 1024, 5.0, 5

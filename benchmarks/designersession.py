@@ -54,7 +54,7 @@ def missing() -> str | None:
 def workplace(folder: Path) -> Path:
     """A folder with the tracking rule base, another one, a fuzzy PD, a scenario, and two tables, one of a drive."""
     folder.mkdir(parents=True, exist_ok=True)
-    text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
+    text = (files("robotics") / "data" / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
     fis = read_fis(folder / "tracking.fis")
     # The other design turns more sharply, and takes "Far" for nearer.

@@ -45,10 +45,10 @@ def cases() -> dict[str, Callable[[], float]]:
     """What is timed, by its name."""
     import gymnasium
 
-    import robotics.reinforcement
-    from robotics.reinforcement.registration import TRACKING
+    import robotics.plugins.reinforcement
+    from robotics.plugins.reinforcement.registration import TRACKING
 
-    _ = robotics.reinforcement
+    _ = robotics.plugins.reinforcement
     return {
         "ours, 1,024 lanes": many(lambda: gymnasium.make_vec(TRACKING, num_envs=1024), STEPS),
         "ours, 1,024 lanes, 1 thread": many(lambda: gymnasium.make_vec(TRACKING, num_envs=1024, threads=1), STEPS),

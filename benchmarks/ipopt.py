@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.predictiveproblems import random_problems
 from benchmarks.predictivesolving import Problem, plans_of
 from fuzzy.files.atomic import replacing
-from robotics.scenario.robots import load_robot
+from robotics.simulation.scenario.robots import load_robot
 
 OPTIONS: dict[str, Any] = {
     "print_time": False,

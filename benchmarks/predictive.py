@@ -24,9 +24,9 @@ from benchmarks.reporting import heading, machine, start
 from robotics.laws.equation import compiled
 from robotics.laws.predictive.ilqr import SolverColumns
 from robotics.laws.predictive.nmpc import PredictiveControl
-from robotics.scenario.reading import load_scenario
-from robotics.scenario.robots import load_robot
 from robotics.simulation.loop import Simulation
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.simulation.scenario.robots import load_robot
 
 REPEATS, PROBLEMS, IPOPT_PROBLEMS, SEEDS = 7, 300, 30, 3
 AIM = 100.0  # us: of a solve at a horizon of 20 on a quiet core

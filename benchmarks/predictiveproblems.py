@@ -6,8 +6,8 @@ from benchmarks.predictivesolving import Problem
 from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.predictive.terminal import tail_table
-from robotics.vehicle.plant import saturate, velocity_limits
-from robotics.vehicle.robot import Robot
+from robotics.world.vehicle.plant import saturate, velocity_limits
+from robotics.world.vehicle.robot import Robot
 
 PERIOD = 0.05  # s
 PENDING = 2  # commands that are still to act

@@ -10,7 +10,7 @@ from fuzzy.compiled.jit import kernel
 from robotics.laws.predictive.ilqr import NODE, FixedColumns, NodeColumns, SolverColumns, solve, working
 from robotics.laws.predictive.model import response
 from robotics.laws.predictive.terminal import Weights
-from robotics.vehicle.plant import MotionColumns
+from robotics.world.vehicle.plant import MotionColumns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reporting import heading, machine, start
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
+from robotics.simulation.scenario.reading import load_scenario
 
 PERIOD, SECONDS, QUICK, WARM = 0.05, 60.0, 10.0, 2.0  # s; of the first seconds nothing is counted
 SCENARIO, LAW, ROBOTS = "three-cross", "right-of-way", 3

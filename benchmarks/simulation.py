@@ -19,11 +19,11 @@ import numpy as np
 
 from benchmarks.reporting import heading, machine, start
 from robotics.laws.catalogue import make_controller
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
-from robotics.vehicle import plant as p
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.trajectory import Timing
+from robotics.world.vehicle import plant as p
 
 SEEDS, ROUNDS = 1000, 5
 ONE_RUN, MANY_RUNS, TEAMS = 0.25, 1.5e6, 3e5  # what we aim for: s; robot-ticks a second

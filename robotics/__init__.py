@@ -37,9 +37,18 @@ Your own laws, metrics and studies:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
     wherever a controller or a metric is named: docs/howto/own-law.md; load_study, run_study, study_names
 
-Each name is imported from its module when it is first used, so that the command line starts quickly.
+Each name is imported from its module when it is first used, so that the command line starts quickly. Modules can be
+imported by the names that they had up to version 0.2, and Python says by which they are now.
 """
 
 from fuzzy.lazynames import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__)
+_MOVED = """
+    world.vehicle world.paths world.radio world.environment world.sensing world.random_streams simulation.scenario
+    measures.statistics studies.tuning studies.arena show.figures show.playback show.report show.designer
+    show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
+"""
+_moved = {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+_moved |= {"robotics.experiments": "robotics.studies", "robotics.quantity": "fuzzy.quantity"}
+# Laws of one's own import robotics.quantity: that name stays.
+__getattr__, __dir__, __all__ = lazy_names(__name__, _moved, kept=("robotics.quantity",))

@@ -53,14 +53,14 @@ def pytest_collection_finish() -> None:
 def coarse_pictures() -> Iterator[None]:
     """Pictures of reports with few dots: they are drawn as ever, and packed in a fraction of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robotics.report.plates.DPI", 40)
+        patch.setattr("robotics.show.report.plates.DPI", 40)
         yield
 
 
 @pytest.fixture(scope="session", autouse=True)
 def paths_once() -> Iterator[None]:
     """A table for each shape of a path: most scenarios of the tests drive along the same few. (-0.0 equals 0.0.)"""
-    from robotics.paths import path
+    from robotics.world.paths import path
 
     tabulated = path._tabulated
     kept = lru_cache(maxsize=256)(lambda shape, words, spacing: tabulated(shape, spacing))

@@ -5,7 +5,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from tests.test_imports import ROOT, arrows, statements
+from tests.test_imports import ROOT, arrows, room_of, statements
 
 PAGE = ROOT / "docs" / "architecture.md"
 BEGIN, END = "<!-- measured -->\n", "<!-- end of measured -->"
@@ -48,7 +48,7 @@ def measured() -> str:
     pairs = set()
     for arrow in arrows(ROOT, "robotics"):
         if arrow.target.startswith("robotics."):
-            rooms = [name.removeprefix("robotics.").partition(".")[0] for name in (arrow.source, arrow.target)]
+            rooms = [room_of(name, "robotics") for name in (arrow.source, arrow.target)]
             if rooms[0] not in ("__init__", "__main__", rooms[1]):
                 pairs.add(tuple(rooms))
     found = {room for pair in pairs for room in pair}

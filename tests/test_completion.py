@@ -8,8 +8,8 @@ import pytest
 
 from fuzzy.files.packaged import packaged_fis_files
 from robotics.laws.catalogue import presets
-from robotics.scenario.reading import scenario_names
-from robotics.scenario.robots import robot_names
+from robotics.simulation.scenario.reading import scenario_names
+from robotics.simulation.scenario.robots import robot_names
 
 
 def completions(monkeypatch, capsys, line):

@@ -18,31 +18,31 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fuzzy.quantity import check_quantities, quantity
 from robotics.commands.application import main
-from robotics.designer.tryout import TryoutTrial, rival_data
-from robotics.environment.collision import footprints, obstacle_clearance, obstacle_contacts
-from robotics.environment.world import OBSTACLES, Obstacle, Piece, outlines
 from robotics.laws.catalogue import CATALOGUE, Preset, make_controller
 from robotics.laws.law import Command, Law
 from robotics.measures.clearance import clearances
 from robotics.measures.evidence import Part, exact
 from robotics.measures.registry import measure_all
 from robotics.measures.tracking import METRICS, Metric
-from robotics.paths.path import SHAPES, PathError
-from robotics.playback.player import player_data
-from robotics.quantity import check_quantities, quantity
-from robotics.report.chapter import Chapter, Claim, Grid, Picture
-from robotics.report.study import write_study
-from robotics.scenario.description import ScenarioError
-from robotics.scenario.reading import parse_scenario
-from robotics.sensing.sonar import SENSOR_PRESETS, RangeSensor
+from robotics.show.designer.tryout import TryoutTrial, rival_data
+from robotics.show.playback.player import player_data
+from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
+from robotics.show.report.study import write_study
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
-from robotics.vehicle import plant
-from robotics.vehicle.plant import ParameterColumns as Parameters
-from robotics.vehicle.robot import ALTERNATIVES, Robot
-from tests.robotics.sensing.echoes import exact_echoes
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.simulation.scenario.description import ScenarioError
+from robotics.simulation.scenario.reading import parse_scenario
+from robotics.world.environment.collision import footprints, obstacle_clearance, obstacle_contacts
+from robotics.world.environment.world import OBSTACLES, Obstacle, Piece, outlines
+from robotics.world.paths.path import SHAPES, PathError
+from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
+from robotics.world.vehicle import plant
+from robotics.world.vehicle.plant import ParameterColumns as Parameters
+from robotics.world.vehicle.robot import ALTERNATIVES, Robot
+from tests.robotics.world.sensing.echoes import exact_echoes
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -199,7 +199,7 @@ def test_a_metric(monkeypatch, tmp_path, capsys):
         tried=("tracking",),
     )
     monkeypatch.setitem(METRICS, "top_speed_mps", entry)
-    monkeypatch.setattr("robotics.report.plates.DPI", 30)
+    monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     file = tmp_path / "one.toml"
     file.write_text(HEAD + ROBOT)
     run = simulate(parse_scenario(HEAD + ROBOT, "one"), make_controller("lyapunov"))
@@ -316,9 +316,9 @@ class Loaded(Robot):
 
 def test_a_robot_parameter(monkeypatch, tmp_path):
     """Read from a file, moved by, saved with a run, loaded, and told in a report."""
-    from robotics.report.page import _facts
+    from robotics.show.report.page import _facts
 
-    for place in ("robotics.scenario.robots", "robotics.simulation.run"):
+    for place in ("robotics.simulation.scenario.robots", "robotics.simulation.run"):
         monkeypatch.setattr(f"{place}.Robot", Loaded)  # where one that adds it edits the class
     text = HEAD + '[robot]\nmodel = "etsro"\npayload = 5.0\n' + ROBOT
     scenario = parse_scenario(text, "one")
@@ -379,7 +379,7 @@ def test_a_report_chapter(monkeypatch, tmp_path):
         begin("watching the sea", 1)()
         yield lambda: [chapter]
 
-    monkeypatch.setattr("robotics.report.plates.DPI", 30)
+    monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     begun = []
 
     def begin(description, total):

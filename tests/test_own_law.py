@@ -13,8 +13,8 @@ from fuzzy.errors import InputError
 from robotics.commands.application import main
 from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
 from robotics.laws.catalogue import make_controller
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
 from tests.snippets import run_commands, run_python, snippets
 
 SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "own-law.md")

@@ -61,7 +61,7 @@ def test_its_numbers_of_the_arena_are_those_of_the_last_one():
 
 def test_its_program_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    fuzzy.write_fis(fuzzy.read_fis(Path(robotics.__file__).parent / "rulebases" / "tracking.fis"), "mine.fis")
+    fuzzy.write_fis(fuzzy.read_fis(Path(robotics.__file__).parent / "data" / "rulebases" / "tracking.fis"), "mine.fis")
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
     done: dict[str, object] = {}
     exec(code.replace("range(20)", "range(2)"), done)

@@ -83,6 +83,6 @@ def test_completion_knows_the_names_before_they_are_used():
 def test_a_file_is_read_before_anything_else_is_imported():
     """The membership functions are known by their names although nothing has named them yet."""
     code = "import fuzzy, sys; print(fuzzy.read_fis(sys.argv[1]).name)"
-    file = ROOT / "robotics" / "rulebases" / "tracking.fis"
+    file = ROOT / "robotics" / "data" / "rulebases" / "tracking.fis"
     said = subprocess.run([sys.executable, "-c", code, str(file)], capture_output=True, text=True)
     assert said.stdout == "tracking\n", said.stderr

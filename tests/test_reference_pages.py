@@ -16,7 +16,7 @@ from fuzzy.files import fislines
 from fuzzy.membershipfunction import MATLAB_NAMES
 from robotics.commands.filekinds import FILE_KINDS
 from robotics.measures.registry import ALL_METRICS
-from robotics.scenario.reading import parse_scenario
+from robotics.simulation.scenario.reading import parse_scenario
 
 PAGES = Path(__file__).parent.parent / "docs" / "reference"
 # What the Fuzzy Logic Toolbox has: each name stands on the page, here or under what is not here.

@@ -45,7 +45,7 @@ def python(tmp_path_factory):
 
 def test_the_installed_package_compares_from_any_folder(python, tmp_path):
     script = python.parent / "robotics"
-    whole = (ROOT / "robotics" / "scenarios" / "fuzzy-on-path.toml").read_text(encoding="utf-8")
+    whole = (ROOT / "robotics" / "data" / "scenarios" / "fuzzy-on-path.toml").read_text(encoding="utf-8")
     short, changed = re.subn(r"(?m)^duration = .*$", "duration = 0.2", whole)
     assert changed == 1
     (tmp_path / "short.toml").write_text(short, encoding="utf-8")
@@ -104,11 +104,14 @@ def test_the_wheel_carries_data_and_types(python):
         "from importlib.resources import files;"
         "print(*(p.is_file() for p in (files('fuzzy') / 'py.typed', files('robotics') / 'py.typed',"
         "*(files(package) / '__init__.pyi' for package in ('fuzzy', 'anfis', 'robotics')),"
-        "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
-        "*(files('robotics') / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
-        "files('robotics') / 'playback' / 'player.html.j2', files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
-        "files('robotics') / 'report' / 'report.html.j2', files('robotics') / 'rulebases' / 'formation' / 'v_l.fis',"
-        "files('robotics') / 'robots' / 'etsro.toml')))"
+        "files('robotics') / 'data' / 'rulebases' / 'tracking.fis',"
+        "files('robotics') / 'data' / 'scenarios' / 'reference.toml',"
+        "*(files('robotics') / 'show' / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
+        "files('robotics') / 'show' / 'playback' / 'player.html.j2',"
+        "files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
+        "files('robotics') / 'show' / 'report' / 'report.html.j2',"
+        "files('robotics') / 'data' / 'rulebases' / 'formation' / 'v_l.fis',"
+        "files('robotics') / 'data' / 'robots' / 'etsro.toml')))"
     )
     done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True"] * 14

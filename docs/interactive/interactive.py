@@ -15,7 +15,7 @@ from fuzzy.designer.design import design_of
 from fuzzy.designer.esmodule import composed
 from fuzzy.designer.views import design_data, functions_data
 from fuzzy.figures.palette import stylesheet
-from robotics.playback.player import player_fragment, player_script
+from robotics.show.playback.player import player_fragment, player_script
 
 HERE = Path(__file__).parent
 STATIC = HERE.parent.parent / "fuzzy" / "designer" / "static"

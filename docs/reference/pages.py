@@ -149,7 +149,7 @@ ROLES = {
 
 def _accepted(field: Any) -> str:
     """What a field takes, with its default."""
-    from robotics.quantity import accepted
+    from fuzzy.quantity import accepted
 
     number = "least" in field.metadata
     said = accepted(field.metadata) if number else ""
@@ -262,7 +262,7 @@ def _tables() -> dict[str, str]:
     from fuzzy.files.packaged import fis_title, packaged_fis_files
     from robotics.laws.catalogue import CATALOGUE
     from robotics.measures.registry import ALL_METRICS
-    from robotics.scenario.reading import load_scenario, scenario_names
+    from robotics.simulation.scenario.reading import load_scenario, scenario_names
 
     metrics = [
         f"| `{name}` | {_cell(m.title)} | {_cell(FORMULAS[name])} | {m.unit} | {', '.join(m.kinds)} | {m.of_run} |"

@@ -237,8 +237,8 @@ def _of_a_library(module: str) -> bool:
 
 
 def _fields(kind: Any) -> Iterator[str]:
-    """The names of the fields of the named tuples in a type, which Numba tells by their class alone."""
-    yield from getattr(kind, "fields", ())
+    """The fields of the named tuples in a type, and where their classes stand: Numba tells the names of these alone."""
+    yield from (str(getattr(kind, "instance_class", "")), *getattr(kind, "fields", ()))
     for inner in (*getattr(kind, "types", ()), getattr(kind, "dtype", None), getattr(kind, "type", None)):
         if inner is not None:
             yield from _fields(inner)

@@ -37,7 +37,13 @@ def animate(
       robotics animate team.npz -o team.html
       robotics animate team.npz -o team.gif --speed 20
     """
-    from robotics.playback.animation import ANIMATION_DPI, SLOWEST, AnimationError, check_animation, write_animation
+    from robotics.show.playback.animation import (
+        ANIMATION_DPI,
+        SLOWEST,
+        AnimationError,
+        check_animation,
+        write_animation,
+    )
     from robotics.simulation.run import load_run
 
     suffix = check_animation(out)
@@ -48,7 +54,7 @@ def animate(
     result = load_run(run)
     about: dict[str, Any] = {"file": str(out), "format": suffix}
     if suffix == "html":
-        from robotics.playback.player import write_player
+        from robotics.show.playback.player import write_player
 
         if speed is not None and not SLOWEST <= speed <= 1e4:
             raise AnimationError(f"speed must be >= {SLOWEST:g} and <= 10000, got {speed:g}")

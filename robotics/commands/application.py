@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 app = application(
     "Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.",

@@ -13,10 +13,10 @@ from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, controller_list
 from robotics.commands.shared import Dask
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
-    from robotics.arena.outcome import Outcome
+    from robotics.studies.arena.outcome import Outcome
 
 FULL = "full"
 
@@ -54,10 +54,10 @@ def arena(
     if full and file != "default":
         raise InputError(f"give --full or {file}, not both")
     from fuzzy.compiled.threads import processors
-    from robotics.arena.description import load_arena, with_laws
     from robotics.commands.compare import split_controllers
-    from robotics.experiments.executors import workers_at
-    from robotics.report.arena import run_arena
+    from robotics.show.report.arena import run_arena
+    from robotics.studies.arena.description import load_arena, with_laws
+    from robotics.studies.executors import workers_at
 
     plan = load_arena(FULL if full else file)
     if laws is not None:
@@ -73,7 +73,7 @@ def arena(
 
     try:
         count = workers or (processors() if dask is None else None)
-        with workers_at(count, dask, ["robotics.arena.work"]) as crew, progress_bar(quiet) as begin:
+        with workers_at(count, dask, ["robotics.studies.arena.work"]) as crew, progress_bar(quiet) as begin:
             outcome = run_arena(
                 plan, folder, workers=crew, fresh=fresh, begin=begin, announce=announce, command=shlex.join(command)
             )
@@ -86,8 +86,8 @@ def arena(
 
 
 def _as_json(outcome: "Outcome", folder: Path) -> dict[str, Any]:
-    from robotics.arena.answer import answer
-    from robotics.report.arena import PAGE_FILE, pairs_table, summary_table
+    from robotics.show.report.arena import PAGE_FILE, pairs_table, summary_table
+    from robotics.studies.arena.answer import answer
 
     return {
         "answer": answer(outcome),
@@ -101,8 +101,8 @@ def _as_json(outcome: "Outcome", folder: Path) -> dict[str, Any]:
 
 
 def _print(outcome: "Outcome", folder: Path) -> None:
-    from robotics.arena.answer import answer
-    from robotics.report.arena import PAGE_FILE
+    from robotics.show.report.arena import PAGE_FILE
+    from robotics.studies.arena.answer import answer
 
     unit = outcome.titles[outcome.reference]
     print(f"{'':28} {'published':>10} {'tuned':>10}  {'95 %':>17}  failed   (cost over that of {unit}, tuned)")

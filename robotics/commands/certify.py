@@ -14,9 +14,9 @@ from robotics.commands.completion import robots
 if TYPE_CHECKING:
     import numpy as np
 
-    from robotics.experiments.certificate import Certificate, SectorModel
     from robotics.laws.tracking.lyapunov import Lyapunov
-    from robotics.scenario.robots import RobotModel
+    from robotics.simulation.scenario.robots import RobotModel
+    from robotics.studies.certificate import Certificate, SectorModel
 
 
 def certify(
@@ -45,7 +45,7 @@ def certify(
     speed: Annotated[tuple[float, float], option("Range of v_r, m/s.", "LOW HIGH")] = (0.2, 0.4),
     bounds: Annotated[
         "SectorModel",
-        FieldOptions("robotics.experiments.certificate:SectorModel", "reference_turn", "turn", "heading"),
+        FieldOptions("robotics.studies.certificate:SectorModel", "reference_turn", "turn", "heading"),
     ],
     decay: Annotated[
         float | None, option("Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest")
@@ -65,8 +65,8 @@ def certify(
     Example:
       robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
     """
-    from robotics.experiments import certificate as theory
-    from robotics.scenario.robots import load_robot
+    from robotics.simulation.scenario.robots import load_robot
+    from robotics.studies import certificate as theory
 
     if law not in ("lyapunov", "pdc"):
         raise theory.CertificateError(f"--law must be lyapunov or pdc; got {law!r}")
@@ -85,7 +85,7 @@ def certify(
     worst, trial = theory.worst_eigenvalue(grid, found.P), theory.try_out(found, seed=seed)
     if plot is not None:
         from fuzzy.figures.drawing import save_figure
-        from robotics.figures.certificate import plot_certificate
+        from robotics.show.figures.certificate import plot_certificate
 
         save_figure(plot_certificate(found, machine.robot, seed=seed), plot)
     x, y, psi = (float(width) for width in found.half_widths)
@@ -135,9 +135,9 @@ def _print_proof(p: "np.ndarray", checked: str, report: Mapping[str, Any]) -> No
 
 
 def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: float, json: bool) -> None:
-    from robotics.experiments.certificate import CertificateError
-    from robotics.experiments.compensation import certify_compensation
     from robotics.laws.tracking.pdc import ParallelCompensation
+    from robotics.studies.certificate import CertificateError
+    from robotics.studies.compensation import certify_compensation
 
     law = ParallelCompensation(rule_base=rule_base)
     found = certify_compensation(law, *distance, alpha)

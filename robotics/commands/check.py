@@ -11,8 +11,8 @@ from fuzzy.shell.terminal import FAILED, print_json
 from robotics.commands.shared import ScenarioName, controller_option
 
 if TYPE_CHECKING:
-    from robotics.experiments.inspection import Inspection
-    from robotics.scenario.survey import Survey
+    from robotics.simulation.scenario.survey import Survey
+    from robotics.studies.inspection import Inspection
 
 
 def check(
@@ -34,14 +34,14 @@ def check(
       robotics check mine.toml -o mine.png
     """
     from fuzzy.figures.drawing import save_figure
-    from robotics.experiments.inspection import inspect_survey
-    from robotics.scenario.survey import survey
+    from robotics.simulation.scenario.survey import survey
+    from robotics.studies.inspection import inspect_survey
 
     check_plot(out)
     read = survey(scenario)
     found = inspect_survey(read, controller or "")
     if out is not None and found.scenario is not None:
-        from robotics.figures.scenario import plot_scenario
+        from robotics.show.figures.scenario import plot_scenario
 
         save_figure(plot_scenario(found.scenario, found.findings), out)
     drawn = out if found.scenario is not None else None

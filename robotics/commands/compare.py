@@ -13,12 +13,12 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios
 from robotics.commands.shared import Laws, Metric, print_forewarnings, print_outside, report_divergences
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from fuzzy.shell.progress import Begin
-    from robotics.report.chapter import Front
-    from robotics.report.study import MakeChapters
+    from robotics.show.report.chapter import Front
+    from robotics.show.report.study import MakeChapters
 
 Suite = Literal["thesis", "tracking", "formation", "team"]  # scenarios where none are named
 
@@ -71,12 +71,12 @@ def compare(
     Example:
       robotics compare lyapunov-sine --controllers fuzzy,esm:k=0.5 --seeds 5 --out out
     """
-    from robotics.experiments.comparison import DEFAULT_CONTROLLERS, check_comparison
-    from robotics.experiments.forewarnings import forewarnings
     from robotics.laws.catalogue import make_controller
-    from robotics.report.plan import load_study
-    from robotics.report.study import run_study, with_seeds, write_study
-    from robotics.scenario.reading import load_scenario, scenario_names
+    from robotics.show.report.plan import load_study
+    from robotics.show.report.study import run_study, with_seeds, write_study
+    from robotics.simulation.scenario.reading import load_scenario, scenario_names
+    from robotics.studies.comparison import DEFAULT_CONTROLLERS, check_comparison
+    from robotics.studies.forewarnings import forewarnings
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
     thesis = with_seeds(load_study("thesis"), seeds, seed) if not own and suite == "thesis" else None
@@ -147,16 +147,16 @@ def split_controllers(text: str) -> list[str]:
 
 
 def _small_arena(begin: "Begin", folder: Path) -> "Front":
-    from robotics.report.arena import small_arena
+    from robotics.show.report.arena import small_arena
 
     return small_arena(begin, folder)
 
 
 def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":
-    from robotics.experiments.executors import import_ahead
+    from robotics.studies.executors import import_ahead
 
-    import_ahead(["robotics.thesis.chapters"])  # this takes seconds, in which the same is done here
-    from robotics.thesis.chapters import judging
-    from robotics.thesis.experiment import THOROUGH, USUAL
+    import_ahead(["robotics.plugins.thesis.chapters"])  # this takes seconds, in which the same is done here
+    from robotics.plugins.thesis.chapters import judging
+    from robotics.plugins.thesis.experiment import THOROUGH, USUAL
 
     return partial(judging, effort=THOROUGH if thorough else USUAL, save_runs=save_runs)

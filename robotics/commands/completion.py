@@ -19,7 +19,7 @@ def _packaged(folder: str) -> Callable[[str], list[str]]:
 
 
 scenarios, robots, studies, sweeps = map(_packaged, ("scenarios", "robots", "studies", "sweeps"))
-arenas = _packaged("arena")
+arenas = _packaged("arenas")
 
 
 def controllers(incomplete: str) -> list[str]:
@@ -46,7 +46,7 @@ def copies(incomplete: str) -> list[str]:
 
 def distributions(incomplete: str) -> list[str]:
     """The ROS 2 distributions for which logs can be written."""
-    from robotics.logs.typestore import DISTRIBUTIONS
+    from robotics.plugins.logs.typestore import DISTRIBUTIONS
 
     return [name for name in DISTRIBUTIONS if name.startswith(incomplete)]
 

@@ -28,7 +28,7 @@ def copy(
       robotics copy tracking three-cross --to mine
       robotics run mine/three-cross.toml --controller cooperation:rule_base=mine/tracking.fis
     """
-    from robotics.scenario.copying import copy_packaged
+    from robotics.simulation.scenario.copying import copy_packaged
 
     copies = copy_packaged(names, to, force)
     if json:

@@ -14,10 +14,10 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 
 if TYPE_CHECKING:
-    from robotics.experiments.learning.formationdata import FormationRecipe
-    from robotics.experiments.learning.scenariodata import ScenarioRecipe
-    from robotics.scenario.description import Scenario
-    from robotics.scenario.formationtext import FormationPlan
+    from robotics.simulation.scenario.description import Scenario
+    from robotics.simulation.scenario.formationtext import FormationPlan
+    from robotics.studies.learning.formationdata import FormationRecipe
+    from robotics.studies.learning.scenariodata import ScenarioRecipe
 
 _OF_SCENARIO = ("teacher", "inputs", "runs", "displaced")
 _OF_PLAN = ("amplitude", "wavelength", "path", "spacing", "followers", "arrangement")
@@ -39,7 +39,7 @@ def formation(
     recipe: Annotated[
         "partial[ScenarioRecipe]",
         FieldOptions(
-            "robotics.experiments.learning.scenariodata:ScenarioRecipe",
+            "robotics.studies.learning.scenariodata:ScenarioRecipe",
             *(*_OF_SCENARIO, *_OF_BOTH),
             given=True,
             of="scenario",
@@ -56,7 +56,7 @@ def formation(
     plan: Annotated[
         "partial[FormationPlan]",
         FieldOptions(
-            "robotics.scenario.formationtext:FormationPlan",
+            "robotics.simulation.scenario.formationtext:FormationPlan",
             *(*_OF_PLAN, "speed"),
             given=True,
             path=Shown(metavar="SHAPE:NAME=VALUE,..."),
@@ -69,7 +69,7 @@ def formation(
     thesis: Annotated[
         "partial[FormationRecipe]",
         FieldOptions(
-            "robotics.experiments.learning.formationdata:FormationRecipe",
+            "robotics.studies.learning.formationdata:FormationRecipe",
             *("kind", "coverage", "jitter", "speed", *_OF_BOTH),
             given=True,
             of="thesis",
@@ -92,7 +92,7 @@ def formation(
     Example:
       robotics dataset formation --path eight:width=10 --followers 4 --save-scenario mine.toml -o mine.csv
     """
-    from robotics.scenario.reading import load_scenario
+    from robotics.simulation.scenario.reading import load_scenario
 
     given = {**recipe.keywords, **plan.keywords, **thesis.keywords}
     for name, value in {"scenario": scenario, "save_scenario": save_scenario, "formations": formations}.items():
@@ -119,10 +119,10 @@ def _thesis_set(
     thesis: "partial[FormationRecipe]", given: Mapping[str, Any], check: bool, out: Path, command: str, json: bool
 ) -> None:
     """Make, write and tell of a set of the thesis's kinds."""
-    from robotics.experiments.learning.datacard import thesis_facts, write_card
-    from robotics.experiments.learning.datatable import write_data
-    from robotics.experiments.learning.formationdata import checking_recipe, formation_data
-    from robotics.experiments.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
+    from robotics.studies.learning.datacard import thesis_facts, write_card
+    from robotics.studies.learning.datatable import write_data
+    from robotics.studies.learning.formationdata import checking_recipe, formation_data
+    from robotics.studies.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
 
     kind = given.get("kind", "literal")
     own = [n for n in ("coverage", "jitter", "lateral", "heading", "lead") if n in given]
@@ -165,10 +165,10 @@ def _scenario_set(
     scenario: "Scenario", recipe: "ScenarioRecipe", check: bool, out: Path, command: str, json: bool, quiet: bool
 ) -> None:
     """Make, write and tell of a set of a scenario."""
-    from robotics.experiments.learning.datacard import robot_facts, write_card
-    from robotics.experiments.learning.datatable import write_data
-    from robotics.experiments.learning.scenariodata import checking_set, passes, scenario_data
-    from robotics.experiments.versions import versions
+    from robotics.studies.learning.datacard import robot_facts, write_card
+    from robotics.studies.learning.datatable import write_data
+    from robotics.studies.learning.scenariodata import checking_set, passes, scenario_data
+    from robotics.studies.versions import versions
 
     recipe = checking_set(recipe) if check else recipe
     with progress_bar(quiet) as begin:
@@ -192,8 +192,8 @@ def _scenario_set(
 
 def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
     """The scenario of a formation, saved if wished."""
-    from robotics.scenario.formationtext import formation_text
-    from robotics.scenario.reading import parse_scenario
+    from robotics.simulation.scenario.formationtext import formation_text
+    from robotics.simulation.scenario.reading import parse_scenario
 
     text = formation_text(plan)
     if file is not None:

@@ -11,7 +11,7 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.run_files import Distribution
 
 if TYPE_CHECKING:
-    from robotics.experiments.learning.drivedata import DriveRecipe
+    from robotics.studies.learning.drivedata import DriveRecipe
 
 
 def from_bag(
@@ -25,7 +25,7 @@ def from_bag(
     recipe: Annotated[
         "DriveRecipe",
         FieldOptions(
-            "robotics.experiments.learning.drivedata:DriveRecipe",
+            "robotics.studies.learning.drivedata:DriveRecipe",
             *("inputs", "driven", "look_ahead", "period", "gap", "delay", "whole"),
             inputs=Shown(metavar="A,B,..."),
         ),
@@ -54,10 +54,10 @@ def from_bag(
     """
     import numpy as np
 
-    from robotics.experiments.learning.datacard import write_card
-    from robotics.experiments.learning.datatable import write_data
-    from robotics.experiments.learning.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
-    from robotics.logs.drive import read_drive
+    from robotics.plugins.logs.drive import read_drive
+    from robotics.studies.learning.datacard import write_card
+    from robotics.studies.learning.datatable import write_data
+    from robotics.studies.learning.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
 
     check_target(out, ".csv")
     check_target(check, ".csv")

@@ -10,8 +10,8 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 
 if TYPE_CHECKING:
-    from robotics.ccode.verification import VerifiedLaw
-    from robotics.ccode.writing import CLawFiles
+    from robotics.plugins.ccode.verification import VerifiedLaw
+    from robotics.plugins.ccode.writing import CLawFiles
 
 Number = Literal["double", "float"]  # the types of numbers
 
@@ -47,9 +47,9 @@ def c(
       robotics export c fuzzy -o out
       robotics export c lyapunov:ky=8 -o out --number float --scenario lyapunov-sine
     """
-    from robotics.ccode.verification import verify_c_law
-    from robotics.ccode.writing import write_c_law
-    from robotics.scenario.reading import load_scenario
+    from robotics.plugins.ccode.verification import verify_c_law
+    from robotics.plugins.ccode.writing import write_c_law
+    from robotics.simulation.scenario.reading import load_scenario
 
     read = load_scenario(scenario)
     files = write_c_law(controller, read, out, number, name=name)

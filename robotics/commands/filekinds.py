@@ -23,7 +23,7 @@ class FileKind:
     keys: str  # describes the file's outermost table
     reader: str  # of a file's text, and of what messages call it
     use: str  # the command that uses a file, with FILE for its name
-    templates: Mapping[str, str]  # in robotics/templates/, without .toml, by --kind; the first is the default
+    templates: Mapping[str, str]  # in robotics/data/templates/, without .toml, by --kind; the first is the default
 
     def table(self) -> KeyTable:
         """The description of the file's outermost table."""
@@ -37,7 +37,7 @@ class FileKind:
     @property
     def values(self) -> dict[str, dict[str, Any]]:
         """What files begin with, as they have it, by --kind."""
-        folder = resources.files("robotics") / "templates"
+        folder = resources.files("robotics") / "data" / "templates"
         return {
             kind: tomllib.loads((folder / f"{file}.toml").read_text(encoding="utf-8"))
             for kind, file in self.templates.items()
@@ -47,36 +47,36 @@ class FileKind:
 FILE_KINDS: dict[str, FileKind] = {
     "scenario": FileKind(
         "a scenario",
-        "robotics.scenario.keys:scenario_table",
-        "robotics.scenario.reading:parse_scenario",
+        "robotics.simulation.scenario.keys:scenario_table",
+        "robotics.simulation.scenario.reading:parse_scenario",
         "robotics check FILE, then robotics run FILE",
         {kind: f"scenario-{kind}" for kind in ("tracking", "team", "formation")},
     ),
     "robot": FileKind(
         "a robot",
-        "robotics.scenario.keys:robot_file_table",
-        "robotics.scenario.robots:parse_robot",
+        "robotics.simulation.scenario.keys:robot_file_table",
+        "robotics.simulation.scenario.robots:parse_robot",
         "robotics robot FILE",
         {"robot": "robot"},
     ),
     "sweep": FileKind(
         "a sweep",
-        "robotics.experiments.sweeps.reading:sweep_table",
-        "robotics.experiments.sweeps.reading:parse_sweep",
+        "robotics.studies.sweeps.reading:sweep_table",
+        "robotics.studies.sweeps.reading:parse_sweep",
         "robotics sweep FILE",
         {"sweep": "sweep"},
     ),
     "tuning": FileKind(
         "a tuning",
-        "robotics.tuning.file:tuning_table",
-        "robotics.tuning.file:parse_tuning",
+        "robotics.studies.tuning.file:tuning_table",
+        "robotics.studies.tuning.file:parse_tuning",
         "robotics tune fuzzy lyapunov-sine --space FILE",
         {"tuning": "tuning"},
     ),
     "study": FileKind(
         "a study",
-        "robotics.report.keys:study_table",
-        "robotics.report.plan:parse_study",
+        "robotics.show.report.keys:study_table",
+        "robotics.show.report.plan:parse_study",
         "robotics study FILE",
         {"study": "study"},
     ),

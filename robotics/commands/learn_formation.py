@@ -66,7 +66,8 @@ def formation(
     from threadpoolctl import threadpool_limits
 
     from fuzzy.files.table import BadRowsError
-    from robotics.experiments.learning.formationlearning import (
+    from robotics.simulation.scenario.reading import load_scenario
+    from robotics.studies.learning.formationlearning import (
         FormationLearningError,
         formation_table,
         learn_networks,
@@ -74,7 +75,6 @@ def formation(
         steps,
         write_networks,
     )
-    from robotics.scenario.reading import load_scenario
 
     if report is None and (title is not None or drive):
         raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
@@ -99,7 +99,7 @@ def formation(
         write_networks(networks, out, data.name)
         if report is not None:
             from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
-            from robotics.report.learning import Samples, drive_networks, write_learning_report
+            from robotics.show.report.learning import Samples, drive_networks, write_learning_report
 
             words = ["robotics", "learn", "formation", str(data), *([] if check is None else ["--check", str(check)])]
             words += ["-o", str(out), f"--rules={rules}", f"--method={options.method}", f"--epochs={options.epochs}"]

@@ -13,8 +13,8 @@ from robotics.commands.repeat import Stress
 from robotics.commands.shared import number_cell
 
 if TYPE_CHECKING:
-    from robotics.experiments.learning.courses import ImitationTask
-    from robotics.experiments.learning.lesson import ImitationPlan
+    from robotics.studies.learning.courses import ImitationTask
+    from robotics.studies.learning.lesson import ImitationPlan
 
 
 def rules_(
@@ -36,7 +36,7 @@ def rules_(
     lesson: Annotated[
         "Callable[..., ImitationPlan]",
         FieldOptions(
-            "robotics.experiments.learning.lesson:ImitationPlan",
+            "robotics.studies.learning.lesson:ImitationPlan",
             *("inputs", "outputs", "into", "rules", "rounds", "disturbance"),
             later=True,
             inputs=Shown(default=("x_err", "y_err", "heading_err", "target_v", "target_w"), metavar="NAME,..."),
@@ -64,8 +64,8 @@ def rules_(
     """
     from anfis import Options
     from fuzzy.files.table import write_table
-    from robotics.experiments.learning.imitation import drives, imitate, steps, write_rule_base
-    from robotics.experiments.learning.lesson import RIDGE
+    from robotics.studies.learning.imitation import drives, imitate, steps, write_rule_base
+    from robotics.studies.learning.lesson import RIDGE
 
     check_target(out)
     check_target(data)
@@ -108,8 +108,8 @@ def rules_(
 
 
 def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["ImitationTask", ...]:
-    from robotics.experiments.learning.courses import crossing_course, obstacle_course, scenario_course
-    from robotics.scenario.reading import load_scenario
+    from robotics.simulation.scenario.reading import load_scenario
+    from robotics.studies.learning.courses import crossing_course, obstacle_course, scenario_course
 
     courses = [scenario_course(load_scenario(name)) for name in scenarios]
     for each in stress:

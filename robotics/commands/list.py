@@ -43,7 +43,7 @@ def list_(
 
 def _print_section(rows: list[dict[str, Any]], lines: Callable[[dict[str, Any]], list[str]]) -> None:
     """Print the entries of a section, in their groups if they have any; the names' column is as wide as the longest."""
-    from robotics.scenario.conditions import CONDITION_GROUPS
+    from robotics.simulation.scenario.conditions import CONDITION_GROUPS
 
     groups = [group for group in CONDITION_GROUPS if any(row.get("group") == group for row in rows)]
     indent = "    " if groups else "  "
@@ -65,8 +65,8 @@ def _print_entry(start: str, lines: list[str], column: int) -> None:
 
 
 def _scenarios() -> list[dict[str, Any]]:
-    from robotics.scenario.conditions import group_of
-    from robotics.scenario.reading import load_scenario, scenario_names
+    from robotics.simulation.scenario.conditions import group_of
+    from robotics.simulation.scenario.reading import load_scenario, scenario_names
 
     scenarios = [load_scenario(name) for name in scenario_names()]
     return [
@@ -75,7 +75,7 @@ def _scenarios() -> list[dict[str, Any]]:
 
 
 def _robots() -> list[dict[str, Any]]:
-    from robotics.scenario.robots import load_robot, robot_names
+    from robotics.simulation.scenario.robots import load_robot, robot_names
 
     models = [load_robot(name) for name in robot_names()]
     return [{"name": m.name, "title": m.title, "source": m.source} for m in models]
@@ -120,7 +120,7 @@ def _rule_bases() -> list[dict[str, Any]]:
 
 
 def _studies() -> list[dict[str, Any]]:
-    from robotics.report.plan import load_study, study_names
+    from robotics.show.report.plan import load_study, study_names
 
     plans = [load_study(name) for name in study_names()]
     return [

@@ -9,11 +9,11 @@ from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, scenarios
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
-    from robotics.reinforcement.training import Trained
-    from robotics.scenario.description import Scenario
+    from robotics.plugins.reinforcement.training import Trained
+    from robotics.simulation.scenario.description import Scenario
 
 _RUNS = 20  # unseen seeds of each scenario by which policies are told and chosen
 
@@ -50,9 +50,9 @@ def reinforce(
       robotics reinforce lyapunov-circle --steps 20000 --lanes 32 -o mine.json
       robotics run lyapunov-circle --controller ppo:policy=mine.json
     """
-    from robotics.reinforcement.learning import Learning, learning_scenarios, validation_scenarios
-    from robotics.reinforcement.training import train
-    from robotics.scenario.reading import load_scenario
+    from robotics.plugins.reinforcement.learning import Learning, learning_scenarios, validation_scenarios
+    from robotics.plugins.reinforcement.training import train
+    from robotics.simulation.scenario.reading import load_scenario
 
     if out.suffix != ".json":
         raise InputError(f"--out must be a .json file; got {out}")
@@ -95,8 +95,8 @@ def reinforce(
 def _cost(one: "Trained", unseen: "tuple[Scenario, ...]") -> float:
     """What a policy costs in the mean, where it has not learnt."""
     from robotics.laws.tracking.neural import NeuralPolicy
-    from robotics.reinforcement.learning import VALIDATION
-    from robotics.tuning.cost import Cost, costs_of
+    from robotics.plugins.reinforcement.learning import VALIDATION
+    from robotics.studies.tuning.cost import Cost, costs_of
 
     law: Any = NeuralPolicy(policy=one.policy)
     return float(costs_of(Cost(), unseen, [law], range(VALIDATION, VALIDATION + _RUNS)).sum(axis=-1).mean())

@@ -46,9 +46,9 @@ def repeat(
     Example:
       robotics repeat crossing --seed 4 --animate
     """
-    from robotics.experiments.stress.single import ALIASES, STRESSES, single_run
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import own_metrics
+    from robotics.studies.stress.single import ALIASES, STRESSES, single_run
 
     name = chosen_controller(controller, law) or STRESSES[stress]
     driver, own = make_controller(ALIASES[stress].get(name, name)), own_metrics(metric or (), "team")

@@ -13,9 +13,9 @@ from robotics.commands.completion import robots
 from robotics.commands.shared import number_cell
 
 if TYPE_CHECKING:
-    from robotics.scenario.robots import RobotModel
-    from robotics.vehicle.robot import Robot
-    from robotics.vehicle.wheel_loop import Gains
+    from robotics.simulation.scenario.robots import RobotModel
+    from robotics.world.vehicle.robot import Robot
+    from robotics.world.vehicle.wheel_loop import Gains
 
 
 def robot(
@@ -33,9 +33,9 @@ def robot(
       robotics new robot -o mine.toml
       robotics robot mine.toml --tune -o mine.png
     """
-    from robotics.scenario.robots import load_robot, write_tuned
-    from robotics.vehicle.robot import RobotError
-    from robotics.vehicle.wheel_loop import tuned
+    from robotics.simulation.scenario.robots import load_robot, write_tuned
+    from robotics.world.vehicle.robot import RobotError
+    from robotics.world.vehicle.wheel_loop import tuned
 
     check_plot(out)
     if write is not None and not tune:
@@ -47,7 +47,7 @@ def robot(
         write_tuned(name, gains, write, force)
     if out is not None:
         from fuzzy.figures.drawing import save_figure
-        from robotics.figures.robot import plot_robot
+        from robotics.show.figures.robot import plot_robot
 
         save_figure(plot_robot(model), out)
     if json:
@@ -94,7 +94,7 @@ def _numbers(robot: "Robot") -> list[dict[str, Any]]:
 
 
 def _limits(robot: "Robot") -> dict[str, float | None]:
-    from robotics.vehicle.wheel_loop import top_speed
+    from robotics.world.vehicle.wheel_loop import top_speed
 
     return {
         "v_mps": robot.wheel_radius * top_speed(robot, "straight"),
@@ -109,7 +109,7 @@ def _loop(robot: "Robot") -> dict[str, dict[str, float | None]]:
     """Overshoot and settling time of a step to half of the top speed; None: it does not settle."""
     from math import isfinite
 
-    from robotics.vehicle.wheel_loop import MOTIONS, step_response
+    from robotics.world.vehicle.wheel_loop import MOTIONS, step_response
 
     steps = {motion: step_response(robot, motion) for motion in MOTIONS}
     return {

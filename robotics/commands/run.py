@@ -38,13 +38,13 @@ def run_(
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
     """
-    from robotics.experiments.forewarnings import forewarnings
-    from robotics.experiments.stress.single import STRESSES
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import own_metrics
-    from robotics.scenario.conditions import noises
-    from robotics.scenario.reading import load_scenario
     from robotics.simulation.loop import simulate
+    from robotics.simulation.scenario.conditions import noises
+    from robotics.simulation.scenario.reading import load_scenario
+    from robotics.studies.forewarnings import forewarnings
+    from robotics.studies.stress.single import STRESSES
 
     if scenario in STRESSES:
         raise InputError(f"{scenario} is no scenario but a stress test: `robotics repeat {scenario}` repeats one run")

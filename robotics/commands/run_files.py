@@ -59,8 +59,8 @@ class RunFiles:
             check_folder(Path())
         check_target(self.layout, ".json")
         if self.logged:
-            from robotics.logs.typestore import check_distribution
-            from robotics.logs.writing import check_storage
+            from robotics.plugins.logs.typestore import check_distribution
+            from robotics.plugins.logs.writing import check_storage
 
             check_distribution(self.distribution)
             check_storage(self.storage)
@@ -72,7 +72,7 @@ class RunFiles:
 
     def check_logs(self, seeds: Sequence[int]) -> None:
         """See, before the run, that the logs of these seeds can be written. Raises LogError or TargetError."""
-        from robotics.logs.writing import check_mcap, check_rosbag
+        from robotics.plugins.logs.writing import check_mcap, check_rosbag
 
         for path in self._logs(self.mcap, seeds).values():
             check_mcap(path)
@@ -101,7 +101,7 @@ class RunFiles:
         ``begin`` starts a bar of a progress display, by its text and total.
         """
         from fuzzy.files.table import write_frame
-        from robotics.playback.player import write_player
+        from robotics.show.playback.player import write_player
         from robotics.simulation.mode_changes import mode_change_table
 
         if self.save is not None:
@@ -112,7 +112,7 @@ class RunFiles:
             write_frame(mode_change_table(run), self.events)
         if self.plot is not None:
             from fuzzy.figures.drawing import save_figure
-            from robotics.figures.run import plot_run
+            from robotics.show.figures.run import plot_run
 
             save_figure(plot_run(run), self.plot)
         self._write_logs(run, begin)
@@ -124,14 +124,14 @@ class RunFiles:
 
     @staticmethod
     def _logs(path: Path | None, seeds: Sequence[int]) -> dict[int, Path]:
-        from robotics.logs.writing import seed_files
+        from robotics.plugins.logs.writing import seed_files
 
         return {} if path is None else seed_files(path, seeds)
 
     def _write_logs(self, run: "Run", begin: Callable[[str, int], Callable[[], None]] | None) -> None:
         """Write the logs of all seeds, and the layout."""
-        from robotics.logs.layout import write_layout
-        from robotics.logs.writing import write_mcap, write_rosbag
+        from robotics.plugins.logs.layout import write_layout
+        from robotics.plugins.logs.writing import write_mcap, write_rosbag
 
         logs: list[tuple[Any, Path | None, dict[str, Any]]] = [
             (write_mcap, self.mcap, {}),

@@ -14,14 +14,14 @@ from fuzzy.shell.options import FieldOptions, Shown, argument, option
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import controllers, metrics, scenarios
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from robotics.commands.run_files import RunFiles
-    from robotics.experiments.stress.crew import Stressed
-    from robotics.experiments.stress.disturbance import Disturbance
     from robotics.measures.tracking import Metric as Measured
     from robotics.simulation.run import Run
+    from robotics.studies.stress.crew import Stressed
+    from robotics.studies.stress.disturbance import Disturbance
 
 UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for contacts and least clearance"
 _COLUMNS = 6  # robots that get a column each
@@ -44,7 +44,7 @@ Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles
 Wrong = Annotated[
     "Disturbance",
     FieldOptions(
-        "robotics.experiments.stress.disturbance:Disturbance",
+        "robotics.studies.stress.disturbance:Disturbance",
         freeze=Shown(doc="Stop one robot for this many seconds."),
     ),
 ]

@@ -49,12 +49,12 @@ def crossing(
     Example:
       robotics stress crossing --robots 3 --runs 20 --json
     """
-    from robotics.experiments.forewarnings import crossing_forewarnings
-    from robotics.experiments.stress.crew import in_chunks
-    from robotics.experiments.stress.crossing_runs import stress_crossing
-    from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
     from robotics.simulation.opening import has_equation
+    from robotics.studies.forewarnings import crossing_forewarnings
+    from robotics.studies.stress.crew import in_chunks
+    from robotics.studies.stress.crossing_runs import stress_crossing
+    from robotics.studies.stress.single import ALIASES
 
     controller = chosen_controller(controller, law) or "right-of-way"
     name = ALIASES["crossing"].get(controller, controller)

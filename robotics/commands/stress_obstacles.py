@@ -49,11 +49,11 @@ def obstacles(
     Example:
       robotics stress obstacles --runs 20 --class U --json
     """
-    from robotics.experiments.forewarnings import blind
-    from robotics.experiments.stress.crew import in_chunks
-    from robotics.experiments.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
-    from robotics.experiments.stress.single import ALIASES
     from robotics.laws.catalogue import make_controller
+    from robotics.studies.forewarnings import blind
+    from robotics.studies.stress.crew import in_chunks
+    from robotics.studies.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
+    from robotics.studies.stress.single import ALIASES
 
     controller = chosen_controller(controller, law) or "committed"
     name = ALIASES["obstacles"].get(controller, controller)

@@ -11,7 +11,7 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
 from robotics.commands.shared import print_forewarnings, print_outside
 from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 
 @renamed_options(jobs="--workers")
@@ -54,11 +54,11 @@ def study(
       less = true                         # more, no_worse_by = 0.01, below = 0.05, above
       margin_percent = 10                 # or margin = 0.002
     """
-    from robotics.experiments.forewarnings import forewarnings
     from robotics.laws.catalogue import as_law
     from robotics.measures.evidence import FEWEST_RUNS
-    from robotics.report.plan import load_study
-    from robotics.report.study import default_folder, run_study, with_seeds
+    from robotics.show.report.plan import load_study
+    from robotics.show.report.study import default_folder, run_study, with_seeds
+    from robotics.studies.forewarnings import forewarnings
 
     plan = with_seeds(load_study(name), seeds)
     folder = out if out is not None else default_folder(plan)

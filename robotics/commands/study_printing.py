@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzy.shell.interrupts import interrupted
 from robotics.commands.shared import UNTIL_CONTACT
-from robotics.experiments.executors import WorkerError
+from robotics.studies.executors import WorkerError
 
 if TYPE_CHECKING:
-    from robotics.experiments.comparison import Comparison
-    from robotics.report.study import Study
+    from robotics.show.report.study import Study
+    from robotics.studies.comparison import Comparison
 
 
 def print_comparisons(study: "Study") -> None:
@@ -50,7 +50,7 @@ def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
 
 def print_verdicts(study: "Study") -> None:
     """Print every claim with its verdict and what decides it, and the file to open."""
-    from robotics.report.wording import sentence
+    from robotics.show.report.wording import sentence
 
     for claim in study.claims:
         source = f" ({claim.source})" if claim.source else ""
@@ -63,7 +63,7 @@ def print_verdicts(study: "Study") -> None:
 
 def contact_rows(study: "Study") -> list[dict[str, Any]]:
     """How many runs of each controller on each scenario had a contact, where there is something to touch."""
-    from robotics.experiments.comparison import contact_runs
+    from robotics.studies.comparison import contact_runs
 
     rows = []
     for comparison in study.comparisons:
@@ -79,9 +79,9 @@ def _print_tables(comparison: "Comparison", study: "Study") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from robotics.experiments.comparison import contact_runs
     from robotics.laws.catalogue import law_title
-    from robotics.report.summarytable import printed_metrics
+    from robotics.show.report.summarytable import printed_metrics
+    from robotics.studies.comparison import contact_runs
 
     # A pipe has no width of its own: wide enough that no number is cut.
     console = Console() if sys.stdout.isatty() else Console(width=120)

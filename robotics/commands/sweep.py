@@ -13,7 +13,7 @@ from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import sweeps
 from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 
 def sweep(
@@ -53,12 +53,12 @@ def sweep(
       [controller_parameters]            # gains; for a grid also count = 5
       ky = { low = 1, high = 40, scale = "log" }
     """
-    from robotics.experiments.executors import workers_at
-    from robotics.experiments.forewarnings import forewarnings
-    from robotics.experiments.sweeps.plan import PACKAGES, controller_at, plan_sweep, scenario_at
-    from robotics.experiments.sweeps.reading import load_sweep, with_own
-    from robotics.experiments.sweeps.running import landed_chunks, run_sweep
     from robotics.laws.catalogue import make_controller
+    from robotics.studies.executors import workers_at
+    from robotics.studies.forewarnings import forewarnings
+    from robotics.studies.sweeps.plan import PACKAGES, controller_at, plan_sweep, scenario_at
+    from robotics.studies.sweeps.reading import load_sweep, with_own
+    from robotics.studies.sweeps.running import landed_chunks, run_sweep
 
     plan = plan_sweep(with_own(load_sweep(spec), law or (), metric or ()))
     with suppress(InputError):  # what is wrong with a point is said where it is run
@@ -73,7 +73,7 @@ def sweep(
             print(f"{folder}: {done} of {chunks} chunks are there already", file=sys.stderr)
 
     try:
-        preload = ["pyarrow", "robotics.experiments.sweeps.running"]
+        preload = ["pyarrow", "robotics.studies.sweeps.running"]
         with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
             done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
     except KeyboardInterrupt:

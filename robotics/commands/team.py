@@ -26,8 +26,8 @@ def team(
       robotics run team.toml --plot team.png
     """
     from fuzzy.files.atomic import check_target, write_whole
-    from robotics.scenario.random_team import team_toml
-    from robotics.scenario.reading import parse_scenario
+    from robotics.simulation.scenario.random_team import team_toml
+    from robotics.simulation.scenario.reading import parse_scenario
 
     check_target(out, ".toml")
     text = team_toml(robots, seed, speed=speed, controller=controller, radio=graph)

@@ -20,7 +20,7 @@ def template_text(kind: str, file: str = "") -> str:
     if kind not in TEMPLATES:
         raise InputError(expected(kind, TEMPLATES, "kind of file"))
     packaged, name, _ = TEMPLATES[kind]
-    text = (resources.files("robotics") / "templates" / packaged).read_text(encoding="utf-8")
+    text = (resources.files("robotics") / "data" / "templates" / packaged).read_text(encoding="utf-8")
     return text.replace(name, file or name)
 
 

@@ -13,13 +13,13 @@ from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import Dask, print_forewarnings
-from robotics.experiments.versions import versions
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from fuzzy.tuning.search import Evaluations
-    from robotics.scenario.description import Scenario
-    from robotics.tuning.tune import Tuned
-    from robotics.tuning.unseen import Unseen
+    from robotics.simulation.scenario.description import Scenario
+    from robotics.studies.tuning.tune import Tuned
+    from robotics.studies.tuning.unseen import Unseen
 
 
 @renamed_options(jobs="--workers", runs="--seeds", check_runs="--check-seeds", scenarios="")
@@ -62,15 +62,15 @@ def tune(
       robotics tune fuzzy lyapunov-sine --unseen lyapunov-circle --evaluations 50 --seeds 5 -o rules
       robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
-    from robotics.experiments.executors import workers_at
-    from robotics.experiments.forewarnings import forewarnings
     from robotics.laws.catalogue import make_controller
-    from robotics.scenario.reading import load_scenario
-    from robotics.tuning.file import TuningFile, load_tuning
-    from robotics.tuning.results import write_tuned
-    from robotics.tuning.tune import TuningInterrupt, with_noise
-    from robotics.tuning.tune import tune as tuned_by
-    from robotics.tuning.unseen import compared
+    from robotics.simulation.scenario.reading import load_scenario
+    from robotics.studies.executors import workers_at
+    from robotics.studies.forewarnings import forewarnings
+    from robotics.studies.tuning.file import TuningFile, load_tuning
+    from robotics.studies.tuning.results import write_tuned
+    from robotics.studies.tuning.tune import TuningInterrupt, with_noise
+    from robotics.studies.tuning.tune import tune as tuned_by
+    from robotics.studies.tuning.unseen import compared
 
     tuning = load_tuning(space) if space is not None else TuningFile()
     settings = [load_scenario(name) for name in on]
@@ -124,7 +124,7 @@ def tune(
 
 def _unseen(text: str | None, settings: "list[Scenario]") -> list[str]:
     """The names of the scenarios that are not tuned on: those that are asked for, or all other packaged ones."""
-    from robotics.scenario.reading import scenario_names
+    from robotics.simulation.scenario.reading import scenario_names
 
     if text is not None:
         return [name.strip() for name in text.split(",") if name.strip()]
@@ -139,7 +139,7 @@ def _plain(law: str) -> str:
 
 
 def _as_json(found: "Tuned", result: str, folder: Path, checked: "list[Unseen]", seconds: float) -> dict[str, Any]:
-    from robotics.tuning.results import front_table
+    from robotics.studies.tuning.results import front_table
 
     rows = {"front": front_table(found).to_dict(orient="records")} if found.about["engine"] == "pareto" else {}
     return {

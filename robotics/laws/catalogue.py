@@ -9,6 +9,7 @@ from typing import Any, Literal, cast, get_args, get_origin
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.quantity import accepted
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
@@ -37,8 +38,7 @@ from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.laws.tuned import tuned_presets
-from robotics.quantity import accepted
-from robotics.vehicle.robot import Robot
+from robotics.world.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]

@@ -47,11 +47,11 @@ from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import expected
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.references import Reference, References
-from robotics.paths.road import Road
-from robotics.radio.channel import AirColumns
-from robotics.radio.channel import HeardColumns as HeardColumns
-from robotics.vehicle.plant import MotionColumns
+from robotics.world.paths.references import Reference, References
+from robotics.world.paths.road import Road
+from robotics.world.radio.channel import AirColumns
+from robotics.world.radio.channel import HeardColumns as HeardColumns
+from robotics.world.vehicle.plant import MotionColumns
 
 
 class RobotColumns(Columns):

@@ -16,16 +16,16 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.quantity import check_quantities
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
 from robotics.laws.setting import Setting
-from robotics.paths.references import Reference, References
-from robotics.quantity import check_quantities
-from robotics.radio.channel import NOTHING, Heard
-from robotics.radio.graph import is_connected
-from robotics.sensing.sonar import Ranges
-from robotics.vehicle.plant import Level
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.references import Reference, References
+from robotics.world.radio.channel import NOTHING, Heard
+from robotics.world.radio.graph import is_connected
+from robotics.world.sensing.sonar import Ranges
+from robotics.world.vehicle.plant import Level
+from robotics.world.vehicle.robot import Robot
 
 Memory = TypeVar("Memory")
 # What a law of motion may know beside its robot's posture, in the words of Law.knows

@@ -6,13 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from robotics.environment.world import Obstacles
-from robotics.paths.references import References
-from robotics.radio.description import Radio
-from robotics.radio.faults import Fault
-from robotics.sensing.posture import Sensing
-from robotics.sensing.sonar import RangeSensor
-from robotics.vehicle.robot import Robot
+from robotics.world.environment.world import Obstacles
+from robotics.world.paths.references import References
+from robotics.world.radio.description import Radio
+from robotics.world.radio.faults import Fault
+from robotics.world.sensing.posture import Sensing
+from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.robot import Robot
 
 # Each robot has its own reference; or there are a leader and its followers; or a team that shall arrive together
 Kind = Literal["tracking", "formation", "team"]

@@ -8,9 +8,9 @@ blamed, both are.
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance, robot_clearance
-from robotics.environment.swept import ContactColumns, Watch
-from robotics.environment.world import Geometry
+from robotics.world.environment.collision import footprints, obstacle_clearance, robot_clearance
+from robotics.world.environment.swept import ContactColumns, Watch
+from robotics.world.environment.world import Geometry
 
 APPROACH = 0.02  # m/s: a robot that came no faster towards another, or an obstacle, did not drive into it
 _V = 3  # of a pose (5,): the speeds begin here
@@ -21,7 +21,7 @@ def at_fault(before: Watch, after: Watch, ended: np.ndarray) -> np.ndarray:
 
     Args:
         before: What was known at a sample.
-        after: What :meth:`robotics.environment.swept.Watch.to` made of it at the next one.
+        after: What :meth:`robotics.world.environment.swept.Watch.to` made of it at the next one.
         ended: The contacts that ended meanwhile, likewise.
     """
     blamed = np.zeros(after.known.counts.shape, dtype=bool)

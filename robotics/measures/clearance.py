@@ -4,8 +4,8 @@ from itertools import combinations
 
 import numpy as np
 
-from robotics.environment.collision import footprints, obstacle_clearance
 from robotics.simulation.run import Run
+from robotics.world.environment.collision import footprints, obstacle_clearance
 
 
 def robot_gaps(run: Run, place: int) -> dict[tuple[int, int], np.ndarray]:

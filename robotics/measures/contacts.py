@@ -1,7 +1,7 @@
 """Contacts of robots with each other and with obstacles, in true size and between the samples too.
 
-The judgement is that of :mod:`robotics.environment.swept`: a robot's own rectangle, carried from sample to sample on
-its recorded motion. A robot that was stopped is measured up to then.
+The judgement is that of :mod:`robotics.world.environment.swept`: a robot's own rectangle, carried from sample to sample
+on its recorded motion. A robot that was stopped is measured up to then.
 """
 
 from collections.abc import Iterator
@@ -10,11 +10,11 @@ from functools import partial
 
 import numpy as np
 
-from robotics.environment.swept import ContactColumns, Watch, pose_between
-from robotics.environment.world import BodyColumns, Geometry
 from robotics.measures.once import CachedPerRun
 from robotics.measures.tracking import SCENARIO_KINDS, Metric
 from robotics.simulation.run import Run
+from robotics.world.environment.swept import ContactColumns, Watch, pose_between
+from robotics.world.environment.world import BodyColumns, Geometry
 
 MOST_DRAWN = 500  # contacts of a seed that a picture marks
 _POSE = 5  # the first channels of a run: x, y, heading, v, ω
@@ -41,7 +41,7 @@ class Judgement:
     first: np.ndarray  # (runs,) s: begin of the first contact of any robot; inf: there was none
     counts: np.ndarray  # (runs, robots) int: contacts of each robot
     least: np.ndarray  # (runs, robots) m: least signed clearance to another robot or an obstacle; < 0: how deep
-    episodes: np.ndarray  # (contacts, 7): the columns of robotics.environment.swept, by run and time
+    episodes: np.ndarray  # (contacts, 7): the columns of robotics.world.environment.swept, by run and time
 
 
 def can_touch(run: Run) -> bool:

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from robotics.statistics.intervals import student, wilson
+from robotics.measures.statistics.intervals import student, wilson
 
 FEWEST_RUNS = 20  # of a mean that decides
 FEWEST_TRIALS = 200  # of a rate that decides

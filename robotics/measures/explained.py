@@ -9,13 +9,13 @@ import numpy as np
 from fuzzy.insight.explanation import Explanation
 from fuzzy.insight.explanation import explain as explain_point
 from fuzzy.shown import shown
-from robotics.environment.collision import footprints, obstacle_clearance, robot_clearance
-from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
 from robotics.measures.decisions import NONE, UNKNOWN, DecisionError, RuleSpan, decisions, rule_spans
 from robotics.measures.standing import stands_still
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FAULT_KINDS, seed_place
+from robotics.world.environment.collision import footprints, obstacle_clearance, robot_clearance
+from robotics.world.environment.world import Geometry
 
 _FEW = 6  # robots that all get a sentence
 SLOW_TURN = 0.02  # rad/s: a robot that turns no faster is said to drive straight

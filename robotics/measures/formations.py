@@ -12,9 +12,9 @@ import numpy as np
 
 from robotics.measures.once import CachedPerRun
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all
-from robotics.paths.joined import PathTable, join_paths, table_length
-from robotics.paths.path import Path
 from robotics.simulation.run import Run
+from robotics.world.paths.joined import PathTable, join_paths, table_length
+from robotics.world.paths.path import Path
 
 SETTLING = 10.0  # s from the start until a robot should be in its place
 _REACH = 0.5  # m: how far along its path a robot is looked for, from where it was a period before

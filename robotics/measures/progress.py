@@ -4,8 +4,8 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel
 from robotics.measures.once import CachedPerRun
-from robotics.paths.nearest import boxed, nearest_node
 from robotics.simulation.run import Run
+from robotics.world.paths.nearest import boxed, nearest_node
 
 _SEARCH_REACH = 0.5  # m: how far from the last place on the path the next is looked for
 _START = 0.25  # of the path: where the first place is looked for

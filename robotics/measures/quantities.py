@@ -12,9 +12,9 @@ from robotics.measures.once import CachedPerRun
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
-from robotics.paths.posture import PostureError, posture_error
-from robotics.paths.references import Reference
 from robotics.simulation.run import Run
+from robotics.world.paths.posture import PostureError, posture_error
+from robotics.world.paths.references import Reference
 
 _START = 6.0  # s: the start is over
 _LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it

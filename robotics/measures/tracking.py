@@ -14,10 +14,10 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.trigonometry import sincos
 from robotics.measures.once import CachedPerRun
-from robotics.paths.nearest import signed_distances
-from robotics.paths.posture import PostureError, posture_error, wrapped_compiled
-from robotics.paths.references import Reference
 from robotics.simulation.run import Run
+from robotics.world.paths.nearest import signed_distances
+from robotics.world.paths.posture import PostureError, posture_error, wrapped_compiled
+from robotics.world.paths.references import Reference
 
 _SETTLED = 0.05  # m: a robot that stays nearer has settled
 UNDER_WAY = 6.0  # s: from then on what is measured is the tracking, not how a robot came to its path

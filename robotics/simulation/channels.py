@@ -69,7 +69,7 @@ RECORDS: dict[str, Record] = {
     "modes": Record(axes=("sample", "run", "robot"), dtype="int8", stopped=STOPPED),
     # whether the emergency rule overrode what the law wanted
     "guarded": Record(axes=("sample", "run", "robot"), dtype="bool", stopped=False),
-    # m: readings of the range sensors, those of robotics.sensing.carried.sensor_names
+    # m: readings of the range sensors, those of robotics.world.sensing.carried.sensor_names
     "ranges": Record(axes=("sample", "run", "robot", "sensor"), dtype="float32"),
     # N m: the motors' torques at the right and the left wheel, at the start of the plant's last step, if a run keeps
     # them; 0 on the kinematic plant, which has no motors

@@ -17,15 +17,15 @@ from fuzzy.compiled.columns import (
 )
 from fuzzy.compiled.jit import types
 from robotics.laws.equation import Known
-from robotics.paths.road import Road
-from robotics.radio.channel import Air
-from robotics.radio.faults import Trouble
-from robotics.sensing.carried import Looks
-from robotics.sensing.posture import Senses
+from robotics.world.paths.road import Road
+from robotics.world.radio.channel import Air
+from robotics.world.radio.faults import Trouble
+from robotics.world.sensing.carried import Looks
+from robotics.world.sensing.posture import Senses
 
 
 class PlantLanes(NamedTuple):
-    """The plant of all lanes, as of :mod:`robotics.vehicle.plant`."""
+    """The plant of all lanes, as of :mod:`robotics.world.vehicle.plant`."""
 
     parameters: Floats2  # (PARAMETERS, lanes)
     truth: Floats2  # (CHANNELS, lanes)
@@ -33,7 +33,7 @@ class PlantLanes(NamedTuple):
     scratch: Floats1  # the plant works in it
     steps: int  # of the plant a period
     step: float  # s
-    code: int  # of robotics.vehicle.plant: velocities, torques, or the kinematic plant
+    code: int  # of robotics.world.vehicle.plant: velocities, torques, or the kinematic plant
     late_periods: int  # latency: whole periods,
     late_steps: int  # and steps of the plant beyond them
 
@@ -65,7 +65,7 @@ class Lanes(NamedTuple):
 
 
 LANES_TYPE, LOOKS_TYPE = compiled_type(Lanes), compiled_type(Looks)
-# Of robotics.sensing.carried.look
+# Of robotics.world.sensing.carried.look
 LOOK_TYPE = types.void(LOOKS_TYPE, types.int64, types.float64[:, ::1], types.int64, types.float64[:, ::1])
 
 
@@ -80,7 +80,7 @@ def machine_code(function: Any, *kinds: Any) -> Any:
 
 @cache
 def looking(look: Any) -> Any:
-    """The machine code of a compiled function that reads range sensors, as :func:`robotics.sensing.carried.look`."""
+    """The machine code of a compiled function that reads range sensors: :func:`robotics.world.sensing.carried.look`."""
     return _made(look, LOOK_TYPE.args)
 
 

@@ -24,18 +24,18 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.laws.universe import say_of_inputs
-from robotics.paths.references import Reference
-from robotics.radio.faults import Faults
-from robotics.scenario.description import Scenario
-from robotics.sensing.carried import look as read_ranges
-from robotics.sensing.sonar import Ranges
 from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
 from robotics.simulation.observer import Moment, Observer, moment_of, noted_type, watch_type
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
+from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.state import State
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
+from robotics.world.paths.references import Reference
+from robotics.world.radio.faults import Faults
+from robotics.world.sensing.carried import look as read_ranges
+from robotics.world.sensing.sonar import Ranges
 
 CHUNK = 96  # lanes that a compiled loop drives together: their columns stay in a core's own cache
 _BLOCK = 100_000  # periods of lanes that it drives at a time: between two blocks it can be interrupted

@@ -38,7 +38,7 @@ class Moment(NamedTuple):
     seen: Floats2  # (SeenColumns, lanes)
     command: Floats2  # (CommandColumns, message and inputs, lanes)
     order: Floats2  # (2, lanes): the command after faults
-    code: Ints1  # (lanes,): of robotics.radio.faults.FAULTS, or 0
+    code: Ints1  # (lanes,): of robotics.world.radio.faults.FAULTS, or 0
     heard: Floats3  # (HeardColumns and values, lanes, robots)
     readings: Floats2  # (lanes, sensors) m
     stopped: Ints1  # (lanes,): the period in which the robot was stopped, or -1

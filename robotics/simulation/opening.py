@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import check
-from robotics.environment.collision import footprints
 from robotics.laws.equation import EquationLaw, Known, SeenColumns, Setup, fresh_commands
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
-from robotics.radio.channel import Channel
-from robotics.radio.faults import Faults, Trouble, untroubled
-from robotics.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
-from robotics.sensing.posture import PostureNoise, read_encoders, wheel_errors
 from robotics.simulation.lanes import Lanes, PlantLanes, looking
-from robotics.vehicle import plant as p
+from robotics.world.environment.collision import footprints
+from robotics.world.radio.channel import Channel
+from robotics.world.radio.faults import Faults, Trouble, untroubled
+from robotics.world.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
+from robotics.world.sensing.posture import PostureNoise, read_encoders, wheel_errors
+from robotics.world.vehicle import plant as p
 
 
 class Driver(NamedTuple):

@@ -8,19 +8,19 @@ import numpy as np
 from fuzzy.compiled.columns import Floats2, PartOfBools3, PartOfBytes3, PartOfFloats4, PartOfSingles4
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.system import Sugeno
-from robotics.environment.world import Geometry
 from robotics.laws.equation import EquationLaw, SeenColumns, WrittenColumns
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.modes import STOPPED
 from robotics.laws.setting import Setting
-from robotics.radio.channel import HeardColumns
-from robotics.sensing.carried import sensor_names
 from robotics.simulation.channels import CHANNELS, ENCODER_CHANNELS, RECORDS, TEAM_CHANNELS
 from robotics.simulation.observer import Observer, observer
 from robotics.simulation.opening import looks
 from robotics.simulation.run import About, Recorded, Run
-from robotics.vehicle import plant as p
-from robotics.vehicle.plant import TruthColumns, within
+from robotics.world.environment.world import Geometry
+from robotics.world.radio.channel import HeardColumns
+from robotics.world.sensing.carried import sensor_names
+from robotics.world.vehicle import plant as p
+from robotics.world.vehicle.plant import TruthColumns, within
 
 OPTIONAL = ("message_ages", "torques", "encoders", "messages")  # of RECORDS: kept where somebody asks for them
 
@@ -38,7 +38,7 @@ class Recording(NamedTuple):
     torques: PartOfSingles4  # (samples, wheels, runs, robots)
     encoders: PartOfFloats4  # (samples, channels, runs, robots)
     messages: PartOfFloats4  # (samples, values, runs, robots)
-    limits: Floats2  # (4, lanes): of the velocities, as of robotics.vehicle.plant.velocity_limits
+    limits: Floats2  # (4, lanes): of the velocities, as of robotics.world.vehicle.plant.velocity_limits
 
 
 @observer

@@ -19,15 +19,15 @@ from fuzzy.shown import shown
 from fuzzy.sketch import lines, table, titled
 from fuzzy.system import Sugeno
 from fuzzy.words import counted
-from robotics.environment.world import Geometry
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Kind
-from robotics.sensing.carried import sensor_names
-from robotics.sensing.sonar import RangeSensor
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
 from robotics.simulation.layout import LayoutError, check_headers, check_values
-from robotics.vehicle.plant import Level
-from robotics.vehicle.robot import Robot
+from robotics.world.environment.world import Geometry
+from robotics.world.sensing.carried import sensor_names
+from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.plant import Level
+from robotics.world.vehicle.robot import Robot
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
-from robotics.radio.faults import FAULTS
 from robotics.simulation.run import Run
+from robotics.world.radio.faults import FAULTS
 
 FAULT_KINDS = {code: kind for kind, code in FAULTS.items()}  # the meaning of the codes of the channel "fault"
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from robotics.laws.law import Command
-from robotics.paths.references import Reference
-from robotics.radio.channel import Heard
-from robotics.sensing.sonar import Ranges
+from robotics.world.paths.references import Reference
+from robotics.world.radio.channel import Heard
+from robotics.world.sensing.sonar import Ranges
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class State:
     memory: Any  # of the law
     command: Command
     target: Reference  # where the law wants the robots to be
-    fault: np.ndarray  # int: of robotics.radio.faults.FAULTS, or 0
+    fault: np.ndarray  # int: of robotics.world.radio.faults.FAULTS, or 0
     order: np.ndarray  # (2, runs, robots): the command after faults
     stopped: np.ndarray  # int: the period before this one in which the robot was stopped, or -1
     lost: np.ndarray  # bool: it is stopped in this one

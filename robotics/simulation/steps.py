@@ -2,18 +2,18 @@
 
 Every step reads and writes columns of :class:`robotics.simulation.lanes.Lanes`, those that it needs: handing all of
 them on would take the compiler minutes. No lane's numbers depend on which lanes are beside it, but for what a robot
-hears of the others of its run, and sees of them. To look is :func:`robotics.sensing.carried.look`.
+hears of the others of its run, and sees of them. To look is :func:`robotics.world.sensing.carried.look`.
 """
 
 import math
 
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.laws.equation import AimColumns, CommandColumns, Known, RobotColumns, SeenColumns, WrittenColumns
-from robotics.paths.road import moving
-from robotics.radio.channel import broadcast, receive
-from robotics.radio.faults import notice
-from robotics.sensing.posture import measure, read_encoders
-from robotics.vehicle.plant import SUBSTEPS, TruthColumns, tick_lanes
+from robotics.world.paths.road import moving
+from robotics.world.radio.channel import broadcast, receive
+from robotics.world.radio.faults import notice
+from robotics.world.sensing.posture import measure, read_encoders
+from robotics.world.vehicle.plant import SUBSTEPS, TruthColumns, tick_lanes
 
 VELOCITY = RobotColumns.v.row
 

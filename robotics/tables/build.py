@@ -2,7 +2,7 @@
 
 A field's type says what its value must be: a number, text, one of some words, points, a dataclass (a table) or several
 of them (tables [[...]]). What a table cannot say by its types alone has a :data:`Special` reader. Where a field is
-described by :mod:`robotics.quantity`, the same description stands in messages, in explanations and in schemas.
+described by :mod:`fuzzy.quantity`, the same description stands in messages, in explanations and in schemas.
 """
 
 import types
@@ -12,7 +12,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.quantity import accepted, got, is_number
+from fuzzy.quantity import accepted, got, is_number
 from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
 
 Keys = tuple[str | int, ...]  # the place of a value in a file: the keys from the outermost in

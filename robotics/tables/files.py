@@ -30,7 +30,7 @@ def placed_beside(path: Path, folder: Path) -> Path:
 
 def names_in(folder: str) -> list[str]:
     """The names of the .toml files that come with the package in a folder of it, such as ``scenarios``."""
-    found = (resources.files("robotics") / folder).iterdir()
+    found = (resources.files("robotics") / "data" / folder).iterdir()
     return sorted(f.name.removesuffix(".toml") for f in found if f.name.endswith(".toml"))
 
 
@@ -56,7 +56,7 @@ class TomlFiles:
         Raises ``fault`` for an unknown name and a file that cannot be read.
         """
         if str(name) in self.names():
-            path = Path(str(resources.files("robotics") / self.folder / f"{name}.toml"))
+            path = Path(str(resources.files("robotics") / "data" / self.folder / f"{name}.toml"))
             return TomlFile(read_text(path, self.fault), str(name), path.name, Path(), path)
         path = Path(name)
         if path.suffix != ".toml":

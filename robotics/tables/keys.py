@@ -14,7 +14,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.quantity import accepted
+from fuzzy.quantity import accepted
 
 Holds = Literal[
     "number", "whole number", "text", "word", "truth", "point", "pose", "points", "pairs", "texts", "table", "tables"

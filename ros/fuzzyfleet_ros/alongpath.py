@@ -5,10 +5,10 @@ from dataclasses import replace
 from math import atan2, hypot
 
 from robotics.laws.setting import Setting
-from robotics.paths.path import Waypoints
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.robots import RobotModel
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.robots import RobotModel
+from robotics.world.paths.path import Waypoints
+from robotics.world.paths.trajectory import Timing
 
 _SETTLE = 2.0  # s that a robot may take after the reference has arrived
 _NEAREST = 1e-3  # m: points closer than this to the one before are taken for the same

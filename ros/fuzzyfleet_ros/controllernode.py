@@ -26,8 +26,8 @@ from fuzzyfleet_ros.onboard import Onboard, Order, OwnState
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
-from robotics.logs.names import token
-from robotics.sensing.carried import sensor_names
+from robotics.plugins.logs.names import token
+from robotics.world.sensing.carried import sensor_names
 
 _SHOWN = 400  # points of the plan that is shown
 

@@ -10,7 +10,7 @@ from fuzzyfleet_ros.names import scenario_of
 from fuzzyfleet_ros.onboard import Onboard
 from fuzzyfleet_ros.parameters import Parameter, ParameterError
 from robotics.laws.law import Law
-from robotics.scenario.robots import RobotModel, load_robot, standard_robot
+from robotics.simulation.scenario.robots import RobotModel, load_robot, standard_robot
 
 PARAMETERS = (
     Parameter("law", "fuzzy", "The law, as the command line names it: fuzzy, csm:k=0.3, mine.fis, mylaw.py:MyLaw."),

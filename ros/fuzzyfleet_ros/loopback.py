@@ -13,13 +13,13 @@ import numpy as np
 from robotics.laws.equation import RobotColumns
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.radio.channel import Heard
-from robotics.sensing.carried import sensor_names
 from robotics.simulation.loop import Simulation, checked_seeds, when_stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.steps import say
-from robotics.vehicle.plant import TruthColumns
+from robotics.world.radio.channel import Heard
+from robotics.world.sensing.carried import sensor_names
+from robotics.world.vehicle.plant import TruthColumns
 
 
 class Sensed(NamedTuple):
@@ -33,7 +33,7 @@ class Sensed(NamedTuple):
     wheels: np.ndarray  # (4, robots): angles of the left and of the right wheel [rad], their speeds [rad/s]; encoders
     ranges: np.ndarray  # (robots, sensors) m; infinite: nothing seen
     heard: Heard  # one run
-    fault: np.ndarray  # (robots,) int: of robotics.radio.faults.FAULTS, or 0
+    fault: np.ndarray  # (robots,) int: of robotics.world.radio.faults.FAULTS, or 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import Header
 
 from fuzzyfleet_ros.frames import Posture, heading_of, quaternion
-from robotics.logs.names import WHEELS
-from robotics.sensing.sonar import RangeSensor
+from robotics.plugins.logs.names import WHEELS
+from robotics.world.sensing.sonar import RangeSensor
 
 NANOSECONDS = 1_000_000_000
 

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario
-from robotics.scenario.robots import load_robot
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.simulation.scenario.robots import load_robot
 
 
 def robot_name(robot: int) -> str:

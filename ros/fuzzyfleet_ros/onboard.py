@@ -18,11 +18,11 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
-from robotics.paths.references import Reference
-from robotics.radio.channel import Heard
-from robotics.sensing.carried import sensor_names
-from robotics.sensing.sonar import Ranges
-from robotics.vehicle.plant import saturate, velocity_limits
+from robotics.world.paths.references import Reference
+from robotics.world.radio.channel import Heard
+from robotics.world.sensing.carried import sensor_names
+from robotics.world.sensing.sonar import Ranges
+from robotics.world.vehicle.plant import saturate, velocity_limits
 
 _MOVED = (
     0.0,
@@ -91,7 +91,7 @@ class Onboard:
     setting: Setting
     law: Law[Any]
     robot: int  # counted from 0
-    limits: np.ndarray  # (4, 1): of robotics.vehicle.plant.velocity_limits
+    limits: np.ndarray  # (4, 1): of robotics.world.vehicle.plant.velocity_limits
     hears: np.ndarray  # (robots, robots) bool: the graph of the radio
     scales: bool = True  # whether no wheel is to exceed its top speed, at the same curvature; else the base sees to it
 

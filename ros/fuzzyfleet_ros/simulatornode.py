@@ -24,7 +24,7 @@ from fuzzyfleet_ros.names import prefix, robot_name, scenario_of
 from fuzzyfleet_ros.parameters import Parameter, ParameterError, declared
 from fuzzyfleet_ros.transforms import Transforms
 from robotics.laws.catalogue import make_controller
-from robotics.logs.names import MAP, token
+from robotics.plugins.logs.names import MAP, token
 
 _FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
 MOST_SENSORS = 16  # of a robot, if its law does not name those that it needs

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import HERE, Posture, quaternion
 from fuzzyfleet_ros.names import prefix
-from robotics.logs.names import MAP, token
+from robotics.plugins.logs.names import MAP, token
 
 
 class Transforms:

@@ -25,13 +25,13 @@ from fuzzy.designer.design import design_of
 from fuzzy.designer.edits import EDITS, apply
 from fuzzy.errors import InputError
 from fuzzy.files.table import read_table, write_table
-from robotics.experiments.sweeps.plan import plan_sweep
-from robotics.experiments.sweeps.reading import load_sweep
-from robotics.playback.player import player_data
-from robotics.report.plan import load_study
-from robotics.scenario.reading import load_scenario
-from robotics.scenario.robots import load_robot
+from robotics.show.playback.player import player_data
+from robotics.show.report.plan import load_study
 from robotics.simulation.run import Run, load_run
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.simulation.scenario.robots import load_robot
+from robotics.studies.sweeps.plan import plan_sweep
+from robotics.studies.sweeps.reading import load_sweep
 from tests.fuzzing.mutation import DAMAGE, MISTAKES, Mutation, flip_bit, forge_archive, mutated
 
 ROOT = Path(__file__).parents[2]
@@ -232,7 +232,7 @@ SENTENCES = (
 
 @cache
 def _design() -> Any:
-    return design_of(read_fis(ROOT / "robotics/rulebases/tracking.fis"))
+    return design_of(read_fis(ROOT / "robotics/data/rulebases/tracking.fis"))
 
 
 @cache
@@ -255,11 +255,13 @@ def _read_message(path: Path) -> Any:
 
 
 BORDERS: dict[str, Border] = {
-    "fis": Border(".fis", _files("tests/data/fis-corpus/*.fis", "robotics/rulebases/*.fis"), read_fis, _evaluate),
-    "scenario": Border(".toml", _files("robotics/scenarios/*.toml"), load_scenario, _set),
-    "robot": Border(".toml", _files("robotics/robots/*.toml"), load_robot, _nothing),
-    "sweep": Border(".toml", _files("robotics/sweeps/*.toml"), load_sweep, plan_sweep),
-    "study": Border(".toml", _files("robotics/studies/*.toml", "docs/examples/own-study/*.toml"), load_study, _nothing),
+    "fis": Border(".fis", _files("tests/data/fis-corpus/*.fis", "robotics/data/rulebases/*.fis"), read_fis, _evaluate),
+    "scenario": Border(".toml", _files("robotics/data/scenarios/*.toml"), load_scenario, _set),
+    "robot": Border(".toml", _files("robotics/data/robots/*.toml"), load_robot, _nothing),
+    "sweep": Border(".toml", _files("robotics/data/sweeps/*.toml"), load_sweep, plan_sweep),
+    "study": Border(
+        ".toml", _files("robotics/data/studies/*.toml", "docs/examples/own-study/*.toml"), load_study, _nothing
+    ),
     "table": Border(".csv", _tables, read_table, _same_table),
     "run": Border(".npz", saved_runs, load_run, _play, (flip_bit, *(forge_archive,) * 9)),
     "checkpoint": Border(".ck", _checkpoints, _learn_on, _as_learnt, DAMAGE),

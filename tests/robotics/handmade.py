@@ -1,9 +1,9 @@
 """Runs made by hand, of standard robots with standard sonars."""
 
-from robotics.sensing.sonar import SONAR
 from robotics.simulation.channels import RECORDS
 from robotics.simulation.run import About, Recorded, Run
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.world.sensing.sonar import SONAR
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 
 def handmade(seeds, time, samples, reference, paths, stopped, *, scenario="s", controller="c", **arrays):

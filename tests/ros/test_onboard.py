@@ -16,8 +16,8 @@ from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
 from robotics.laws.law import ControllerError
-from robotics.paths.path import PathError
-from robotics.scenario.description import ScenarioError
+from robotics.simulation.scenario.description import ScenarioError
+from robotics.world.paths.path import PathError
 from tests.ros.together import drive, farthest
 
 numbers = st.floats(-20, 20)

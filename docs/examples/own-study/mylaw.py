@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics import Command, Law, Observation, Run, Setting, metric
-from robotics.paths.posture import posture_error
 from robotics.quantity import quantity
+from robotics.world.paths.posture import posture_error
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,6 +39,7 @@ from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from fuzzy.compiled.packed import PackedColumns, evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends
 from robotics.laws.avoidance.ends import told as told_of_ends
@@ -48,8 +49,7 @@ from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory, CooperationMessage, FuzzyCooperation, steered
 from robotics.laws.tracking.fuzzy_tracking import Lateral, TrackingWork, compiled_curve, tell_inputs
-from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import check_quantities, quantity
+from robotics.world.paths.posture import wrapped_compiled
 
 # Thesis Fig 6.7
 _DIAGRAM = StateDiagram(

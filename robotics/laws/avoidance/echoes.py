@@ -6,7 +6,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import kernel, without_refcounts
 from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped_compiled
+from robotics.world.paths.posture import wrapped_compiled
 
 ROBOT_ECHO = 0.25  # m: a reading so much less than a robot's distance may be that robot
 FARTHER = 0.05  # m: one so much more may be as well

@@ -57,7 +57,7 @@ from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD, StateBox, Stat
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory, steered
 from robotics.laws.tracking.fuzzy_tracking import tell_inputs
-from robotics.sensing.sonar import SONAR
+from robotics.world.sensing.sonar import SONAR
 
 _NEAR, _FREE = "ro ≤ ro_min, or a side sonar reads too little", "all sonars read enough"
 _STOP, _GO = "a robot of lower number is within d_min", "none is"

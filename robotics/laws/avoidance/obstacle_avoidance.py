@@ -45,6 +45,7 @@ from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
 from robotics.laws.avoidance.obstacle_modes import (
@@ -80,10 +81,9 @@ from robotics.laws.teams.cooperation import (
     steered,
 )
 from robotics.laws.tracking.fuzzy_tracking import TrackingWork, compiled_curve, tell_inputs, toward
-from robotics.paths.posture import wrapped_compiled
-from robotics.paths.road import at as point_at
-from robotics.quantity import check_quantities, quantity
-from robotics.sensing.sonar import SONAR
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.road import at as point_at
+from robotics.world.sensing.sonar import SONAR
 
 TOO_LARGE = 1.5  # 1: times the robot for which the distances are stated
 _ABEAM = 1.45  # rad from the heading: a robot beyond that comes no nearer by driving on

@@ -20,12 +20,12 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.modes import AVOID, FOLLOW, TRACK
-from robotics.paths.posture import wrapped_compiled
-from robotics.sensing.sonar import SONAR, RangeSensor
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.sensing.sonar import SONAR, RangeSensor
 
 
 class SonarColumns(Columns):
-    """What the sonars of :data:`robotics.sensing.sonar.SONAR` read."""
+    """What the sonars of :data:`robotics.world.sensing.sonar.SONAR` read."""
 
     front_left = column("m")
     front_right = column("m")

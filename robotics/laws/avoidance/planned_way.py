@@ -7,8 +7,8 @@ bent around it (:mod:`robotics.laws.avoidance.sidestep`); where many meet in one
 enough, robots come a little nearer to each other, and at last some may arrive early. Where there is still no plan, the
 team is refused before it starts.
 
-The outcome is a timing as every other, :class:`robotics.paths.references.References`, which a law may follow; and it
-tells when each robot comes to which place, hence who passes first where two paths meet.
+The outcome is a timing as every other, :class:`robotics.world.paths.references.References`, which a law may follow; and
+it tells when each robot comes to which place, hence who passes first where two paths meet.
 """
 
 from dataclasses import dataclass, replace
@@ -22,9 +22,9 @@ from robotics.laws.avoidance.reservation import CELLS, Plan, plan_right_of_way
 from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
-from robotics.paths.joined import PathTable, join_tables
-from robotics.paths.references import References
-from robotics.paths.road import TIMED, planned_at, road_of
+from robotics.world.paths.joined import PathTable, join_tables
+from robotics.world.paths.references import References
+from robotics.world.paths.road import TIMED, planned_at, road_of
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive

@@ -7,9 +7,9 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import without_refcounts
-from robotics.paths.posture import wrapped_compiled
-from robotics.radio.channel import predicted
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.radio.channel import predicted
+from robotics.world.vehicle.robot import Robot
 
 STATED_FOR = float(np.hypot(0.23, 0.20))  # m: turning circle's diameter of the robots for which laws state distances
 CONE = 0.9  # rad to either side of the heading: a robot within is ahead

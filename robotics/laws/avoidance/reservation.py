@@ -20,7 +20,7 @@ from math import ceil
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.road import CELLS  # of each path, and ticks of the nominal duration
+from robotics.world.paths.road import CELLS  # of each path, and ticks of the nominal duration
 
 _FACTORS = (1.0, 1.1, 1.2, 1.35, 1.6, 2.0, 2.6, 3.4)  # times the nominal duration: the horizons tried
 # Orders that are tried for each horizon: at first robot 1 has precedence; then random ones, beside those that a failure

@@ -27,6 +27,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, within
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity
 from robotics.laws.avoidance.planned_way import CLOCK_MARGIN, planned_timing
 from robotics.laws.avoidance.priority import WhereaboutsColumns, stops_for, tell_whereabouts, wider
 from robotics.laws.equation import EquationLaw, HeardColumns, Memory, equation
@@ -35,10 +36,9 @@ from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH_AFTER_OUTAGE, reach
 from robotics.laws.tracking.lyapunov import Lyapunov, track
-from robotics.paths.road import CELLS, at, nearest, planned
-from robotics.quantity import quantity
-from robotics.radio.channel import predicted
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.road import CELLS, at, nearest, planned
+from robotics.world.radio.channel import predicted
+from robotics.world.vehicle.robot import Robot
 
 
 class WayMessage(Columns):

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.path import PathColumns
+from robotics.world.paths.path import PathColumns
 
 _WIDTH = 1.6  # m: half the length of a bump
 NARROWEST = 0.6  # m: the least half length; where there is no room for it, a path is not bent
@@ -37,7 +37,7 @@ def sidestepped(tables: Sequence[np.ndarray], clear: float, mirrored: bool = Fal
     """Bend one team's paths around the places where others start or end.
 
     Args:
-        tables: The tables (5, nodes) of the paths, as of :class:`robotics.paths.path.Path`.
+        tables: The tables (5, nodes) of the paths, as of :class:`robotics.world.paths.path.Path`.
         clear: The distance [m] to keep from those places, where there is room.
         mirrored: Whether a path passes on the far side of the other robot; otherwise it is shifted away from it.
 

@@ -46,16 +46,16 @@ from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import EquationLaw, RobotColumns, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.paths import path as nodes
-from robotics.paths.joined import join_paths
-from robotics.paths.posture import wrapped_compiled
-from robotics.paths.road import TIMED, at, beside, by_x, last_x, road_of
-from robotics.quantity import check_quantities, quantity
+from robotics.world.paths import path as nodes
+from robotics.world.paths.joined import join_paths
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.road import TIMED, at, beside, by_x, last_x, road_of
 
 _LOOK_AHEAD = 0.5  # m, L of the leader's pursuit
 FORMATION_OUTPUTS = ("v_l", "w_l", "v_f", "w_f")  # m/s, rad/s, m/s, rad/s
@@ -376,11 +376,11 @@ class LeaderFollower(_FormationLaw):
     """Four Sugeno systems, v_l, w_l, v_f and w_f of (5.7), that have learned the law and drive in its place.
 
     ``networks`` is the path of one .fis file with these four outputs, or of a folder that holds v_l.fis, w_l.fis,
-    v_f.fis and w_f.fis, or a name of robotics/rulebases, or the systems themselves. The inputs of each are some of
+    v_f.fis and w_f.fis, or a name of robotics/data/rulebases, or the systems themselves. The inputs of each are some of
     x_l, y_l, theta_l, dx, alpha_l and kappa_f, by name. Raises ControllerError for other inputs or outputs.
 
     "formation" is what ``robotics learn formation datasets/formation-well-posed.csv --check
-    datasets/formation-well-posed-check.csv -o robotics/rulebases/formation`` makes; "thesis" the thesis's own.
+    datasets/formation-well-posed-check.csv -o robotics/data/rulebases/formation`` makes; "thesis" the thesis's own.
     """
 
     networks: str | tuple[Sugeno, ...] = "formation"
@@ -455,7 +455,7 @@ def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:
 
 def _read_networks(name: str) -> list[Sugeno]:
     folder = FilePath(name)
-    packaged = resources.files("robotics") / "rulebases" / name if name.isidentifier() else None
+    packaged = resources.files("robotics") / "data" / "rulebases" / name if name.isidentifier() else None
     if packaged is not None and packaged.is_dir():
         folder = FilePath(str(packaged))
     return [read_fis(folder / f"{o}.fis") for o in FORMATION_OUTPUTS] if folder.is_dir() else [load_rule_base(name)]

@@ -25,7 +25,7 @@ from fuzzy.compiled.trigonometry import sincos
 from robotics.laws.predictive.allowed import STRIPS, best_change, bound, normal
 from robotics.laws.predictive.model import ResponseColumns, moved
 from robotics.laws.predictive.terminal import WeightColumns
-from robotics.vehicle.plant import MotionColumns
+from robotics.world.vehicle.plant import MotionColumns
 
 TAIL = 16  # numbers of the terminal cost
 

@@ -25,8 +25,8 @@ from typing import NamedTuple
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.trigonometry import sincos
-from robotics.vehicle.plant import STEP
-from robotics.vehicle.robot import Robot
+from robotics.world.vehicle.plant import STEP
+from robotics.world.vehicle.robot import Robot
 
 _FILTER_DAMPING = 0.7  # of the low-pass on the measured wheel speed
 

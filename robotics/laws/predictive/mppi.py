@@ -40,12 +40,12 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity, whole
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
-from robotics.paths.road import moving
-from robotics.quantity import quantity, whole
-from robotics.vehicle.plant import velocity_limits
+from robotics.world.paths.road import moving
+from robotics.world.vehicle.plant import velocity_limits
 
 Smoothing = Literal["savitzky-golay", "none"]
 _SMOOTHING = codes(Smoothing)

@@ -32,6 +32,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity, whole
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.predictive.ilqr import TAIL, FixedColumns, SolverColumns, node_of, solve, working
 from robotics.laws.predictive.model import (
@@ -45,10 +46,9 @@ from robotics.laws.predictive.model import (
 )
 from robotics.laws.predictive.terminal import SPEEDS, Weights, tail_table
 from robotics.laws.setting import Setting
-from robotics.paths.road import moving
-from robotics.quantity import quantity, whole
-from robotics.vehicle.plant import STEP, velocity_limits
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.road import moving
+from robotics.world.vehicle.plant import STEP, velocity_limits
+from robotics.world.vehicle.robot import Robot
 
 CONVERGED = 1e-7  # of the cost: with less to gain a plan is left as it is
 

@@ -12,10 +12,10 @@ import numpy as np
 from fuzzy.compiled.columns import codes
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, in_own_frame, without_echoes
 from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped
-from robotics.sensing.carried import sensor_names
-from robotics.sensing.sonar import RangeSensor
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.posture import wrapped
+from robotics.world.sensing.carried import sensor_names
+from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.robot import Robot
 
 SECTOR = codes(("front_left", "front_right", "left", "right", "behind"))
 AHEAD = np.pi / 3  # rad: a sensor whose axis is no farther from straight ahead looks ahead
@@ -28,7 +28,7 @@ NEARBY = 0.3  # m between the turning circles: a robot that stands farther away 
 
 
 class Sensors(NamedTuple):
-    """The sensors of all robots, in the order of robotics.sensing.carried.sensor_names."""
+    """The sensors of all robots, in the order of robotics.world.sensing.carried.sensor_names."""
 
     names: tuple[str, ...]
     sector: np.ndarray  # (sectors, robots, sensors) bool

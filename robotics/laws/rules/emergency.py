@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fuzzy.quantity import check_quantities, quantity
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.situation import Situation
-from robotics.quantity import check_quantities, quantity
 
 TURNING = 0.03  # m: a robot that drives ahead has so much more room than one that turns, whose corners swing out
 ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on

@@ -32,7 +32,7 @@ class RuleBase:
         """Read the rule base of that name or file. Raises ControllerError or FisFileError.
 
         Args:
-            name: A name of robotics/rulebases, the path of a ``.fis`` file, or the system itself.
+            name: A name of robotics/data/rulebases, the path of a ``.fis`` file, or the system itself.
             outputs: The outputs that it may have, each with what it means.
             task: What messages call it.
         """

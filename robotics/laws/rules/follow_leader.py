@@ -27,12 +27,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy.quantity import quantity
 from robotics.laws.formation.leader_follower import pace
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.rules.situation import ONWARD, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
-from robotics.paths.references import Reference
-from robotics.quantity import quantity
+from robotics.world.paths.references import Reference
 
 _AT_END = 1e-3  # m: a leader this near to the end of its path has arrived
 _MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.files.fisfile import read_fis
+from fuzzy.quantity import check_quantities
 from fuzzy.system import Sugeno
 from robotics.laws.formation.leader_follower import LeaderFollower
 from robotics.laws.law import Command, ControllerError, Observation
@@ -26,7 +27,6 @@ from robotics.laws.rules.follow_leader import FormationMemory, level_target
 from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity
 from robotics.laws.rules.situation import TEAM_MESSAGE
 from robotics.laws.setting import Setting
-from robotics.quantity import check_quantities
 
 _OUTPUT = re.compile(r"([vw])_([1-9]\d*)")
 _MEANINGS = {"v": "m/s", "w": "rad/s"}

@@ -29,6 +29,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
@@ -40,8 +41,7 @@ from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import JOINING, held
 from robotics.laws.teams.neighbours import OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
-from robotics.paths.posture import posture_error
-from robotics.quantity import check_quantities, quantity
+from robotics.world.paths.posture import posture_error
 
 TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
     "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.paths.joined import PathTable
+from robotics.world.paths.joined import PathTable
 
 CELL = 0.05  # m of a path for which one number is kept
 LOOK = 4.0  # m: a meeting farther ahead is none yet

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS, FuzzyTracking, load_rule_base
-from robotics.quantity import quantity
 
 RULE_OUTPUTS = {  # each with its unit and meaning
     "v": "m/s: the speed itself",

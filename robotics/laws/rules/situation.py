@@ -25,10 +25,10 @@ from robotics.laws.rules.clearances import (
 from robotics.laws.rules.meetings import CELL, Meeting, Meetings, in_the_way, next_meetings, planned_order
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
-from robotics.paths.level import Level
-from robotics.paths.path import PathPoint
-from robotics.paths.posture import PostureError, posture_error, wrapped
-from robotics.paths.references import Reference
+from robotics.world.paths.level import Level
+from robotics.world.paths.path import PathPoint
+from robotics.world.paths.posture import PostureError, posture_error, wrapped
+from robotics.world.paths.references import Reference
 
 _LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers

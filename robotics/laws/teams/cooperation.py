@@ -35,6 +35,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, RobotColumns, equation
 from robotics.laws.law import ControllerError, Observation, check_connected, check_team
@@ -42,12 +43,11 @@ from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
-from robotics.paths.references import Reference
-from robotics.paths.road import at as point_at
-from robotics.paths.road import moving, nearest, share
-from robotics.paths.road import place as place_at
-from robotics.quantity import check_quantities, quantity
-from robotics.radio.channel import predicted
+from robotics.world.paths.references import Reference
+from robotics.world.paths.road import at as point_at
+from robotics.world.paths.road import moving, nearest, share
+from robotics.world.paths.road import place as place_at
+from robotics.world.radio.channel import predicted
 
 _AT_END = 0.04  # m: a robot that is nearer to the end of its path has arrived
 ON_PATH = 0.03  # m: a robot that is no farther from its path is on it

@@ -36,16 +36,16 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import without_refcounts
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, HeardColumns, equation
 from robotics.laws.law import ControllerError, check_connected, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.sliding_mode import exponential
-from robotics.paths.road import share
-from robotics.quantity import quantity
-from robotics.radio.channel import predicted
-from robotics.radio.graph import weights
-from robotics.vehicle.inverse_dynamics import DynamicsColumns, effective_dynamics, wheel_torques
-from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
+from robotics.world.paths.road import share
+from robotics.world.radio.channel import predicted
+from robotics.world.radio.graph import weights
+from robotics.world.vehicle.inverse_dynamics import DynamicsColumns, effective_dynamics, wheel_torques
+from robotics.world.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 INTEGRATED_ERROR = 0.6  # m: no integration of larger errors
 Form = Literal["cross-coupled", "thesis", "literal"]

@@ -7,7 +7,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import without_refcounts
 from robotics.laws.equation import HeardColumns
-from robotics.radio.channel import Heard
+from robotics.world.radio.channel import Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it
 SEARCH_REACH = 0.5  # m: how far from its last place on the path a robot looks for the next

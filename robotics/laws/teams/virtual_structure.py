@@ -36,15 +36,15 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import without_refcounts
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, HeardColumns, RobotColumns, equation
 from robotics.laws.law import ControllerError, check_team
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, alone
 from robotics.laws.tracking.lyapunov import Lyapunov, track
-from robotics.paths.road import at, nearest, place, share, stretch, timed
-from robotics.quantity import quantity
-from robotics.radio.channel import predicted
-from robotics.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
+from robotics.world.paths.road import at, nearest, place, share, stretch, timed
+from robotics.world.radio.channel import predicted
+from robotics.world.radio.graph import is_connected, smallest_eigenvalue, unreached, weights
 
 SEARCH_SHARE = 0.05  # of the path: how far from its last place a robot looks for the next
 SEARCH_SHARE_AFTER_OUTAGE = 0.25  # of the path: the same for a robot that was alone

@@ -45,15 +45,15 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import expected
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
-from robotics.paths.posture import wrapped_compiled
-from robotics.paths.references import Reference
-from robotics.paths.road import moving
-from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import velocity_limits
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.references import Reference
+from robotics.world.paths.road import moving
+from robotics.world.vehicle.plant import velocity_limits
 
 TRACKING_INPUTS = (
     "distance",
@@ -64,7 +64,7 @@ TRACKING_INPUTS = (
 Steering = Literal["bearing", "heading"]
 Lateral = Literal["none", "path", "world"]
 STEERING, LATERAL = codes(Steering), codes(Lateral)
-RULE_BASES = Path(__file__).parents[2] / "rulebases"
+RULE_BASES = Path(__file__).parents[2] / "data" / "rulebases"
 RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α / T
 _AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
@@ -176,7 +176,7 @@ def tell_inputs(inputs, gain, work):  # type: ignore[no-untyped-def]
 class FuzzyTracking(EquationLaw):
     """Fuzzy tracking: a rule base, and how its target and its inputs are chosen."""
 
-    rule_base: str | Sugeno = "tracking"  # a name of robotics/rulebases, the path of a .fis file, or the system itself
+    rule_base: str | Sugeno = "tracking"  # a name in robotics/data/rulebases, a .fis file's path, or the system itself
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     steering_distance: float = quantity(0.35, "m", least=0)  # D: α is the bearing of a point that is no nearer
     deadband: float = quantity(0.03, "m", least=0)  # nearer to the target α is 0; with D below it only

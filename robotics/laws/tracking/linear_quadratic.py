@@ -36,11 +36,11 @@ from typing import Any
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
-from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import quantity
+from robotics.world.paths.posture import wrapped_compiled
 
 _DOUBLINGS = 60  # at most: 2^60 periods
 ENOUGH = 1e-15  # the share of its trace by which P changes in a step that is the last one

@@ -21,9 +21,9 @@ import numpy as np
 
 from fuzzy.compiled.columns import codes
 from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.quantity import quantity
 from robotics.laws.equation import AimColumns, EquationLaw, RobotColumns, equation, gain_columns
-from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import quantity
+from robotics.world.paths.posture import wrapped_compiled
 
 Form = Literal["2.31", "2.32"]
 FeedForward = Literal["full", "none"]

@@ -20,13 +20,13 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import check_quantities, quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.observed import LastColumns, entries, observe
 from robotics.laws.tracking.policyfile import Policy, PolicyColumns, load_policy
-from robotics.quantity import check_quantities, quantity
-from robotics.vehicle.plant import Level
+from robotics.world.vehicle.plant import Level
 
 _LEVEL = codes(Level)
 

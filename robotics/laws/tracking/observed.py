@@ -14,10 +14,10 @@ from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import AimColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.paths.posture import wrapped_compiled
-from robotics.paths.road import at, timed
-from robotics.vehicle.plant import Level
-from robotics.vehicle.robot import Robot
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.road import at, timed
+from robotics.world.vehicle.plant import Level
+from robotics.world.vehicle.robot import Robot
 
 _AHEAD = np.array((0.2, 0.5, 1.0))  # s: how far it looks ahead along its reference
 _SHARPEST = 20.0  # 1/m: a curvature beyond is told as this

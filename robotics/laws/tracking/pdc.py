@@ -23,7 +23,7 @@ measured, X_d as of a robot that is where it shall be, and h_j the rules' firing
 
     (v, ω) = (v_r, ω_r) − Σ_j h_j K^j (X − X_d)                  (2.41), whose minus the thesis lost
 
-Stability: local, by a common P of (2.42), for those rules that :mod:`robotics.experiments.compensation` finds one for.
+Stability: local, by a common P of (2.42), for those rules that :mod:`robotics.studies.compensation` finds one for.
 Where the reference rests nearer than the smallest operating distance, the target is held that far ahead of it.
 """
 
@@ -39,15 +39,15 @@ from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import without_refcounts
 from fuzzy.compiled.packed import evaluate_packed, packed
 from fuzzy.membershipfunction import MembershipFunction
+from fuzzy.quantity import check_quantities, quantity
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Sugeno, Variable
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.paths.posture import wrapped_compiled
-from robotics.paths.road import moving
-from robotics.quantity import check_quantities, quantity
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.road import moving
 
 
 class CompensationDerived(Columns):

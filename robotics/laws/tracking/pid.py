@@ -38,12 +38,12 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, within
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
-from robotics.paths.posture import wrapped_compiled
-from robotics.quantity import quantity
-from robotics.vehicle.plant import LimitColumns, velocity_limits, within_limits
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
 
 class PIDMemory(Columns):

@@ -20,7 +20,7 @@ from fuzzy.errors import quoted
 from fuzzy.files.atomic import replacing
 from fuzzy.naming import expected
 from robotics.laws.law import ControllerError
-from robotics.vehicle.plant import Level
+from robotics.world.vehicle.plant import Level
 
 _FORMAT = 1
 _MOST_BYTES = 20_000_000
@@ -100,7 +100,7 @@ class Policy:
 
 def policy_names() -> list[str]:
     """The names of the policies that come with the package."""
-    folder = resources.files("robotics") / "policies"
+    folder = resources.files("robotics") / "data" / "policies"
     return sorted(f.name.removesuffix(".json") for f in folder.iterdir() if f.name.endswith(".json"))
 
 
@@ -110,7 +110,7 @@ def load_policy(name: str | Path) -> Policy:
     if path.suffix != ".json":
         if str(name) not in policy_names():
             raise ControllerError(f"{expected(str(name), policy_names(), 'policy')}; or the path of a .json file")
-        path = Path(str(resources.files("robotics") / "policies" / f"{name}.json"))
+        path = Path(str(resources.files("robotics") / "data" / "policies" / f"{name}.json"))
     try:
         stat = path.stat()
         if stat.st_size > _MOST_BYTES:

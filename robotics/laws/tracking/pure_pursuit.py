@@ -37,11 +37,11 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
-from robotics.paths.road import at, nearest
-from robotics.quantity import quantity
+from robotics.world.paths.road import at, nearest
 
 _REACH = 1.0  # m: how far from the last nearest point the next one is looked for
 NEAREST = 0.05  # m: the bearing of a carrot that is nearer is noise

@@ -34,12 +34,12 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import without_refcounts
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import Lyapunov, track
-from robotics.quantity import quantity
-from robotics.vehicle.inverse_dynamics import DynamicsColumns, nominal_dynamics, wheel_torques
-from robotics.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
+from robotics.world.vehicle.inverse_dynamics import DynamicsColumns, nominal_dynamics, wheel_torques
+from robotics.world.vehicle.plant import Level, LimitColumns, velocity_limits, within_limits
 
 Mode = Literal["csm", "assm", "qssm", "esm"]
 Reading = Literal["integrated", "algebraic", "memory"]  # of (2.20) and (2.21), in steps

@@ -16,7 +16,7 @@ from fuzzy.system import Sugeno
 KINDS = {"double": np.float64, "float": np.float32, "q16.16": np.int32}
 ROOT = Path(__file__).parents[3]
 CORPUS = sorted((ROOT / "tests" / "data" / "fis-corpus").glob("*.fis"))
-PACKAGED = sorted((ROOT / "robotics" / "rulebases").rglob("*.fis"))
+PACKAGED = sorted((ROOT / "robotics" / "data" / "rulebases").rglob("*.fis"))
 
 needs_compiler = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"

@@ -11,7 +11,7 @@ from fuzzy.commands.application import main
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.table import write_table
 
-OURS = Path(__file__).parents[3] / "robotics" / "rulebases"
+OURS = Path(__file__).parents[3] / "robotics" / "data" / "rulebases"
 TRACKING, V_L = OURS / "tracking.fis", OURS / "formation" / "v_l.fis"
 
 

@@ -140,6 +140,21 @@ def test_what_a_kernel_is_made_of_in_another_file_may_change(toy):
     assert hits == [0] * 7 + [1]
 
 
+@compiled
+def test_a_named_tuple_may_move_to_another_module(toy):
+    """The files that name its former module are not read: it may be gone."""
+    call = (
+        "from toy.callers import by_field\nfrom toy.{} import Pair\n"
+        "print(by_field(Pair(4.0, 9.0)), *by_field.stats.cache_hits.values())"
+    )
+    assert python(call.format("values"), toy) == [[4]]
+    pair = VALUES[VALUES.index("class Pair") : VALUES.index("@kernel")]
+    (toy / "toy" / "pairs.py").write_text(f"from typing import NamedTuple\n{pair}", encoding="utf-8")
+    (toy / "toy" / "values.py").write_text(VALUES.replace(pair, "from toy.pairs import Pair\n"), encoding="utf-8")
+    assert python(call.format("pairs"), toy) == [[4]]
+    assert python(call.format("pairs"), toy) == [[4, 1]]
+
+
 @pytest.mark.long
 @compiled
 def test_a_line_more_above_a_kernel_compiles_nothing_anew(toy):
@@ -181,12 +196,12 @@ def test_a_copy_of_the_package_sees_a_change_in_a_callee(tmp_path):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     code = (
-        "from robotics.paths.joined import join_paths\n"
-        "from robotics.paths.path import Line, compile_path\n"
+        "from robotics.world.paths.joined import join_paths\n"
+        "from robotics.world.paths.path import Line, compile_path\n"
         "print(join_paths([compile_path(Line(start=(0.0, 0.0), end=(3.0, 0.0)))]).at([2.0]).x[0])"
     )
     assert python(code, tmp_path) == [[pytest.approx(2)]]
-    callee = tmp_path / "robotics" / "paths" / "path.py"
+    callee = tmp_path / "robotics" / "world" / "paths" / "path.py"
     edit = ("    return x, y, heading, ", "    return x + 100, y, heading, ")
     callee.write_text(changed(callee.read_text(encoding="utf-8"), [edit]), encoding="utf-8")
     assert python(code, tmp_path) == [[pytest.approx(102)]]

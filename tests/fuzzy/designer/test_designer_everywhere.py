@@ -29,7 +29,7 @@ _AT_REST = """(quiet) => new Promise((done) => {
 @pytest.fixture
 def address(server):
     """The address of a rule base that drives a robot."""
-    shutil.copy(ROOT / "robotics" / "rulebases" / "tracking.fis", server.folder / "everywhere.fis")
+    shutil.copy(ROOT / "robotics" / "data" / "rulebases" / "tracking.fis", server.folder / "everywhere.fis")
     return f"{server.address}&file=everywhere.fis"
 
 

@@ -482,7 +482,7 @@ def test_the_robot_follows_the_design(tab, server, folder):
     """The metrics of the closed loop change with a vertex, and are back after undo."""
     from importlib.resources import files
 
-    text = (files("robotics") / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
+    text = (files("robotics") / "data" / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
     page = tab.open(f"{server.url}?file=tracking.fis")
     page.get_by_role("tab", name="Try it").click()

@@ -14,16 +14,16 @@ from anfis.designer.panel import methods, variables
 from fuzzy.designer.datapictures import Rows, data_pictures
 from fuzzy.designer.views import functions_data
 from fuzzy.membership import FUNCTIONS, membership_function
-from robotics.designer.severalseeds import design_seeds, state_of, summary
-from robotics.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
 from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.scenario.reading import scenario_names
+from robotics.show.designer.severalseeds import design_seeds, state_of, summary
+from robotics.show.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
+from robotics.simulation.scenario.reading import scenario_names
 from tests.browsers import drag, rest
 from tests.fuzzy.designer.design_bench import STATIC, system
 from tests.fuzzy.designer.membership_cases import cases
 from tests.fuzzy.designer.module_page import ModulePage
-from tests.robotics.designer.tried import on_page
+from tests.robotics.show.designer.tried import on_page
 
 
 @pytest.fixture(scope="module")
@@ -324,7 +324,7 @@ def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
 
 # The panel "Try it" ---------------------------------------------------------------------------------------------
 
-TRYOUT = "robotics/designer/static/tryout.js"
+TRYOUT = "robotics/show/designer/static/tryout.js"
 
 
 @pytest.fixture(scope="module")
@@ -706,7 +706,7 @@ def test_keys_on_widgets_stay_from_the_notebook(browser: Any) -> None:
     pytest.importorskip("anywidget")
     import robotics
     from fuzzy.designer.notebook import NotebookSession, editor
-    from robotics.playback.notebook import player
+    from robotics.show.playback.notebook import player
 
     bench, fis = ModulePage(browser.new_page(), sheet=f"{STATIC}/designer.css"), system()
     page = bench.page
@@ -758,7 +758,7 @@ def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
 
     import robotics
     from fuzzy.designer.notebook import editor, with_still
-    from robotics.playback.notebook import player
+    from robotics.show.playback.notebook import player
 
     run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
     told = ["Editor of small: 2 inputs, 1 output, 3 rules", "Player of Lyapunov on lyapunov-circle, seed 3"]
@@ -782,7 +782,7 @@ def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
 def test_player_in_a_notebook(bench: ModulePage) -> None:
     pytest.importorskip("anywidget")
     import robotics
-    from robotics.playback.notebook import player
+    from robotics.show.playback.notebook import player
 
     scenario = robotics.load_scenario("lyapunov-circle")
     run = robotics.simulate(scenario, robotics.make_controller("lyapunov"), seeds=[3])

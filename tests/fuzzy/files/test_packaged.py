@@ -21,7 +21,7 @@ from robotics.laws.law import ControllerError
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
 from tests.conftest import declare
 
-OURS = Path(__file__).parents[3] / "robotics" / "rulebases"
+OURS = Path(__file__).parents[3] / "robotics" / "data" / "rulebases"
 
 
 def listed() -> dict[str, Path]:

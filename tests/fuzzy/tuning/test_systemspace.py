@@ -17,12 +17,12 @@ from fuzzy.tuning.systemspace import MOVABLE, SystemSpace
 from tests.fuzzy.random_systems import systems
 
 ROOT = Path(__file__).parents[3]
-TRACKING = read_fis(ROOT / "robotics/rulebases/tracking.fis")
+TRACKING = read_fis(ROOT / "robotics/data/rulebases/tracking.fis")
 BOUNDED = ("trimf", "trapmf", "pimf", "zmf", "smf", "linsmf", "linzmf")
 
 
 def _sugeno_files():
-    for file in [*(ROOT / "tests/data/fis-corpus").glob("*.fis"), *(ROOT / "robotics/rulebases").rglob("*.fis")]:
+    for file in [*(ROOT / "tests/data/fis-corpus").glob("*.fis"), *(ROOT / "robotics/data/rulebases").rglob("*.fis")]:
         try:
             fis = read_fis(file)
         except FisFileError:
@@ -137,8 +137,8 @@ def test_a_system_without_symmetry_has_none():
 
 def test_planes_move_slope_by_slope():
     x, z = (
-        Variable(n, (-1, 1), {"all": read_fis(ROOT / "robotics/rulebases/eta.fis").inputs[0].terms[t]})
-        for n, t in zip("xz", list(read_fis(ROOT / "robotics/rulebases/eta.fis").inputs[0].terms)[:2], strict=True)
+        Variable(n, (-1, 1), {"all": read_fis(ROOT / "robotics/data/rulebases/eta.fis").inputs[0].terms[t]})
+        for n, t in zip("xz", list(read_fis(ROOT / "robotics/data/rulebases/eta.fis").inputs[0].terms)[:2], strict=True)
     )
     y = Variable("y", (-1, 1), {"p": Linear((2.0, 0.0), 1.0), "q": Constant(0.5)})
     fis = Sugeno([x, z], [y], ["if x is all then y is p", "if z is all then y is q"])

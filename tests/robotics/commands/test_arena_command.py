@@ -5,7 +5,7 @@ import json
 import pytest
 
 from robotics.commands.application import main
-from tests.robotics.arena.test_running import TEXT
+from tests.robotics.studies.arena.test_running import TEXT
 
 
 @pytest.mark.long

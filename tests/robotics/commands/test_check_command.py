@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from robotics.commands.application import main
-from robotics.scenario.reading import load_scenario
+from robotics.simulation.scenario.reading import load_scenario
 
 
 def test_explain_prints_keys_as_text_and_json(capsys):

@@ -12,11 +12,11 @@ from fuzzy.files.packaged import RULE_BASE_GROUP
 from robotics.commands.application import main
 from robotics.laws.formation.leader_follower import load_networks
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
-from robotics.scenario.copying import copy_packaged
-from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.simulation.scenario.copying import copy_packaged
+from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from tests.conftest import declare
 
-ROBOTICS = Path(str(files("robotics")))
+DATA = Path(str(files("robotics"))) / "data"
 
 
 @pytest.fixture(autouse=True)
@@ -50,7 +50,7 @@ def test_copies_and_how_they_are_used(capsys):
         "  robotics run three-cross.toml",
     ]
     assert present() == ["three-cross.toml", "tracking.fis"]
-    assert Path("tracking.fis").read_bytes() == (ROBOTICS / "rulebases" / "tracking.fis").read_bytes()
+    assert Path("tracking.fis").read_bytes() == (DATA / "rulebases" / "tracking.fis").read_bytes()
 
 
 def test_every_scenario_and_rule_base_is_the_same_when_copied(here):
@@ -61,7 +61,7 @@ def test_every_scenario_and_rule_base_is_the_same_when_copied(here):
             assert read_fis(copied.file) == load_rule_base(copied.name)
             assert copied.use.startswith(("robotics run my.toml --controller ", "fuzzy show "))
         else:
-            original = ROBOTICS / "scenarios" / f"{copied.name}.toml"
+            original = DATA / "scenarios" / f"{copied.name}.toml"
             assert copied.file.read_bytes() == original.read_bytes()
             assert copied.use == f"robotics run {copied.file}"
             assert load_scenario(copied.file) == load_scenario(copied.name)
@@ -108,10 +108,10 @@ def test_nothing_is_overwritten_without_force_and_nothing_is_half_done(capsys):
 
 
 def test_the_packaged_files_themselves_are_never_written(capsys):
-    before = {file: file.read_bytes() for file in (ROBOTICS / "rulebases").glob("*.fis")}
-    said = fails(capsys, "copy", "tracking", "--force", "--to", str(ROBOTICS / "rulebases"))
+    before = {file: file.read_bytes() for file in (DATA / "rulebases").glob("*.fis")}
+    said = fails(capsys, "copy", "tracking", "--force", "--to", str(DATA / "rulebases"))
     assert "tracking.fis is the packaged file itself" in said
-    Path("tracking.fis").symlink_to(ROBOTICS / "rulebases" / "tracking.fis")
+    Path("tracking.fis").symlink_to(DATA / "rulebases" / "tracking.fis")
     assert "the packaged file itself" in fails(capsys, "copy", "tracking", "--force")
     assert {file: file.read_bytes() for file in before} == before
 

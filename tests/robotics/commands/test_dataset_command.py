@@ -11,7 +11,7 @@ import pytest
 
 from fuzzy.files.fisfile import read_fis
 from robotics.commands.application import main
-from robotics.thesis.printed_systems import ThesisTableError, thesis_system
+from robotics.plugins.thesis.printed_systems import ThesisTableError, thesis_system
 
 DATASETS = Path(__file__).parents[3] / "datasets"
 COMPUTED = [

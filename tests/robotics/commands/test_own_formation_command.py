@@ -7,11 +7,11 @@ import pytest
 
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
-from robotics.experiments.learning.datacard import read_card
-from robotics.paths.offset import Offset
-from robotics.scenario.description import Member
-from robotics.scenario.formationtext import FormationPlan, formation_text, path_table
-from robotics.scenario.reading import load_scenario, parse_scenario
+from robotics.simulation.scenario.description import Member
+from robotics.simulation.scenario.formationtext import FormationPlan, formation_text, path_table
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.studies.learning.datacard import read_card
+from robotics.world.paths.offset import Offset
 
 FEW = ["--samples", "30", "--displaced", "0", "--seeds", "1", "-q"]
 

@@ -7,10 +7,10 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from robotics.commands.application import main
-from robotics.figures.robot import drivable, plot_robot
-from robotics.scenario.robots import load_robot, robot_names
-from robotics.vehicle.plant import saturate, velocity_limits
-from robotics.vehicle.wheel_loop import step_response, tuned
+from robotics.show.figures.robot import drivable, plot_robot
+from robotics.simulation.scenario.robots import load_robot, robot_names
+from robotics.world.vehicle.plant import saturate, velocity_limits
+from robotics.world.vehicle.wheel_loop import step_response, tuned
 from tests.drawn import y_of
 
 MINE = """\

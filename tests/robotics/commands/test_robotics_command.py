@@ -14,11 +14,11 @@ import typer
 
 from robotics.commands.application import app, main
 from robotics.commands.compare import split_controllers
-from robotics.experiments.comparison import DEFAULT_CONTROLLERS
 from robotics.measures.tracking import METRICS
-from robotics.scenario.reading import scenario_names
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
+from robotics.simulation.scenario.reading import scenario_names
+from robotics.studies.comparison import DEFAULT_CONTROLLERS
 
 TINY = """
 title = "short"

@@ -5,8 +5,8 @@ import re
 import pytest
 
 from robotics.commands.application import main
-from robotics.scenario.conditions import CONDITION_GROUPS, group_of
-from robotics.scenario.reading import load_scenario, scenario_names
+from robotics.simulation.scenario.conditions import CONDITION_GROUPS, group_of
+from robotics.simulation.scenario.reading import load_scenario, scenario_names
 
 
 @pytest.fixture

@@ -39,7 +39,7 @@ def test_it_prints_what_happened_and_the_same_seed_prints_the_same_bytes(capsys)
 
 
 def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.experiments.stress.crew.ROBOTS_A_PASS", 6)
+    monkeypatch.setattr("robotics.studies.stress.crew.ROBOTS_A_PASS", 6)
     options = ("--robots", "3", "--lanes", "crossing", "--freeze", "3", "--controller", "cooperation")
     arguments = ("stress", "obstacles", *options, "--runs", "3", "--workers")
     assert printed(capsys, *arguments, "1") == printed(capsys, *arguments, "2")
@@ -101,7 +101,7 @@ def test_repeat_repeats_the_crossing_of_a_seed_exactly(capsys, tmp_path, monkeyp
 )
 def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     monkeypatch.setattr(
-        "robotics.experiments.stress.obstaclecourse.ObstacleOutcome.limit", 0.5
+        "robotics.studies.stress.obstaclecourse.ObstacleOutcome.limit", 0.5
     )  # half of the way is enough to compare
     stress = json.loads(printed(capsys, "stress", "obstacles", *options, "--runs", "1"))
     run = json.loads(printed(capsys, "repeat", "obstacles", *options))

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from robotics.commands.application import main
-from robotics.report.plan import load_study
-from robotics.report.study import _chapters_named, with_seeds
-from robotics.thesis import chapters
-from tests.robotics.report.test_study import EXTRA, SHORT, STUDY, TEAM
+from robotics.plugins.thesis import chapters
+from robotics.show.report.plan import load_study
+from robotics.show.report.study import _chapters_named, with_seeds
+from tests.robotics.show.report.test_study import EXTRA, SHORT, STUDY, TEAM
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def test_a_file_that_cannot_be_used_is_one_sentence(study: Path, capsys: pytest.
 def test_an_interrupt_keeps_the_rows_that_are_done(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from robotics.experiments import comparison
+    from robotics.studies import comparison
 
     done: list[str] = []
 
@@ -92,10 +92,10 @@ def test_compare_without_names_runs_the_study_of_the_thesis(tmp_path: Path, monk
         asked.append(plan)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robotics.report.study.run_study", run_study)
+    monkeypatch.setattr("robotics.show.report.study.run_study", run_study)
     for command in (["study", "thesis"], ["compare"]):
         assert main([*command, "--seeds", "7", "--out", str(tmp_path), "-q"]) == 130
     first, second = asked
     assert first == second == with_seeds(load_study("thesis"), 7)
-    assert first.chapters == "robotics.thesis.chapters:judging"
+    assert first.chapters == "robotics.plugins.thesis.chapters:judging"
     assert _chapters_named(first) is chapters.judging

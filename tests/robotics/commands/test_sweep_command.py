@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from robotics.commands.application import main
-from robotics.experiments import executors
+from robotics.studies import executors
 
 SCENARIO = """
 duration = 1.0
@@ -70,12 +70,12 @@ def command(place, out, *options):
 # Command lines in forks of a process that has everything imported: it is sweeps at work that are killed, not imports
 WARM = """
 import json, os, sys
-import pandas, pyarrow.parquet, robotics.scenario.description, robotics.simulation.loop
-import robotics.experiments.sweeps.reading, robotics.experiments.sweeps.running
+import pandas, pyarrow.parquet, robotics.simulation.scenario.description, robotics.simulation.loop
+import robotics.studies.sweeps.reading, robotics.studies.sweeps.running
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
-law, scenario = make_controller("fuzzy"), robotics.scenario.reading.load_scenario(sys.argv[1])
-robotics.experiments.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law))
+law, scenario = make_controller("fuzzy"), robotics.simulation.scenario.reading.load_scenario(sys.argv[1])
+robotics.studies.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law))
 for line in sys.stdin:
     arguments, out, err = json.loads(line)
     child = os.fork()
@@ -310,7 +310,7 @@ def test_a_dask_cluster_gives_the_same_table(place, tmp_path, cluster):
 def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     """As if the sweep had been planned with another numpy than the workers have."""
     script = (
-        "import sys\nfrom robotics.experiments.sweeps import plan as sweep\n"
+        "import sys\nfrom robotics.studies.sweeps import plan as sweep\n"
         "from robotics.commands.application import main\n"
         "true = sweep.versions\nsweep.versions = lambda *names: true(*names) | {'numpy': '1.0'}\n"
         f"sys.exit(main({command(place, tmp_path / 'out', '--dask', cluster)!r}))"

@@ -12,10 +12,10 @@ from robotics.laws.law import ControllerError
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.paths.posture import posture_error, wrapped
-from robotics.paths.references import Reference
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.posture import posture_error, wrapped
+from robotics.world.paths.references import Reference
 
 
 def made(specification: str) -> Any:

@@ -12,9 +12,9 @@ from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.opening import has_equation
+from robotics.simulation.scenario.reading import load_scenario
 
 SCENARIO = replace(load_scenario("lyapunov-sine"), duration=1.0)
 

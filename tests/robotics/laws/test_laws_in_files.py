@@ -13,24 +13,24 @@ import pytest
 from fuzzy.errors import InputError
 from robotics.commands.application import main
 from robotics.commands.compare import split_controllers
-from robotics.experiments.executors import processes
-from robotics.experiments.stress.crossing_runs import stress_crossing
-from robotics.experiments.sweeps.plan import plan_sweep
-from robotics.experiments.sweeps.reading import load_sweep
-from robotics.experiments.sweeps.running import run_sweep
 from robotics.laws.catalogue import files_of, gains_of, label, law_title, located, make_controller, safety_distance
 from robotics.laws.law import ControllerError
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.registry import measure_all
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.executors import processes
+from robotics.studies.stress.crossing_runs import stress_crossing
+from robotics.studies.sweeps.plan import plan_sweep
+from robotics.studies.sweeps.reading import load_sweep
+from robotics.studies.sweeps.running import run_sweep
 
 CARROT = '''
 from dataclasses import dataclass
 import numpy as np
 from robotics import Command, Law
-from robotics.paths.posture import posture_error
+from robotics.world.paths.posture import posture_error
 
 @dataclass(frozen=True, kw_only=True)
 class Carrot(Law[None]):

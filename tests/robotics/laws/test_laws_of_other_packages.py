@@ -35,7 +35,7 @@ import numpy as np
 
 from robotics.laws.catalogue import Preset
 from robotics.laws.law import Command, ControllerError, Law
-from robotics.paths.posture import posture_error
+from robotics.world.paths.posture import posture_error
 from robotics.quantity import check_quantities, quantity
 
 
@@ -72,7 +72,7 @@ gain = [1.0, 3.0]
 USES = """
 import contextlib, io, json, sys
 from robotics.commands.application import main
-from robotics.designer.tryout import TryoutTrial, choices, rival_data
+from robotics.show.designer.tryout import TryoutTrial, choices, rival_data
 
 def said(*arguments):
     out, err = io.StringIO(), io.StringIO()
@@ -97,7 +97,7 @@ print(json.dumps(told))
 @pytest.fixture(scope="module")  # installed by pip: seconds
 def told(tmp_path_factory):
     """What fuzzyfleet's commands say once the package is installed."""
-    from robotics.scenario.reading import scenario_names
+    from robotics.simulation.scenario.reading import scenario_names
 
     assert "fuzzy-on-path" in scenario_names()
     folder = tmp_path_factory.mktemp("carrot")

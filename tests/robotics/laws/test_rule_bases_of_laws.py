@@ -16,8 +16,8 @@ from robotics.laws.formation.leader_follower import load_networks
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules.own_rules import OwnRules, is_tracking
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
 
 
 def other(name: str) -> Sugeno:

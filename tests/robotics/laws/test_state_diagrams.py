@@ -5,15 +5,15 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from robotics.experiments.stress.disturbance import Disturbance
-from robotics.experiments.stress.single import single_run
-from robotics.experiments.together import run_together
 from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.modes import MODES, STOPPED, StateDiagram
 from robotics.laws.teams.cooperation import CooperationMemory
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import Run
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.studies.stress.disturbance import Disturbance
+from robotics.studies.stress.single import single_run
+from robotics.studies.together import run_together
 
 COURSES = ("turn-into-neighbour", "trap-u", "turn-towards-each-other", "neighbour-stops", "trap-u-middle")
 PAIR = """

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from robotics.environment.swept import Watch
-from robotics.environment.world import Disc, World, compile_worlds
 from robotics.measures.blame import at_fault
-from robotics.paths.path import Line
-from robotics.paths.trajectory import Timing
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.world.environment.swept import Watch
+from robotics.world.environment.world import Disc, World, compile_worlds
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 HALF, PERIOD = 0.115, 0.05  # m: half the length of a robot; s
 UP = np.pi / 2

@@ -8,20 +8,20 @@ import pandas as pd
 import pytest
 
 from robotics.commands.application import main
-from robotics.designer.tryout import TryoutTrial, choices, course_data, rival_data
-from robotics.experiments.comparison import compare, contact_runs, rows_of, summarise
-from robotics.figures.avoidance import plot_avoidance
-from robotics.figures.controllers import plot_paths
-from robotics.figures.run import plot_run
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import contacts, judge
-from robotics.playback.player import player_data
-from robotics.playback.replay import replay
-from robotics.playback.scene import set_scene, show_frame
-from robotics.report.page import write_report
-from robotics.report.summarytable import summary_table
-from robotics.scenario.reading import load_scenario, parse_scenario
+from robotics.show.designer.tryout import TryoutTrial, choices, course_data, rival_data
+from robotics.show.figures.avoidance import plot_avoidance
+from robotics.show.figures.controllers import plot_paths
+from robotics.show.figures.run import plot_run
+from robotics.show.playback.player import player_data
+from robotics.show.playback.replay import replay
+from robotics.show.playback.scene import set_scene, show_frame
+from robotics.show.report.page import write_report
+from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.studies.comparison import compare, contact_runs, rows_of, summarise
 
 # Two robots whose paths cross; the one that ignores the other is quicker, and runs into it. And a box beside the first.
 CROSS = """
@@ -85,7 +85,7 @@ def test_a_controller_with_a_contact_is_never_marked_lowest(comparison):
 
 
 def test_the_report_marks_it(comparison, tmp_path, monkeypatch):
-    monkeypatch.setattr("robotics.report.plates.DPI", 30)
+    monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     page = write_report(comparison, [], tmp_path).read_text(encoding="utf-8")
     assert page.count("✕ contact in 3 of 3 runs") == 1
     assert "runs with a contact</th><td>3 of 3</td><td>0 of 3</td>" in page

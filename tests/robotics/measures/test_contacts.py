@@ -10,20 +10,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.environment.collision import footprints, obstacle_clearance
-from robotics.environment.swept import Watch, lower_bound, pose_between
-from robotics.environment.world import Disc, Obstacle, Polygon, Wall, World, box, compile_world, regular, u_shape
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import contacts, first_contact, judge, until_contact
 from robotics.measures.registry import ALL_METRICS, measure_all
-from robotics.paths.path import Line
-from robotics.paths.trajectory import Timing
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.channels import CHANNELS, RECORDS
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import About, Recorded, Run
-from robotics.vehicle.plant import TruthColumns as Truth
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.environment.collision import footprints, obstacle_clearance
+from robotics.world.environment.swept import Watch, lower_bound, pose_between
+from robotics.world.environment.world import Disc, Obstacle, Polygon, Wall, World, box, compile_world, regular, u_shape
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.vehicle.plant import TruthColumns as Truth
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 PERIOD = 0.05
 LONG = replace(ETSRO, length=0.6, width=0.2)

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from robotics.commands.study_printing import print_comparisons
-from robotics.experiments.comparison import Comparison, rows_of, summarise
 from robotics.laws.catalogue import make_controller
 from robotics.measures.emergencies import emergency_share
 from robotics.measures.registry import measure_all
-from robotics.paths.path import Line
-from robotics.paths.trajectory import Timing
-from robotics.report.study import Study
-from robotics.report.summarytable import summary_table
-from robotics.scenario.description import Member, Scenario
-from robotics.sensing.posture import Sensing
+from robotics.show.report.study import Study
+from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.studies.comparison import Comparison, rows_of, summarise
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
 from tests.robotics.guardedlaw import Guarded
 
 LENGTHS = (1.0, 3.0)  # m: at 0.2 m/s the first robot has 99.5 % behind it at 4.975 s, the second one never

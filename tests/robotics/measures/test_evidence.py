@@ -11,8 +11,8 @@ from scipy import stats
 
 from robotics.measures.evidence import Estimate, Part, compared, exact, judge, mean_of, rate_of
 from robotics.measures.leading import lead
-from robotics.report.chapter import Claim
-from robotics.report.wording import reading, sentence, shown
+from robotics.show.report.chapter import Claim
+from robotics.show.report.wording import reading, sentence, shown
 
 PART = Part(
     says="ours is small",

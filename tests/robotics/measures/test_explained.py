@@ -13,17 +13,17 @@ from fuzzy.insight.explanation import explain, firing_strengths
 from fuzzy.membership import Triangle
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 from robotics.commands.application import main
-from robotics.environment.world import Disc, World, compile_world
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, ControllerError, Law
 from robotics.laws.modes import AVOID
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base
 from robotics.measures.decisions import NONE, UNKNOWN, DecisionError, decisions, rule_spans, strongest
 from robotics.measures.explained import explain_decision, explain_spans, situation
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import load_run
+from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.spans import ReplayError
+from robotics.world.environment.world import Disc, World, compile_world
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ from robotics.measures.tracking import (
     tracking_error,
     tracking_errors,
 )
-from robotics.paths.path import Circle, Line, Sine, compile_path
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import CHANNELS, REFERENCE
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.path import Circle, Line, Sine, compile_path
 from tests.robotics.handmade import handmade
 
 LINE = compile_path(Line(start=(0.0, 0.0), end=(10.0, 0.0)))

@@ -10,9 +10,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from robotics.commands.application import main
-from robotics.designer.tryout import TryoutTrial, rival_data
-from robotics.experiments.comparison import ComparisonError, compare, summarise
-from robotics.figures.comparison import plot_comparison
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.laws.tracking.lyapunov import Lyapunov
@@ -20,9 +17,12 @@ from robotics.measures import own
 from robotics.measures.own import MetricError, metric
 from robotics.measures.registry import headlines, measure_all, own_metrics
 from robotics.measures.tracking import Metric
-from robotics.report.summarytable import summary_table
-from robotics.scenario.reading import parse_scenario
+from robotics.show.designer.tryout import TryoutTrial, rival_data
+from robotics.show.figures.comparison import plot_comparison
+from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import parse_scenario
+from robotics.studies.comparison import ComparisonError, compare, summarise
 
 METRICS = '''
 import numpy as np

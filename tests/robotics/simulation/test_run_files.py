@@ -10,16 +10,16 @@ import pytest
 
 from fuzzy.files import arrays
 from fuzzy.files.sealed import sealed_archive
-from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
 from robotics.measures.clearance import clearances
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.sonar import SONAR
 from robotics.simulation import channels, recorder
 from robotics.simulation import run as runs
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import ChannelError, RunError, load_run
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.environment.world import Disc
+from robotics.world.sensing.sonar import SONAR
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 BROAD = replace(ETSRO, length=0.5, width=0.45)
 
@@ -95,7 +95,7 @@ def test_a_recorded_array_more_is_cut_saved_and_loaded_by_its_declaration(monkey
 
 
 def test_figures_of_a_run_with_other_sensors_show_their_true_mounting(mixed):
-    from robotics.playback.player import player_data
+    from robotics.show.playback.player import player_data
 
     data = player_data(mixed)
     assert data["sizes"] == [[0.23, 0.20], [0.5, 0.45], [0.23, 0.20]]

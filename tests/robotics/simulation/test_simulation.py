@@ -12,14 +12,14 @@ import pytest
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law
 from robotics.measures.tracking import measure
-from robotics.paths.path import Circle, Line, Quintic, Sine, Waypoints
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import SimulationError, simulate
 from robotics.simulation.run import CHANNELS, REFERENCE, RunError, load_run
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.path import Circle, Line, Quintic, Sine, Waypoints
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 EVERY = ("fuzzy", "fuzzy-literal", "lyapunov", "csm", "assm", "qssm", "esm", "esm:realisation=velocity")
 POSE = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)

@@ -9,21 +9,21 @@ import pytest
 
 import robotics.simulation.loop
 from fuzzy.compiled.columns import Ints1
-from robotics.environment.world import Disc
 from robotics.laws.catalogue import make_controller
 from robotics.laws.equation import CommandColumns, SeenColumns
 from robotics.laws.law import Command, Law
-from robotics.paths.path import Line
-from robotics.paths.trajectory import Timing
-from robotics.radio.channel import AirColumns
-from robotics.radio.description import Radio
-from robotics.radio.faults import Fault
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.posture import LABORATORY, Sensing
 from robotics.simulation.loop import Simulation, drive, simulate
 from robotics.simulation.observer import Observer, observer
-from robotics.vehicle.plant import TruthColumns as Truth
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.environment.world import Disc
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.radio.channel import AirColumns
+from robotics.world.radio.description import Radio
+from robotics.world.radio.faults import Fault
+from robotics.world.sensing.posture import LABORATORY, Sensing
+from robotics.world.vehicle.plant import TruthColumns as Truth
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,15 @@ import pytest
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law
-from robotics.paths.path import Line, Quintic
-from robotics.paths.trajectory import Timing
-from robotics.radio.description import Radio
-from robotics.radio.faults import Fault
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import parse_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import CHANNELS, REFERENCE, TEAM_CHANNELS, load_run
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.reading import parse_scenario
+from robotics.world.paths.path import Line, Quintic
+from robotics.world.paths.trajectory import Timing
+from robotics.world.radio.description import Radio
+from robotics.world.radio.faults import Fault
+from robotics.world.sensing.posture import Sensing
 
 LAWS = ("virtual-structure", "virtual-structure-virtual", "cooperation", "graph-esm")
 NOISY = Sensing(
@@ -451,7 +451,7 @@ PLAIN = """
 import sys
 from numba import config
 from robotics.laws.catalogue import make_controller
-from robotics.scenario.reading import load_scenario
+from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
 
 assert config.DISABLE_JIT

@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, entered, figures, random_goals
-from robotics.experiments.stress.outcome import StressOutcome
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.studies.stress.outcome import StressOutcome
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 
 def test_everyone_goes_to_the_opposite_point():

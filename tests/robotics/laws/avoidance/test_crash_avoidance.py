@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.jit import kernel
-from robotics.environment.collision import footprints, robot_contacts
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance, CrashMessage, CrashWork, turn_at
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.teams import nearest_distance
-from robotics.radio.channel import Heard
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.environment.collision import footprints, robot_contacts
+from robotics.world.radio.channel import Heard
 
 
 @pytest.fixture(scope="module")

@@ -12,10 +12,10 @@ from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.equation import Memory
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD
-from robotics.radio.channel import Heard
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.sonar import SONAR, Ranges
 from robotics.simulation.loop import drive, simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.radio.channel import Heard
+from robotics.world.sensing.sonar import SONAR, Ranges
 
 FREE = np.inf
 APART = np.array([(-0.3, 2.0, 0.0), (-1.3, 0.0, 0.0), (-0.3, -2.0, 0.0)])  # behind the starts, all with a way to go

@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.jit import kernel
-from robotics.environment.collision import obstacle_clearance
-from robotics.environment.world import Disc
-from robotics.experiments.together import run_together
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance, ObstacleWork, theta_at
 from robotics.laws.avoidance.obstacle_modes import (
     LOOSE,
@@ -31,14 +28,17 @@ from robotics.laws.avoidance.obstacle_modes import (
 from robotics.laws.catalogue import gains_of, make_controller
 from robotics.laws.equation import RobotColumns, gain_columns
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, STOPPED, TRACK, YIELD
-from robotics.paths.path import Line
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import ScenarioError
-from robotics.scenario.reading import load_scenario, parse_scenario
-from robotics.sensing.sonar import SONAR
 from robotics.simulation.loop import simulate
 from robotics.simulation.mode_changes import REJOINED, TIMED_OUT, ModeChange, mode_change_table, mode_changes_in, reason
 from robotics.simulation.run import load_run
+from robotics.simulation.scenario.description import ScenarioError
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.studies.together import run_together
+from robotics.world.environment.collision import obstacle_clearance
+from robotics.world.environment.world import Disc
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.sonar import SONAR
 
 DT = 0.05
 Gain = gain_columns(ObstacleAvoidance)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from robotics.experiments.stress.crossings import crossing_ensemble
 from robotics.laws.avoidance.planned_way import PlannedTiming, planned_timing
-from robotics.paths.joined import join_paths
-from robotics.paths.path import Line, compile_path
-from robotics.paths.road import TIMED, road_of
-from robotics.scenario.reading import load_scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.stress.crossings import crossing_ensemble
+from robotics.world.paths.joined import join_paths
+from robotics.world.paths.path import Line, compile_path
+from robotics.world.paths.road import TIMED, road_of
 
 
 def nearest(references, end, robots):

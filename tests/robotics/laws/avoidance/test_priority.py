@@ -17,9 +17,9 @@ from robotics.laws.avoidance.priority import (
 )
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.law import Observation
-from robotics.paths.posture import wrapped
-from robotics.paths.references import Reference
-from robotics.radio.channel import Heard
+from robotics.world.paths.posture import wrapped
+from robotics.world.paths.references import Reference
+from robotics.world.radio.channel import Heard
 
 RUNS, ROBOTS, NEAR = 200, 4, 0.6
 

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.outcome import StressOutcome
-from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
 from robotics.laws.law import ControllerError
-from robotics.paths.path import PathColumns, Quintic
-from robotics.paths.quintic_table import quintic_table
+from robotics.studies.stress.outcome import StressOutcome
+from robotics.studies.stress.tally import run_ensemble
+from robotics.world.paths.path import PathColumns, Quintic
+from robotics.world.paths.quintic_table import quintic_table
 
 CLEAR = 0.6
 

@@ -12,8 +12,6 @@ from fuzzy.fitting.clustering import ClusteringOptions, subtractive_clusters
 from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Terms, Variable
-from robotics.experiments.comparison import compare
-from robotics.experiments.learning.formationdata import FormationRecipe, formation_data
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.formation.leader_follower import (
     FormationTeacher,
@@ -27,11 +25,13 @@ from robotics.laws.formation.leader_follower import (
 )
 from robotics.laws.law import ControllerError
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error
-from robotics.paths.path import Circle, Line, compile_path
-from robotics.scenario.formations import leader_path
-from robotics.scenario.reading import load_scenario, scenario_names
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.formations import leader_path
+from robotics.simulation.scenario.reading import load_scenario, scenario_names
+from robotics.studies.comparison import compare
+from robotics.studies.learning.formationdata import FormationRecipe, formation_data
+from robotics.world.paths.path import Circle, Line, compile_path
+from robotics.world.sensing.posture import Sensing
 
 PATH = compile_path(leader_path())
 

@@ -11,7 +11,7 @@ from benchmarks.ipopt import Ipopt, least_costs
 from benchmarks.predictiveproblems import random_problems
 from benchmarks.predictivesolving import plans_of, solve_rows
 from robotics.laws.predictive.ilqr import SolverColumns
-from robotics.scenario.robots import load_robot
+from robotics.simulation.scenario.robots import load_robot
 
 TABLE = Path(__file__).parents[3] / "data" / "predictive" / "ipopt.csv"
 ETSRO = load_robot("etsro").robot

@@ -7,9 +7,9 @@ import pytest
 
 from fuzzy.compiled.jit import kernel
 from robotics.laws.predictive.model import moved, response, velocity_shares, wheel_lag, wheel_rate
-from robotics.scenario.robots import load_robot
-from robotics.vehicle.plant import STEP, Plant, initial_state, parameters
-from robotics.vehicle.plant import TruthColumns as Truth
+from robotics.simulation.scenario.robots import load_robot
+from robotics.world.vehicle.plant import STEP, Plant, initial_state, parameters
+from robotics.world.vehicle.plant import TruthColumns as Truth
 
 ETSRO = load_robot("etsro").robot
 

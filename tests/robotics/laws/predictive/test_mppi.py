@@ -11,8 +11,8 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.laws.predictive.mppi import STRIDE, PathIntegral, perturbations
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot

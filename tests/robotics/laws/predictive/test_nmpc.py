@@ -10,8 +10,8 @@ from robotics.laws.catalogue import gains_of, make_controller
 from robotics.laws.law import KNOWLEDGE, ControllerError, Observation
 from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.measures.tracking import METRICS
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import drive, simulate
+from robotics.simulation.scenario.reading import load_scenario
 
 UNDER_WAY, TURNING = "rms_cross_track_under_way_m", "w_variation_radps2"
 

@@ -11,7 +11,7 @@ from benchmarks.predictiveproblems import LAW, PERIOD
 from benchmarks.predictivesolving import Problem, plans_of
 from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
 from robotics.laws.predictive.terminal import SPEEDS, riccati, straight_across, straight_along, tail_table
-from robotics.scenario.robots import load_robot
+from robotics.simulation.scenario.robots import load_robot
 
 ETSRO = load_robot("etsro").robot
 WEIGHTS, LAG = LAW.weights(ETSRO), wheel_lag(ETSRO)

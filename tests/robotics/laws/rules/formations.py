@@ -2,8 +2,8 @@
 
 from math import cos, pi, sin
 
-from robotics.scenario.description import Scenario
-from robotics.scenario.reading import parse_scenario
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import parse_scenario
 
 RADII = (2.0, 2.5, 1.6)  # m
 

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robotics.environment.collision import footprints
-from robotics.environment.world import Polygon, World, box, compile_world
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     SECTOR,
@@ -16,9 +14,11 @@ from robotics.laws.rules.clearances import (
     standing_robots,
     without_robots,
 )
-from robotics.sensing.sonar import LIDAR, SONAR, RangeSensor
-from tests.robotics.sensing.echoes import exact_echoes
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.world.environment.collision import footprints
+from robotics.world.environment.world import Polygon, World, box, compile_world
+from robotics.world.sensing.sonar import LIDAR, SONAR, RangeSensor
+from tests.robotics.world.sensing.echoes import exact_echoes
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 ROBOT = ETSRO
 RADIUS = float(np.hypot(ROBOT.length, ROBOT.width)) / 2  # 0.152 m

@@ -15,8 +15,8 @@ from robotics.measures.formations import (
     leads,
     rms_place_error,
 )
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from tests.robotics.laws.rules.formations import RADII, circling
 
 

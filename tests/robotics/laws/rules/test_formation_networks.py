@@ -15,8 +15,8 @@ from robotics.laws.law import ControllerError
 from robotics.laws.rules.formation_networks import FormationNetworks
 from robotics.measures.explained import explain_decision
 from robotics.measures.outside import is_of_data, outside, outside_sentence
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
 from tests.robotics.laws.rules.formations import RADII, circling
 
 SPEED = 0.2  # m/s
@@ -117,7 +117,7 @@ def test_a_run_outside_the_data_says_so_once(tmp_path, capsys):
     assert "leader_ahead of robot 2 (v_2) came to -0.1, its range is -0.06 to 0.06" in outside_sentence(found)
     for fis in team(reach=0.06):
         write_fis(fis, tmp_path / f"{fis.name}.fis")
-    text = (resources.files("robotics") / "scenarios" / "formation-behind.toml").read_text(encoding="utf-8")
+    text = (resources.files("robotics") / "data" / "scenarios" / "formation-behind.toml").read_text(encoding="utf-8")
     short = tmp_path / "short.toml"  # the leader is 3 m behind
     short.write_text(text.replace("duration = 100.0", "duration = 2.0"), encoding="utf-8")
     assert main(["run", str(short), "-c", f"formation:networks={tmp_path}", "-q"]) == 0

@@ -10,9 +10,9 @@ import pytest
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.fuzzy_team import TEAM_OUTPUTS
 from robotics.measures.registry import measure_all
-from robotics.scenario.description import Scenario
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from tests.robotics.laws.rules.handmade import linear_base, lines
 
 NOISE = '[sensing]\nposture = "pose"\nposition_noise = 0.003\nheading_noise = 0.003\n'

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, in_the_way, next_meetings
-from robotics.paths.joined import join_paths
-from robotics.paths.path import Line, compile_path
+from robotics.world.paths.joined import join_paths
+from robotics.world.paths.path import Line, compile_path
 
 RADIUS, MARGIN = 0.15, 0.2  # m
 APART = 2 * RADIUS + MARGIN  # 0.5 m

@@ -8,8 +8,8 @@ import pytest
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from tests.robotics.laws.rules.handmade import linear_base, lines
 
 TIME = {"time": (0, 900)}

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from benchmarks.avoidance import circle_swap, ensemble
-from robotics.experiments.stress.crossings import crossing_ensemble
-from robotics.experiments.stress.obstaclecourse import stress_obstacles
-from robotics.experiments.stress.outcome import StressOutcome
-from robotics.experiments.stress.tally import run_ensemble
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.meetings import CELL, Meetings, planned_order
 from robotics.laws.rules.situation import turning_circles
-from robotics.scenario.reading import load_scenario
 from robotics.simulation.loop import drive, simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.stress.crossings import crossing_ensemble
+from robotics.studies.stress.obstaclecourse import stress_obstacles
+from robotics.studies.stress.outcome import StressOutcome
+from robotics.studies.stress.tally import run_ensemble
 
 PLANNED = make_controller("fuzzy-team-planned")
 

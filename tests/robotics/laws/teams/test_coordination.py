@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robotics.experiments.recovery import recovery_curve
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.law import ControllerError
 from robotics.laws.tracking.lyapunov import Lyapunov
@@ -13,13 +12,14 @@ from robotics.measures.arrival import arrival_time, end_time, spread
 from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.teams import measure_team, nearest_distance
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
-from robotics.paths.references import Reference
-from robotics.radio.description import Radio
-from robotics.radio.faults import Fault
-from robotics.scenario.random_team import random_team, team_toml
-from robotics.scenario.reading import load_scenario, scenario_names
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.random_team import random_team, team_toml
+from robotics.simulation.scenario.reading import load_scenario, scenario_names
+from robotics.studies.recovery import recovery_curve
+from robotics.world.paths.references import Reference
+from robotics.world.radio.description import Radio
+from robotics.world.radio.faults import Fault
+from robotics.world.sensing.posture import Sensing
 
 
 def run(scenario, controller="", seeds=(0,), **changes):

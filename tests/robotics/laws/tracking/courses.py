@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robotics.scenario.reading import load_scenario
+from robotics.simulation.scenario.reading import load_scenario
 
 
 def from_random_starts(scenario, low, high, count=120, **changes):

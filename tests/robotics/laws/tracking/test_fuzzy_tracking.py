@@ -12,12 +12,12 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_files
 from robotics.measures.tracking import cross_track_error, measure, settling_time, tracking_error
-from robotics.paths.path import Circle, Line
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import load_scenario, parse_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.world.paths.path import Circle, Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
 
 NOISY = Sensing(posture="pose", position_noise=0.005)
 ON_PATH, OFF_PATH = (replace(load_scenario(f"fuzzy-{where}-path"), sensing=Sensing()) for where in ("on", "off"))

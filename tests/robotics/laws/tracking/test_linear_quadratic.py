@@ -15,10 +15,10 @@ from robotics.laws.equation import gain_columns
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic, discretised, feedback
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.paths.references import Reference
-from robotics.scenario.reading import load_scenario, parse_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.world.paths.references import Reference
+from robotics.world.sensing.posture import Sensing
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot

@@ -13,11 +13,11 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.measures.tracking import settling_time, tracking_error
-from robotics.paths.posture import posture_error, wrapped
-from robotics.paths.references import Reference
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.posture import posture_error, wrapped
+from robotics.world.paths.references import Reference
+from robotics.world.sensing.posture import Sensing
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot
 NOISY = Sensing(posture="pose", position_noise=0.005)

@@ -12,7 +12,7 @@ from robotics.laws.law import ControllerError
 from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.observed import entries
 from robotics.laws.tracking.policyfile import Policy, load_policy, parse_policy
-from robotics.sensing.posture import LABORATORY
+from robotics.world.sensing.posture import LABORATORY
 
 SCENARIO = replace(robotics.load_scenario("lyapunov-circle"), duration=4.0, sensing=LABORATORY, latency=0.03)
 NAMES = tuple(entry.name for entry in entries(SCENARIO.setting, "velocity"))
@@ -40,7 +40,7 @@ def drawn(sizes, seed=0, most=(0.6, 2.0), names=NAMES):
 @pytest.mark.parametrize("sizes", [(), (3,), (20, 5), (4, 31, 7)])
 def test_it_commands_what_the_network_answers_to_what_the_environment_observes(sizes):
     pytest.importorskip("gymnasium", reason="needs gymnasium")
-    from robotics.reinforcement.single import TrackingEnv
+    from robotics.plugins.reinforcement.single import TrackingEnv
 
     policy = drawn(sizes)
     run = robotics.simulate(SCENARIO, NeuralPolicy(policy=policy, first=0.9, second=1.1), seeds=[7])
@@ -75,8 +75,8 @@ def test_a_file_keeps_a_policy_to_single_precision_and_drives(tmp_path):
 
 
 def test_the_packaged_policy_follows_random_paths_better_than_the_fuzzy_rule_base_does():
-    from robotics.reinforcement.choosing import chosen_scenarios
-    from robotics.tuning.cost import Cost, costs_of
+    from robotics.plugins.reinforcement.choosing import chosen_scenarios
+    from robotics.studies.tuning.cost import Cost, costs_of
 
     scenarios = chosen_scenarios(None, "default", 4, 8_000_000)
     ppo, fuzzy = costs_of(Cost(), scenarios, ["ppo", "fuzzy"], range(5)).sum(axis=-1).mean(axis=(1, 2))

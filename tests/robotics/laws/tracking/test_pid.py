@@ -14,10 +14,10 @@ from scipy.optimize import fsolve
 from robotics.laws.law import Observation
 from robotics.laws.tracking.pid import TrackingPID, placed
 from robotics.measures.tracking import METRICS, tracking_error
-from robotics.paths.references import Reference
-from robotics.scenario.reading import load_scenario, parse_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.world.paths.references import Reference
+from robotics.world.sensing.posture import Sensing
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 SETTING = load_scenario("lyapunov-circle").setting  # of one robot

@@ -12,8 +12,8 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
 from robotics.laws.tracking.pure_pursuit import PurePursuit
 from robotics.measures.tracking import METRICS, settling_time, tracking_error
-from robotics.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.loop import simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from tests.robotics.laws.tracking.courses import from_random_starts
 
 LAW = PurePursuit()

@@ -22,15 +22,15 @@ from robotics.laws.tracking.sliding_mode import (
     quasi_continuous,
 )
 from robotics.measures.tracking import measure
-from robotics.paths.path import Sine
-from robotics.paths.trajectory import Timing
-from robotics.scenario.description import Member, Scenario
-from robotics.scenario.reading import load_scenario
-from robotics.sensing.posture import Sensing
 from robotics.simulation.loop import simulate
-from robotics.vehicle import plant as p
-from robotics.vehicle.plant import TruthColumns as Truth
-from tests.robotics.vehicle.etsro import ETSRO
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.world.paths.path import Sine
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
+from robotics.world.vehicle import plant as p
+from robotics.world.vehicle.plant import TruthColumns as Truth
+from tests.robotics.world.vehicle.etsro import ETSRO
 
 MODES = ("csm", "assm", "qssm", "esm")
 REFERENCE = replace(load_scenario("reference"), sensing=Sensing())  # configuration R: ideal odometry

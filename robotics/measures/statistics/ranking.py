@@ -1,0 +1,108 @@
+"""Rankings: how sure each rank is, whether it hangs on the cost's weights, and who is beaten in nothing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotics.measures.statistics.aggregates import IQM
+from robotics.measures.statistics.bootstrap import Statistic, resampled, resamples
+from robotics.measures.statistics.costs import StatisticsError, checked
+from robotics.measures.statistics.intervals import LEVEL, Interval
+
+
+@dataclass(frozen=True, eq=False)
+class Reweighted:
+    """The ranking of laws under other weights of the cost's terms."""
+
+    weights: np.ndarray  # (cases, terms); the first case has the weights as they are
+    values: np.ndarray  # (cases, laws), the statistic of the cost
+    order: np.ndarray  # (cases, laws), the laws from the least cost to the greatest
+
+    @property
+    def changed(self) -> np.ndarray:
+        """Whether the order differs from that of the first case: (cases,) bool."""
+        return np.asarray((self.order != self.order[0]).any(axis=1))
+
+    @property
+    def swapped(self) -> np.ndarray:
+        """How many pairs of laws stand the other way round than in the first case: (cases,), Kendall's distance."""
+        first, second = np.triu_indices(self.values.shape[1], k=1)
+        ranks = np.argsort(self.order, axis=1)
+        ahead = ranks[:, first] < ranks[:, second]
+        return np.asarray((ahead != ahead[0]).sum(axis=1))
+
+
+def reweighted(
+    terms: np.ndarray, weights: np.ndarray, statistic: Statistic = IQM, factors: Sequence[float] = (0.5, 2.0)
+) -> Reweighted:
+    """Rank the laws with the weight of each term in turn multiplied by each of the factors.
+
+    Args:
+        terms: The terms of the cost (terms, laws, scenarios, seeds), each over its scale; infinite where a run failed.
+        weights: The weights (terms,), > 0: the cost is their sum over terms.
+        statistic: What ranks the laws.
+        factors: What a weight is multiplied by, by default halved and doubled.
+    """
+    terms, weights = np.asarray(terms, dtype=float), np.asarray(weights, dtype=float)
+    if terms.ndim != 4 or weights.shape != terms.shape[:1] or not (weights > 0).all():
+        raise StatisticsError("give terms (terms, laws, scenarios, seeds) and a weight > 0 for each term")
+    scale = np.ones((1 + len(factors) * len(weights), len(weights)))
+    for term in range(len(weights)):
+        for k, factor in enumerate(factors):
+            scale[1 + term * len(factors) + k, term] = factor
+    cases = scale * weights
+    values = np.stack([statistic(checked(np.tensordot(case, terms, axes=1))) for case in cases])
+    return Reweighted(cases, values, np.argsort(values, axis=1, kind="stable"))
+
+
+def gap_closed(
+    before: np.ndarray,
+    after: np.ndarray,
+    reference: np.ndarray,
+    statistic: Statistic = IQM,
+    *,
+    generator: np.random.Generator,
+    draws: int = 2000,
+) -> Interval:
+    """The share of the gap to a reference law that tuning closes, (before − after)/(before − reference), arrays
+    (laws,).
+
+    1 reaches the reference, 0 gains nothing, below 0 loses. Not-a-number where there is no gap, because the law was not
+    worse than the reference; such resamples widen the interval on both sides.
+
+    Args:
+        before: The costs (laws, scenarios, seeds) as published.
+        after: The costs (laws, scenarios, seeds) tuned, on the same seeds.
+        reference: The costs (scenarios, seeds) of the reference law, on the same seeds.
+        statistic: What is compared.
+        generator: Where the resamples come from.
+        draws: The number of resamples.
+    """
+    costs = checked(np.concatenate([before, after, reference[None]]))
+    counts = resamples(costs.shape[1:], draws, generator)
+    found = np.concatenate([statistic(costs)[None], resampled(costs, statistic, counts)])
+    laws = len(before)
+    first, second, third = found[:, :laws], found[:, laws : 2 * laws], found[:, -1:]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(first > third, (first - second) / (first - third), np.nan)
+    unknown, tail = np.isnan(share[1:]), (1 - LEVEL) / 2
+    low = np.quantile(np.where(unknown, -np.inf, share[1:]), tail, axis=0, method="lower")
+    high = np.quantile(np.where(unknown, np.inf, share[1:]), 1 - tail, axis=0, method="higher")
+    return Interval(share[0], low, high)
+
+
+def pareto_front(objectives: np.ndarray) -> np.ndarray:
+    """Which points are beaten by no other in all objectives at once: (points,) bool.
+
+    A point is beaten by one that is nowhere greater and somewhere less; equal points do not beat each other. A point
+    with an infinite objective is never on the front.
+
+    Args:
+        objectives: The points (points, objectives); less is better.
+    """
+    objectives = np.asarray(objectives, dtype=float)
+    nowhere = (objectives[None] <= objectives[:, None]).all(axis=2)
+    somewhere = (objectives[None] < objectives[:, None]).any(axis=2)
+    beaten = np.asarray(nowhere & somewhere).any(axis=1)
+    return ~beaten & np.isfinite(objectives).all(axis=1)

@@ -1,0 +1,395 @@
+"""A control law as a header and a source of C: the step that a robot makes in every control period."""
+
+import ast
+import inspect
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from textwrap import fill
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.ccode.identifier import comment, identifier
+from fuzzy.ccode.numbertype import ExportError, Floating
+from fuzzy.ccode.phrases import guarded
+from fuzzy.ccode.source import CSources, c_sources
+from fuzzy.compiled.columns import Column, Columns
+from fuzzy.naming import expected
+from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
+from robotics.plugins.ccode.body import CFunction
+from robotics.plugins.ccode.carried import SYMBOLS, Carried, carried, first_numbers, rule_bases
+from robotics.plugins.ccode.pythonsource import parsed
+from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
+from robotics.plugins.ccode.translation import Translator
+from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
+
+_NUMBERS = ("double", "float")
+_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
+AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
+
+
+class LawSources(NamedTuple):
+    """A law in C: its two texts, and those of its rule bases."""
+
+    name: str
+    header: str
+    source: str
+    bases: tuple[CSources, ...]
+    inputs: tuple[str, ...]  # fields of the input struct
+    memory: tuple[str, ...]  # fields of the state struct
+    outputs: tuple[str, ...]  # fields of the output struct
+    look_ahead: float  # s: of the point ahead, where it asks for one
+
+
+def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "double") -> LawSources:
+    """Write a law's control step for the first robot of ``setting`` in C99.
+
+    Args:
+        law: The law; see :mod:`robotics.plugins.ccode.carried` for those that can be written.
+        setting: Whose robot and control period count.
+        name: The prefix of everything public, and the files' name.
+        number: "double" or "float".
+
+    Raises:
+        ExportError: A law or a type of numbers that is not written.
+    """
+    if number not in _NUMBERS:
+        raise ExportError(expected(number, _NUMBERS, "number type of a law"))
+    how = carried(law, name)
+    return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
+
+
+@dataclass
+class _Constant:
+    value: float
+    unit: str
+
+
+class _Writer:
+    def __init__(self, law: Any, how: Carried, setting: Setting, name: str, number: Floating) -> None:
+        self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
+        self.arithmetic = Arithmetic(number)
+        self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
+        self.limits = [float(row[0]) for row in velocity_limits(setting.robots[:1])]
+        self.work = _places(type(law).works)
+        self.equation = inspect.getattr_static(type(law), "equation")
+        self.lanes = _lanes(type(law), self.equation)
+        self.radius = setting.robots[0].wheel_radius
+        self.memory = first_numbers(law, setting)
+        self.constants: dict[str, _Constant] = {}
+        self.bases = rule_bases(law, how)
+        self.called: dict[str, CSources] = {}
+        self.torque = law.level == "torque"
+        self.outputs: list[str] = []
+        self.translator = Translator(name, self.arithmetic, self.read, self.call, self.constant)
+
+    # What the translated functions read --------------------------------------------------------------------
+
+    def constant(self, text: str, value: float) -> CTerm:
+        """A named number."""
+        name, _, unit = text.partition(" ")
+        self.constants[name] = _Constant(value, unit)
+        return CTerm(name, "real")
+
+    def read(self, table: CTable | Lane, row: Any) -> Any:
+        """An entry of a table of the law, or (row −1) a part of all that it knows; a column of a lane by its name."""
+        return self._column(table, row) if isinstance(table, Lane) else self._entry(table, row)
+
+    def _column(self, lane: Lane, name: str) -> Any:
+        column, path = lane.of.columns[name], (*lane.path, name)
+        if column.of is not None:
+            return Lane(lane.name, column.of, lane.first + column.row, path)
+        if column.width is not None:
+            return CTable(lane.name, lane.first + column.row)
+        match lane.name:
+            case "robot":
+                return CTerm(f"input->{name}", "real")
+            case "aim":
+                return CTerm(f"input->at_{name}", "real")
+            case "gain":
+                value = self.gains[lane.first + column.row]
+                return self._gain(path, column, value) if column.unit else KnownValue(value)
+            case "limit":
+                return self._gain(path, column, self.limits[column.row])
+            case "memory":
+                return CTerm(f"state->{_field(path)}", "real")
+            case "command":
+                return self._commanded(path)
+        return self._entry(CTable(lane.name), lane.first + column.row)
+
+    def _gain(self, path: tuple[str, ...], column: Column, value: float) -> CTerm:
+        """A gain under its own name, or under all that lead to it where another number has that."""
+        names = [SYMBOLS.get(name, name).upper() for name in path]
+        told = _said(column, ", ")
+        taken = names[-1] in self.constants and self.constants[names[-1]].value != value
+        return self.constant(f"{'_'.join(names) if taken else names[-1]} {told}", value)
+
+    def _entry(self, table: CTable, row: int) -> Any:
+        match table.name:
+            case "dt":
+                return self.constant("PERIOD s, from one step to the next", self.setting.period)
+            case "time":
+                return CTerm("0.0", "real")
+            case "column" | "path" | "base":
+                return CTable(table.name) if row < 0 else KnownValue(0)
+            case "seen" | "gains" | "rules" | "road" if row < 0:
+                return table
+            case "rules":
+                return table
+            case "gain":
+                return KnownValue(self.gains[row])
+            case "work":
+                place, first = max(((p, f) for p, f in self.work.items() if f <= row), key=lambda pair: pair[1])
+                return CTerm(f"work[{place}{f' + {row - first}' if row > first else ''}]", "real")
+        raise ExportError(f"{type(self.law).__name__} reads {table.name}, which C does not have")
+
+    def _commanded(self, path: tuple[str, ...]) -> Any:
+        torques = {"first": "torque_right", "second": "torque_left", "wish_v": "v", "wish_w": "w"}
+        name = (torques if self.torque else {"first": "v", "second": "w"}).get(".".join(path))
+        if name is None:
+            return None
+        if name not in self.outputs:
+            self.outputs.append(name)
+        return CTerm(f"output->{name}", "real")
+
+    def call(self, body: CFunction, name: str, arguments: Any) -> Any:
+        """The functions that are not translated: rule bases, and the reference at a later time."""
+        if name == "moving":
+            return Row(tuple(CTerm(f"input->{field}", "real") for field in AIM_SYMBOLS))
+        if name == "tell_inputs":
+            return KnownValue(None)
+        if name == "evaluate_packed":
+            return self._rule_base(body, *arguments[:3])
+        return NotImplemented
+
+    def _rule_base(self, body: CFunction, rules: CTable, asked: CTable, said: CTable) -> Any:
+        title, fis = self.bases[rules.first]
+        if title not in self.called:
+            self.called[title] = c_sources(fis, f"{self.name}_{title}", self.number.name)
+        base = self.called[title]
+        places = [self.read(table, table.first).text for table in (asked, said)]
+        body.say(f"{base.name}_infer(&{places[0]}, &{places[1]});")
+        return KnownValue(0)
+
+    # The texts ---------------------------------------------------------------------------------------------
+
+    def sources(self) -> LawSources:
+        """All texts."""
+        step = self._step(self.equation.function)
+        wheels = [] if self.torque else ["wheel_right", "wheel_left"]
+        outputs = (*self.outputs, *wheels)
+        held = " ".join(function.text for function in self.translator.done.values())
+        inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS) if f"input->{field}" in f"{step} {held}")
+        memory = tuple(name for name, _ in self._fields())
+        look_ahead = float(getattr(self.law, "look_ahead", math.nan))
+        header = self._header(inputs, outputs, look_ahead)
+        bases = tuple(self.called.values())
+        return LawSources(
+            self.name,
+            header,
+            self._source(step),
+            bases,
+            inputs,
+            memory,
+            outputs,
+            look_ahead if "ahead_x" in inputs else math.nan,
+        )
+
+    def _step(self, one: Any) -> str:
+        tree = parsed(one)
+        body = CFunction(self.translator, one, tree)
+        for argument in self.equation.asks:
+            body.env[argument] = self._argument(argument)
+        if isinstance(tree.body[-1], ast.Return) and tree.body[-1].value is not None:
+            command = ast.parse("command.first, command.second = 0, 0").body[0]
+            assert isinstance(command, ast.Assign)
+            tree.body[-1], command.value = command, tree.body[-1].value
+            body.env["command"] = self.lanes["command"]
+        if self.work:
+            body.say(f"{self.number.name} work[WORK] = {{{self.number.constant(0.0)}}};")
+        body.run(tree.body)
+        zero = self.number.constant(0.0)
+        if self.torque:
+            body.say("if (isfinite(output->torque_right) && isfinite(output->torque_left)) return 1;")
+            body.say(f"output->torque_right = output->torque_left = {zero};")
+            body.say("return 0;")
+        else:
+            self._wheels(body, zero)
+        if not self._fields():
+            body.lines.insert(0, "    (void)state;")
+        head = (
+            f"int {self.name}_step({self.name}_state *state, const {self.name}_input *input, "
+            f"{self.name}_output *output) {{"
+        )
+        return "\n".join([fill(head, 112, subsequent_indent="    "), *self._read_later(body.finished()), "}", ""])
+
+    def _read_later(self, lines: list[str]) -> list[str]:
+        """The lines of a step without those that write to work what nobody reads."""
+        text = "\n".join([*lines, *(function.text for function in self.translator.done.values())])
+        unread = [f"work[{name}] = " for name in self.work if len(re.findall(rf"\b{name}\b", text)) == 1]
+        return [line for line in lines if not line.strip().startswith(tuple(unread))]
+
+    def _argument(self, name: str) -> Any:
+        """What an argument of the equation stands for."""
+        if name in self.lanes:
+            return self.lanes[name]
+        if name in ("i", "lane", "path"):
+            return KnownValue(0)
+        return self._entry(CTable(name), -1) if name in ("time", "dt") else CTable(name)
+
+    def _fields(self) -> list[tuple[str, Column]]:
+        """The fields of the state, with what each is."""
+        return [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
+
+    def _wheels(self, body: CFunction, zero: str) -> None:
+        body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")
+        body.say("if (!isfinite(output->v) || !isfinite(output->w)) {")
+        body.say(f"    output->wheel_right = output->wheel_left = {zero};")
+        body.say("    return 0;")
+        body.say("}")
+        own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
+        limit = self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
+        arguments = [limit, CTerm("output->v", "real"), CTerm("output->w", "real")]
+        held = body.called(self.translator.function(within_limits, arguments), arguments, "held")
+        half = self.read(limit, "half_axle").text
+        radius = self.constant("WHEEL_RADIUS m", self.radius).text
+        for side, sign in (("right", "+"), ("left", "-")):
+            body.say(f"output->wheel_{side} = ({held.name}[0] {sign} {half} * {held.name}[1]) / {radius};")
+        body.say("return 1;")
+
+    def _source(self, step: str) -> str:
+        real = self.number.name
+        upper = self.name.upper()
+        functions = [function.text for function in self.translator.done.values()]
+        used = set(re.findall(r"\w+", " ".join([*functions, step])))
+        constants = []
+        for name, held in self.constants.items():
+            if name not in used:
+                continue
+            value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(held.value)
+            constants.append(f"static const {real} {name} = {value}; /* {comment(held.unit)} */")
+        places = ", ".join(f"{name} = {first}" for name, first in self.work.items() if name in used)
+        starts = [
+            f"    state->{name} = {self.number.constant(float(value))};"
+            for (name, _), value in zip(self._fields(), self.memory, strict=True)
+        ] or ["    state->nothing = 0;"]
+        parts = [
+            f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",
+            "\n".join([f'#include "{self.name}.h"', *(f'#include "{b.name}.h"' for b in self.called.values()), ""]),
+            "#include <math.h>\n",
+            "/* The gains, and the robot's numbers */\n" + "\n".join(constants) + "\n",
+            *([f"/* Places of the numbers that a step works in */\nenum {{{places}}};\n"] if places else []),
+            *(piece(name, self.number) for name in PIECES if name in self.arithmetic.needed),
+            *functions,
+            "\n".join([f"void {self.name}_init({self.name}_state *state) {{", *starts, "}", ""]),
+            step,
+        ]
+        return "\n".join(parts)
+
+    def _header(self, inputs: tuple[str, ...], outputs: tuple[str, ...], look_ahead: float) -> str:
+        name, upper, real = self.name, self.name.upper(), self.number.name
+        said = {
+            "v": "m/s: the speed that the law wants",
+            "w": "rad/s: the turn rate that the law wants",
+            "wheel_right": "rad/s: the right wheel's speed, within the robot's limits",
+            "wheel_left": "rad/s: the left wheel's speed",
+            "torque_right": "N m: the right wheel's torque",
+            "torque_left": "N m: the left wheel's torque",
+        }
+        fields = [f"    {real} {f}; /* {_input_said(f, look_ahead)} */" for f in inputs]
+        state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
+        state = state or ["    int nothing; /* this law remembers nothing */"]
+        first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
+        doc = f" by {self.how.sections}" if self.how.sections else ""
+        period = self.number.constant(self.setting.period)
+        declared = [
+            f"#define {upper}_PERIOD_S {period}",
+            *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AIM_SYMBOLS[0] in inputs else []),
+            "",
+            "typedef struct {",
+            *fields,
+            f"}} {name}_input;",
+            "",
+            "typedef struct {",
+            *state,
+            f"}} {name}_state;",
+            "",
+            "typedef struct {",
+            *(f"    {real} {f}; /* {said[f]} */" for f in outputs),
+            f"}} {name}_output;",
+            "",
+            "/* Nothing is remembered yet. */",
+            f"void {name}_init({name}_state *state);",
+            "",
+            "/* One step; returns 1, or 0 where the command is not finite: the robot must stop. */",
+            f"int {name}_step({name}_state *state, const {name}_input *input, {name}_output *output);",
+        ]
+        text = [
+            f"/* The control step of the law {comment(name)}{doc}, for one robot, in {real}.",
+            " *",
+            f" * Call it every {self.setting.period:g} s:",
+            " *",
+            f" *     static {name}_state state;",
+            f" *     {name}_init(&state);",
+            " *     while (wait_for_timer()) {",
+            f" *         {name}_input input = {{0}};",
+            " *         input.x = ...; ...",
+            f" *         {name}_output output;",
+            f" *         if (!{name}_step(&state, &input, &output)) stop();",
+            f" *         drive(output.{first}, output.{second});",
+            " *     }",
+            " *",
+            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all",
+            " * that it remembers is in the state: several robots, several states. */",
+            *guarded(name, declared),
+        ]
+        return "\n".join(text)
+
+
+def _lanes(law: type[EquationLaw], equation: Equation) -> dict[str, Lane]:
+    """The arguments of an equation that have columns."""
+    gains = gain_columns(giver(law, equation))
+    found: dict[str, type[Columns]] = {"robot": RobotColumns, "aim": AimColumns, "gain": gains}
+    found |= {"memory": law.remembers, "command": command_columns(law), "work": law.works}
+    return {name: Lane(name, of) for name, of in found.items()}
+
+
+def _leaves(of: type[Columns], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Column]]:
+    """All rows that are numbers, by the names that lead to them."""
+    for name, column in of.columns.items():
+        if column.of is not None:
+            yield from _leaves(column.of, (*path, name))
+        else:
+            yield (*path, name), column
+
+
+def _places(works: type[Columns]) -> dict[str, int]:
+    """What the numbers that a law works in are called, by where they begin, and last how many they are."""
+    found, row = {}, 0
+    for path, column in _leaves(works):
+        if column.rows:
+            found["_".join(path).upper()] = row
+        row += column.rows
+    return found | {"WORK": row} if found else {}
+
+
+def _field(path: tuple[str, ...]) -> str:
+    """What a number that is remembered is called: integral_v of v.integral."""
+    return "_".join(reversed(path))
+
+
+def _said(column: Column, between: str = ": ") -> str:
+    return column.unit + between + column.meaning if column.meaning else column.unit
+
+
+def _input_said(field: str, look_ahead: float) -> str:
+    """The unit and the meaning of an input."""
+    start, _, name = field.rpartition("_")
+    if start == "ahead":
+        column = AimColumns.columns[name]
+        return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit
+    return _said((AimColumns if start else RobotColumns).columns[name], ", ")

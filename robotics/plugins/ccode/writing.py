@@ -1,0 +1,68 @@
+"""The files of a control law in C, written whole or not at all."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy.ccode.identifier import identifier
+from fuzzy.files.atomic import check_folder, replacing
+from robotics.laws.catalogue import as_law
+from robotics.laws.law import Law
+from robotics.plugins.ccode.source import LawSources, law_sources
+from robotics.simulation.scenario.description import Scenario
+
+
+class CLawFiles(NamedTuple):
+    """What was written of a law, and for which it was.
+
+    Attributes:
+        law: The law.
+        sources: The texts of the files.
+        number: "double" or "float".
+        folder: Where they lie.
+    """
+
+    law: Law[Any]
+    sources: LawSources
+    number: str
+    folder: Path
+
+    @property
+    def files(self) -> list[Path]:
+        """The paths of headers and sources, those of the law first."""
+        names = [self.sources.name, *(base.name for base in self.sources.bases)]
+        return [self.folder / f"{name}.{ending}" for name in names for ending in ("h", "c")]
+
+
+def write_c_law(
+    controller: Law[Any] | str, scenario: Scenario, folder: str | Path, number: str = "double", *, name: str = ""
+) -> CLawFiles:
+    """Write a law's control step as C99 that allocates nothing and needs only math.h.
+
+    Args:
+        controller: The law, or its specification, such as "fuzzy:rule_base=mine.fis".
+        scenario: Whose first robot and control period count.
+        folder: Where to write, made if it is not there.
+        number: "double" or "float".
+        name: The files' name and the functions' prefix; by default the law's.
+
+    Returns:
+        The files that were written.
+
+    Raises:
+        ExportError: A law that cannot be written; the message lists those that can.
+        OSError: Nothing can be written.
+    """
+    law = as_law(controller)
+    plain = controller.partition(":")[0] if isinstance(controller, str) else type(law).__name__
+    sources = law_sources(law, scenario.setting, name or identifier(plain), number)
+    folder = Path(folder)
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = CLawFiles(law, sources, number, folder)
+    texts = [sources.header, sources.source]
+    texts += [text for base in sources.bases for text in (base.header, base.source)]
+    with ExitStack() as stack:
+        for path in [stack.enter_context(replacing(file)) for file in written.files]:
+            path.write_text(texts.pop(0), encoding="utf-8")
+    return written

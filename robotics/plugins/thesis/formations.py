@@ -1,0 +1,374 @@
+"""The report's chapter on leader-follower formations: data, clusters, learning, driving; thesis 5.2.
+
+It generates both data sets, learns four networks from each, drives the two experiments of 5.2.3 with the networks
+learnt from the well-posed set, with the analytic law and with the thesis's own systems, and judges the claims.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import anfis
+from anfis.plot import plot_premises
+from anfis.state import Epoch
+from fuzzy.figures.drawing import PAGE_WIDTH
+from fuzzy.figures.structure import plot_structure
+from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS, load_networks
+from robotics.measures.evidence import mean_of
+from robotics.measures.formations import measure_formation
+from robotics.measures.quantities import measured
+from robotics.plugins.thesis.claims import Needed, judged
+from robotics.plugins.thesis.driving import driven
+from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.show.figures.formation_run import plot_formation
+from robotics.show.figures.formations import (
+    plot_epochs,
+    plot_fits,
+    plot_formation_paths,
+    plot_formation_signals,
+    plot_searches,
+)
+from robotics.show.report.chapter import Chapter, Grid, Picture
+from robotics.show.report.learning import fit_of, parameter_grid, setting_of
+from robotics.show.report.wording import shown
+from robotics.simulation.run import Run
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.learning.formationdata import (
+    FormationRecipe,
+    FormationRun,
+    FormationTable,
+    checking_recipe,
+    formation_data,
+    formation_run,
+)
+from robotics.studies.learning.formationlearning import Learnt, learn_network, write_networks
+from robotics.studies.learning.fresh import FRESH, FreshErrors, fresh_errors
+from robotics.studies.learning.scatter import DRAWS, scatter
+
+_EXPERIMENTS = ("formation-behind", "formation-ahead")
+# The variants: specification (NETWORKS is the folder of the networks just learnt) and title
+VARIANTS = {
+    "formation:networks=NETWORKS,correction=own-pose": "networks, own posture",
+    "formation:networks=NETWORKS,correction=none": "networks, open loop",
+    "formation:networks=thesis,correction=none": "the thesis's systems",
+    "formation-teacher": "analytic law (the teacher)",
+}
+# Table 5.1: the thesis's training errors, in the outputs' units
+THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
+
+
+# The pictures of networks over data: name, the thesis's figures, what the data are, their table and time in _Data
+_FITS = (
+    ("formation-fit", "Figs 5.8, 5.12", "the five formations' runs", ("along", "time")),
+    ("formation-fit-check", "Fig 5.9", "the checking formation, 1 m behind", ("check_along", "check_time")),
+)
+_DATA = "formation data, "  # and an output: what claims call the errors of learning it
+Kind = Literal["literal", "well-posed"]
+SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation data
+
+
+class _Data(NamedTuple):
+    """A set of formation data."""
+
+    table: FormationTable
+    check: FormationTable  # the checking set of learning
+    along: FormationTable  # the runs of the set's formations along the path, in the order of time, for the pictures
+    check_along: FormationTable  # the checking formation's run along the path
+    runs: dict[str, FormationRun]  # of the set's formations, by title
+    time: np.ndarray  # s, of the samples of ``along``: one run after another
+    check_time: np.ndarray  # likewise of ``check_along``
+
+
+def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
+    """The experiments of the chapter: data sets of ``seed``, their networks, fresh sets, and all variants driven.
+
+    Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
+    """
+    networks = Path(folder) / "networks"
+    return [
+        *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
+        *(
+            Experiment(("learnt", *which), partial(_learnt, *which, seed, networks))
+            for which in product(SETS, FORMATION_OUTPUTS)
+        ),
+        Experiment(("fresh",), partial(_fresh, seed, networks)),
+        *(
+            Experiment(need, partial(_driven, need, law, effort.row(seed), networks))
+            for experiment in _EXPERIMENTS
+            for law, title in VARIANTS.items()
+            for need in [Needed(experiment, title, False)]
+        ),
+    ]
+
+
+@lru_cache(maxsize=2)
+def _data(kind: Kind, seed: int) -> _Data:
+    recipe = FormationRecipe(kind=kind, seed=seed)
+    held = checking_recipe(recipe)
+    still = replace(recipe, coverage=0.0, jitter=0.0)
+    check = formation_data(held)
+    literal = kind == "literal"
+    table = formation_data(recipe)
+    along = table if literal else formation_data(still)
+    check_along = check if literal else formation_data(checking_recipe(still))
+    runs = {
+        f"leader from {start:g} m".replace("-", "−"): formation_run(recipe, start, recipe.samples)
+        for start in recipe.starts
+    }
+    held_runs = [formation_run(held, start, held.samples) for start in held.starts]
+    times = _one_after_another(list(runs.values())), _one_after_another(held_runs)
+    return _Data(table, check, along, check_along, runs if literal else {}, *times)
+
+
+def _one_after_another(runs: Sequence[FormationRun]) -> np.ndarray:
+    """The times [s] of all samples of the runs, of which each begins a sample after the one before it."""
+    begins = np.cumsum([0.0, *(run.time[-1] + run.time[1] for run in runs[:-1])])
+    return np.concatenate([run.time + begin for run, begin in zip(runs, begins, strict=True)])
+
+
+@lru_cache(maxsize=8)
+def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
+    data = _data(kind, seed)
+    # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
+    options = anfis.Options(epochs=60, ridge=1e-10) if kind == "literal" else anfis.Options(epochs=60)
+    learnt = learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
+    if kind == "well-posed":
+        write_networks([learnt], networks)
+    return learnt
+
+
+def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
+    learnt = [_learnt("well-posed", output, seed, networks) for output in FORMATION_OUTPUTS]
+    return fresh_errors(learnt, FormationRecipe(kind="well-posed", seed=seed))
+
+
+def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
+    law = specification.replace("NETWORKS", str(networks))
+    return driven(need, load_scenario(need.on), law, seeds)
+
+
+def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
+    """Write the chapter from the results of its experiments."""
+    learnt: dict[str, list[Learnt]] = {
+        kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS
+    }
+    runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
+    return Chapter(
+        "formation",
+        "Leader and followers: learning from formation data (thesis 5.2)",
+        (
+            "One network each for the leader's and the followers' linear and angular speed. The search over the "
+            "settings of subtractive clustering takes the best for 8 rules (or as near as any comes); hybrid learning "
+            "then runs for 60 epochs, and the network of least checking error is kept.",
+            "The literal set is the thesis's: 5 formations of 400 samples on the curve, inputs x, y and θ of the "
+            "leader. What the robots shall do depends on where the followers are, which these inputs do not tell. "
+            "Nothing in it is random.",
+            "In the well-posed set the inputs are the leader's lead dx over the followers, the bearing of its path "
+            "half a metre ahead (leader's networks) and the curvature where the followers are (followers' networks); "
+            "samples lie evenly over where leader and followers may be, three in five off the path.",
+        ),
+        [
+            _table_5_1(
+                "literal",
+                learnt["literal"],
+                _scattered(results["data", "literal"].table),
+                f"Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
+                "smooth function errs by about that on fresh samples; a training error below it tells postures apart "
+                "that are all but equal.",
+            ),
+            _table_5_1(
+                "well-posed",
+                learnt["well-posed"],
+                _drawn_afresh(results["fresh",]),
+                f"Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the "
+                "first; clusters are found again in each with the setting shown, whatever number of rules that gives.",
+            ),
+            _driving(runs),
+        ],
+        _antecedents_and_consequents(learnt["well-posed"]),
+        [
+            *_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}),
+            *_driving_pictures(runs),
+        ],
+        judged("formation", partial(_values, results)),
+        folded="Parameters of the networks, ours and the thesis's",
+    )
+
+
+def _table_5_1(
+    kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callable[[Learnt], str]], about_last: str
+) -> Grid:
+    def best(network: Learnt) -> Epoch:
+        return network.training.history[network.training.best]
+
+    columns: dict[str, Callable[[Learnt], str]] = {
+        "network": lambda network: network.output,
+        "rules": lambda network: str(network.trial.rules),
+        "radius, squash, accept, reject": setting_of,
+        "thesis, clustering": lambda network: f"{THESIS_ERRORS[network.output]:.2e}",
+        "clustering": lambda network: f"{network.training.history[0].train:.2e}",
+        "learnt, training": lambda network: f"{best(network).train:.2e}",
+        "learnt, checking": lambda network: f"{best(network).check:.2e}",
+    }
+    caption = f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s. {about_last}"
+    return Grid.of(caption, networks, columns | dict(last))
+
+
+def _scattered(table: FormationTable) -> dict[str, Callable[[Learnt], str]]:
+    """The column that says how far the outputs of a table scatter."""
+    found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+    cells = {
+        output: f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})"
+        for k, output in enumerate(FORMATION_OUTPUTS)
+    }
+    return {"scatter": lambda network: cells[network.output]}
+
+
+def _drawn_afresh(fresh: Mapping[str, FreshErrors]) -> dict[str, Callable[[Learnt], str]]:
+    """The columns that say what other sets of the same kind give."""
+    return {
+        "clustering, fresh sets": lambda network: _spanned(fresh[network.output].clustering),
+        "their rules": lambda n: f"{fresh[n.output].rules.min():.0f} to {fresh[n.output].rules.max():.0f}",
+        "learnt, fresh sets": lambda network: _spanned(fresh[network.output].learnt),
+    }
+
+
+def _spanned(values: np.ndarray) -> str:
+    return f"{values.mean():.1e} ({values.min():.1e} to {values.max():.1e})"
+
+
+def _antecedents_and_consequents(networks: Sequence[Learnt]) -> list[Grid]:
+    """Tables 5.2 to 5.5 in the thesis's form: ours, and the thesis's as printed."""
+    printed = {fis.outputs[0].name: fis for fis in load_networks("thesis")}
+    grids = []
+    for network in networks:
+        for title, fis in (("ours, trained", network.after), ("thesis", printed[network.output])):
+            caption = f"{network.output}, {title}: antecedents as σ, c (Tables 5.2, 5.3), consequents (5.4, 5.5)."
+            grids.append(parameter_grid(fis, caption))
+    return grids
+
+
+def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
+    rows = []
+    for (experiment, title), run in runs.items():
+        m = measure_formation(run)
+        lateral = m["max_lateral_error_m"]
+        found = {
+            "aligned after": (m["alignment_time_s"][:, 0], "s"),
+            "spread of x at the end": (m["final_spread_m"][:, 0], "m"),
+            "leader's lateral error": (lateral[:, 0], "m"),
+            "followers' lateral error": (lateral[:, 1:].max(axis=1), "m"),
+        }
+        rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found.values())))
+    return Grid(
+        "The two experiments of 5.2.3 on the full plant, with noise: leader 3 m behind, and 3 m ahead. Means with 95 % "
+        "intervals over the seeds; “never”: not in every run.",
+        ("experiment", "controller", *found),
+        rows,
+    )
+
+
+def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data]) -> list[Picture]:
+    posed, literal = learnt["well-posed"], data["literal"]
+    first = posed[0]
+    turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
+    return [
+        Picture(
+            "formation-paths",
+            "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
+            "Five panels with the paths of a leader and two followers.",
+            partial(plot_formation_paths, literal.runs, PAGE_WIDTH),
+        ),
+        Picture(
+            "formation-signals",
+            "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
+            "literal set. The lead dx decides, and is no input of it.",
+            "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
+            partial(plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
+        ),
+        Picture(
+            "formation-rules",
+            "Training error over the number of rules (thesis Fig 5.6), well-posed set: a dot for each setting, a "
+            "line through the best; ring: the one taken.",
+            "Error against number of rules for the four networks, those of speeds left, of turn rates right.",
+            partial(plot_searches, {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}, PAGE_WIDTH),
+        ),
+        Picture(
+            "formation-structure",
+            f"The network {first.output} as the layers of ANFIS (thesis Figs 5.7, 5.11); learning does not change it.",
+            f"Inputs, terms, rules, shares, consequents and the output of {first.output}.",
+            partial(plot_structure, first.after),
+        ),
+        Picture(
+            "formation-premises",
+            f"Membership functions of the network {first.output} before and after learning (thesis Fig 5.10).",
+            "Gaussian membership functions of each input, before learning thin, after it wide.",
+            lambda: plot_premises(first.before, first.after, PAGE_WIDTH),
+        ),
+        Picture(
+            "formation-training",
+            "Training and checking error of the four networks over the epochs (thesis Fig 5.13), well-posed set.",
+            "Error curves of hybrid learning, training on the left and checking on the right.",
+            partial(
+                plot_epochs,
+                {network.output: network.training.history for network in posed},
+                {network.output: network.after.outputs[0].unit for network in posed},
+                PAGE_WIDTH,
+            ),
+        ),
+        *(
+            Picture(
+                name,
+                f"The four networks after clustering and after learning, over {where} (thesis {figures}), one "
+                "after another. The networks of the well-posed set were not learnt from these samples.",
+                "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
+                partial(_plot_fits, learnt, data, *fields),
+            )
+            for name, figures, where, fields in _FITS
+        ),
+    ]
+
+
+def _plot_fits(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data], table: str, time: str) -> Figure:
+    """Draw what all networks give over one of the tables of their data, over its times."""
+    columns = {
+        f"{kind} set": [
+            fit_of(network, getattr(data[kind], table))._replace(time=getattr(data[kind], time)) for network in networks
+        ]
+        for kind, networks in learnt.items()
+    }
+    return plot_fits(columns, PAGE_WIDTH)
+
+
+def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
+    figures = {"formation-behind": "Figs 5.16, 5.17", "formation-ahead": "Figs 5.18, 5.19"}
+    title = next(iter(VARIANTS.values()))
+    drawn = {experiment: runs[experiment, title] for experiment in _EXPERIMENTS}
+    return [
+        Picture(
+            f"{experiment}-1",
+            f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
+            "lines: commands.",
+            f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
+            partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
+        )
+        for experiment, run in drawn.items()
+    ]
+
+
+def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str) -> np.ndarray:
+    """The numbers that claims ask for; the literal set has nothing random in it, so that its errors are exact."""
+    if need.on.startswith(_DATA):
+        output = need.on.removeprefix(_DATA)
+        if need.of == "literal set":
+            learnt: Learnt = results["learnt", "literal", output]
+            return np.array([learnt.training.history[0].train])
+        fresh: FreshErrors = results["fresh",][output]
+        return fresh.clustering
+    return measured(results[need], quantity, robots)

@@ -1,0 +1,141 @@
+"""The runs of the chapter on teams, thesis 3, 4, 5.3 and 5.4, and how coordination scales."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from robotics.laws.catalogue import make_controller
+from robotics.measures.arrival import arrival_time, spread
+from robotics.measures.progress import progress_gap, true_progress
+from robotics.measures.quantities import measured, timetable_error
+from robotics.plugins.thesis.claims import Needed, needed
+from robotics.plugins.thesis.driving import driven, experiments_of
+from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+from robotics.simulation.scenario.random_team import random_team
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.lemma import LemmaCondition, judge_lemma
+from robotics.studies.recovery import Recovery, recovery_curve
+from robotics.studies.scaling import Scaling
+from robotics.world.radio.faults import Fault
+
+# Scenario and controllers of every experiment; the first is the one that is drawn
+EXPERIMENTS: dict[str, tuple[str, ...]] = {
+    "ahead-and-behind": ("graph-esm", "graph-esm-thesis", "graph-esm-literal"),
+    "concentric-circles": ("virtual-structure-measured", "virtual-structure-thesis"),
+    "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-thesis"),
+    "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
+    "outage-10s": (
+        "virtual-structure-virtual",
+        "virtual-structure-thesis",
+        "virtual-structure-measured",
+        "virtual-structure",
+        "cooperation",
+    ),
+    "outage-20s": ("virtual-structure-thesis", "virtual-structure"),
+    "unequal-lengths": ("cooperation", "cooperation-literal"),
+    "start-off-paths": ("cooperation", "cooperation-literal"),
+}
+# Tables 5.7 and 5.8: the controllers, and whether each knows the reference's speed
+DUELS: dict[str, str] = {
+    "virtual-structure-thesis:feed_forward=none": "nonlinear, K 1, 1, 1, without feed-forward",
+    "virtual-structure-thesis": "nonlinear, K 1, 1, 1, with feed-forward",
+    "virtual-structure-virtual": "nonlinear, K 1, 10, 5, with feed-forward",
+    "cooperation-literal": "fuzzy as printed",
+    "cooperation": "fuzzy, corrected",
+}
+TEAM_TESTS = ("unequal-lengths", "start-off-paths")
+OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
+RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
+DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
+LEMMA = "lemma 4.1"
+HELD_UP = "ahead-and-behind, robot 1 held up"
+_HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
+SIZES, LOSSES = (10, 20, 40), (0.0, 0.3)
+_FEW = 5  # seeds of what is shown beside, and decides nothing
+
+Results = Mapping[Any, Any]
+
+
+def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
+    """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
+    duels = [Needed(test, law, False) for test in TEAM_TESTS for law in DUELS]
+    wanted, seeds = [*needed("teams"), *duels], effort.row(seed)
+    shown = [Needed(scenario, law, False) for scenario, laws in EXPERIMENTS.items() for law in laws]
+    decided = {(need.of, DECIDED[need.on]) for need in wanted if need.on in DECIDED}
+    return [
+        *experiments_of(wanted, seeds),
+        *experiments_of([need for need in shown if need not in wanted], seeds[:_FEW]),
+        *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
+        Experiment((LEMMA,), judge_lemma),
+        *(
+            Experiment(
+                ("recovery", law, o),
+                partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds[: 2 * _FEW]),
+            )
+            for law, o in product(RECOVERERS, OUTAGES)
+        ),
+        *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
+    ]
+
+
+def values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
+    """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
+    if need.on in DECIDED:
+        return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
+    if need.on == LEMMA:
+        return np.array([_share_of_bound(results[LEMMA,], need.of.removeprefix("condition "))])
+    found = results[need]
+    return found if isinstance(found, np.ndarray) else measured(found, quantity, robots)
+
+
+def _share_of_bound(conditions: Sequence[LemmaCondition], name: str) -> float:
+    """The worst value of a condition over its printed constant; of a lower bound inversely. It must not exceed 1."""
+    found = next(c for c in conditions if c.name == name)
+    if name in ("1 lower", "3"):
+        return found.printed / found.worst if found.worst > 0 else np.inf
+    return found.worst / found.printed
+
+
+def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
+    """The :func:`separation` [s] (seeds,) of the robots after robot 1 was held up."""
+    held = replace(load_scenario("ahead-and-behind"), faults=_HELD)
+    return separation(driven(need, held, need.of, seeds), since=10.0)
+
+
+def _recovery(law: str, outage: float, seeds: Sequence[int]) -> Recovery:
+    late = law == "virtual-structure"  # its clock waits for who is held up; the others' runs to the timetable
+    (found,) = recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
+    return found
+
+
+def _scaled(robots: int, loss: float, seed: int) -> Scaling:
+    team = random_team(robots, seed)
+    setting = replace(team, radio=replace(team.radio, loss=loss))
+    run = simulate(setting, make_controller(team.controller), [seed])
+    arrivals, gap = arrival_time(run), float(np.nanmax(progress_gap(run)))
+    late = float(arrivals.max() - setting.trajectory.ends.max())
+    return Scaling(robots, loss, float(spread(arrivals)[0]), late, gap, float(run.time[1] - run.time[0]))
+
+
+def separation(run: Run, since: float) -> np.ndarray:
+    """The integral ∫ Σ |z_i − z_j| dt [s] (runs,) from ``since`` [s] on; z_i is where robot i truly is on its path."""
+    z = true_progress(run)[..., run.time >= since]
+    pairs = np.abs(z[:, :, None] - z[:, None])
+    return np.asarray(np.nansum(pairs, axis=(1, 2, 3)) / 2 * (run.time[1] - run.time[0]))
+
+
+def mean_errors(run: Run) -> np.ndarray:
+    """The errors of thesis (5.17) against the scenario's timetable (runs, robots, 4).
+
+    They are the means of |x_err|, |y_err| [m], |ψ_err| [rad], and of their norm, which the thesis calls "MSE", with 1
+    rad counted as 1 m.
+    """
+    e = timetable_error(run)
+    norm = np.sqrt(e.x**2 + e.y**2 + e.heading**2)
+    return np.stack([np.nanmean(v, axis=-1) for v in (np.abs(e.x), np.abs(e.y), np.abs(e.heading), norm)], axis=-1)

@@ -1,0 +1,243 @@
+"""The report's chapter on one robot: the tracking laws, and the thesis's claims about them; thesis 2 and 5.4.
+
+Everything is driven with noise, by as many seeds as a verdict needs, and without noise where a claim is about an ideal.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.figures.drawing import PAGE_WIDTH
+from robotics.laws.catalogue import CATALOGUE, label, make_controller
+from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
+from robotics.measures.quantities import MEASURED_QUANTITIES, measured
+from robotics.plugins.thesis.claims import Needed, judged, needed
+from robotics.plugins.thesis.driving import driven, experiments_of
+from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.plugins.thesis.rows import mean_cell
+from robotics.show.figures.laws import plot_switching, plot_tracking_memberships, plot_tracking_velocities, plot_turn
+from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.studies.together import run_together
+from robotics.world.paths.path import Sine
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import Sensing
+
+_MODES = ("csm", "assm", "qssm", "esm")
+REALISATIONS = ("torque", "velocity")
+TABLE = "table-2-1"
+# Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
+PRINTED_TRACKING = {
+    "csm": (0.0195, 0.0367, 0.0532, 0.0780, 0.0898),
+    "assm": (0.0089, 0.0180, 0.0579, 0.0682, 0.0352),
+    "qssm": (0.0191, 0.0372, 0.0287, 0.0577, 0.0479),
+    "esm": (0.0100, 0.0324, 0.0154, 0.0418, 0.0233),
+}
+_COLUMNS = (  # of that table
+    "mean_abs_x_error_m",
+    "mean_abs_y_error_m",
+    "mean_abs_heading_error_rad",
+    "mean_error_norm",
+    "mean_speed_error_mps",
+)
+CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
+_STARTS = "random starts"
+ON_THE_SINE = "lyapunov-sine, started on it"
+SWEEP_NOISE = 0.005  # m
+
+Results = Mapping[Any, Any]
+
+
+class _Condition(NamedTuple):
+    """One cell of the sweep around Table 2.1."""
+
+    amplitude: float  # m
+    x_rate: float  # m/s
+    latency: float  # s
+
+
+_SWEEP = [_Condition(*c) for c in product((0.5, 1.0), (0.2, 0.3, 0.4), (0.02, 0.03, 0.04))]
+
+
+def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
+    """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
+    wanted, seeds = needed("tracking"), effort.row(seed)
+    shared = range(seed, seed + -(-effort.trials // len(_SWEEP)))  # all conditions together are the runs of a rate
+    return [
+        *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in _MODES)], seeds),
+        *(Experiment(need, partial(_started_on_it, need, seeds)) for need in wanted if need.on == ON_THE_SINE),
+        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in _MODES),
+        *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS),
+    ]
+
+
+def chapter_of(results: Results) -> Chapter:
+    """Write the chapter from the results of its experiments."""
+    return Chapter(
+        "tracking",
+        "One robot: the laws, and what is claimed of them (thesis 2, 5.4)",
+        (
+            "The scenarios above are the thesis's tests of one robot. What it calls “MSE” is the mean error norm, with "
+            "1 rad counted as 1 m; what it calls “Chatter” is the mean speed error. The control laws are shown here "
+            "independently of any run: the sliding modes with the gains named, the fuzzy controller with the rule "
+            "bases of its preset.",
+            "The gains are the thesis's or follow from one design rule. None were searched for on these scenarios.",
+        ),
+        [_table_2_1(results), _origins()],
+        pictures=_pictures(),
+        claims=claims_of(results),
+    )
+
+
+def claims_of(results: Results) -> list[Claim]:
+    """Judge the claims of chapter 2, and that of 5.4 about one robot, from the experiments' results."""
+    return judged("tracking", partial(_values, results))
+
+
+def _values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
+    if need.on == CONDITIONS:
+        return np.asarray(_orders({mode: results[CONDITIONS, need.of, mode] for mode in _MODES})[quantity])
+    if need.on == SURFACE:
+        return np.array([reaching_time(need.of)])
+    found = results[need]
+    return found if isinstance(found, np.ndarray) else measured(found, quantity, robots)
+
+
+def _table_2_1(results: Results) -> Grid:
+    rows = []
+    for mode, printed in PRINTED_TRACKING.items():
+        run = results[Needed(TABLE, mode, False)]
+        ours = (f"{label(mode)}: here", *(mean_cell(run, name) for name in _COLUMNS))
+        rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), ours]
+    return Grid(
+        f"Table 2.1 beside ours: means over time in {TABLE}, with 95 % intervals over {len(run.seeds)} seeds. The "
+        "thesis's path, speed and noise are not printed: compare the orders, not the sizes.",
+        ("controller", "|x_err| [m]", "|y_err| [m]", "|ψ_err| [rad]", "error norm (“MSE”)", "speed error (“Chatter”)"),
+        rows,
+    )
+
+
+def _origins() -> Grid:
+    rows = [(preset.title, name, preset.note) for name, preset in CATALOGUE.items() if preset.kind == "tracking"]
+    return Grid("Where the gains of the tracking laws come from.", ("controller", "name", "origin of its gains"), rows)
+
+
+def _pictures() -> list[Picture]:
+    return [
+        Picture(
+            "law-switching",
+            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Above: the same K; "
+            "below: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
+            "never pushes less than the conventional one.",
+            "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
+            partial(plot_switching, width=PAGE_WIDTH),
+        ),
+        Picture(
+            "law-memberships",
+            "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
+            "figure is missing: the shapes are choices.",
+            "Five overlapping membership functions each of distance and of α.",
+            partial(plot_tracking_memberships, width=PAGE_WIDTH),
+        ),
+        Picture(
+            "law-velocities",
+            "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
+            "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
+            "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
+            partial(plot_tracking_velocities, width=PAGE_WIDTH),
+        ),
+        Picture(
+            "law-lateral",
+            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
+            "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
+            "Five membership functions of y_err, and λ as a rising curve over y_err.",
+            partial(plot_turn, "lateral", PAGE_WIDTH),
+        ),
+    ]
+
+
+# Runs -------------------------------------------------------------------------------------------------------------
+
+
+def _started_on_it(need: Needed, seeds: Sequence[int]) -> Run:
+    """The sine from its beginning; what theory says of an ideal is tried on an ideal plant."""
+    scenario = load_scenario("lyapunov-sine")
+    robot = replace(scenario.robots[0], start=(0.0, 0.0, pi / 4))
+    if need.ideal:
+        scenario = replace(scenario, plant="kinematic", period=0.01)
+    return driven(need, replace(scenario, robots=(robot,)), need.of, seeds)
+
+
+def _swept(realisation: str, mode: str, seeds: Sequence[int]) -> np.ndarray:
+    """The mean error norm and the mean speed error in all conditions of the sweep (2, conditions, seeds)."""
+    law = f"{mode}:realisation={realisation}"
+    found: dict[_Condition, Run] = {}
+    for latency in sorted({c.latency for c in _SWEEP}):  # scenarios that are driven together share it
+        cells = [c for c in _SWEEP if c.latency == latency]
+        runs = run_together([_condition_scenario(c) for c in cells], law, seeds)
+        found |= dict(zip(cells, runs, strict=True))
+    names = ("mean_error_norm", "mean_speed_error_mps")
+    return np.array([[measured(found[c], name) for c in _SWEEP] for name in names])
+
+
+def _condition_scenario(condition: _Condition) -> Scenario:
+    member = load_scenario("reference").robots[0]
+    path = Sine(amplitude=condition.amplitude, phase=pi / 2, x_end=condition.x_rate * 25.0 + 0.5)
+    sensing = Sensing(posture="pose", position_noise=SWEEP_NOISE)
+    member = replace(member, start=(0.0, condition.amplitude, 0.0), path=path, timing=Timing(x_rate=condition.x_rate))
+    return Scenario(name="sweep", robots=(member,), duration=25.0, latency=condition.latency, sensing=sensing)
+
+
+def _placed(law: str, seed: int, places: int) -> np.ndarray:
+    """Whether the robot settles from each of so many random places around the beginning of the S-curve (places,)."""
+    scenario = load_scenario("fuzzy-on-path")
+    member = scenario.robots[0]
+    x, y, _ = member.start
+    random = np.random.default_rng([seed, 2010])
+    offsets = random.uniform(-1.5, 1.5, (places, 2))
+    headings = random.uniform(-pi, pi, places)
+    starts = [(x + dx, y + dy, h) for (dx, dy), h in zip(offsets.tolist(), headings.tolist(), strict=True)]
+    # One scenario with a robot for each place: these robots do not see each other.
+    crowd = replace(scenario, robots=tuple(replace(member, start=start) for start in starts))
+    return MEASURED_QUANTITIES["settles"].measure(simulate(crowd, make_controller(law), [seed]))[0]
+
+
+# What decides -----------------------------------------------------------------------------------------------------
+
+
+def _orders(figures: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Whether the orders of Table 2.1 hold in each run of the sweep (conditions · seeds,), by what they say.
+
+    ``figures`` are by mode, as :func:`_swept` gives them.
+    """
+    norm, chatter = ({mode: found[k] for mode, found in figures.items()} for k in (0, 1))
+
+    def leads(values: Mapping[str, np.ndarray], mode: str, sign: float) -> np.ndarray:
+        others = [sign * v for name, v in values.items() if name != mode]
+        return np.asarray(sign * values[mode] < np.min(others, axis=0))
+
+    orders = leads(norm, "esm", 1), leads(chatter, "esm", 1), leads(norm, "csm", -1), leads(chatter, "csm", -1)
+    found = {
+        "all_four_orders": np.all(orders, axis=0),
+        "esm_most_precise": orders[0],
+        "esm_chatters_least": orders[1],
+        "esm_chatters_less_than_csm": chatter["esm"] < chatter["csm"],
+    }
+    return {name: values.ravel() for name, values in found.items()}
+
+
+def reaching_time(specification: str, start: float = 0.45) -> float:
+    """The ideal time [s] from S = ``start`` [m/s] to 0, by quadrature of dS / (K/Q(S)): (2.16), (2.23)."""
+    law = make_controller(specification)
+    assert isinstance(law, SlidingMode)
+    s = np.linspace(0.0, start, 4501)
+    q = attraction(s, law.mu0, law.alpha) if law.mode == "esm" else np.ones_like(s)
+    return float(np.trapezoid(q / law.k, s))

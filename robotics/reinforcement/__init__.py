@@ -1,8 +1,0 @@
-"""Environments for reinforcement learning: runs of the simulator as episodes, and policies trained on them.
-
-Who imports it can make the environments by their ids: ``gymnasium.make("fuzzyfleet/Tracking-v0")``.
-"""
-
-from robotics.reinforcement.registration import register
-
-register()

@@ -1,0 +1,1 @@
+"""What people look at: pictures, films, reports and the designer's panels."""

@@ -1,0 +1,337 @@
+"""Studies as data: scenarios × controllers × seeds with claims of their own, read from a TOML file.
+
+All that is wrong with a file is a StudyError that names the file, the line, the key, the value and what is accepted.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy.errors import InputError
+from fuzzy.naming import expected
+from fuzzy.quantity import check_quantities, described, whole
+from robotics.laws.catalogue import located, make_controller, presets
+from robotics.laws.law import Law, check_needs
+from robotics.laws.specification import Specification
+from robotics.measures.evidence import FEWEST_RUNS
+from robotics.measures.own import installed_metrics, measured, metric_at
+from robotics.measures.quantities import MEASURED_QUANTITIES, Measured
+from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
+from robotics.measures.tracking import Metric
+from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
+from robotics.simulation.scenario.description import Scenario
+from robotics.simulation.scenario.reading import load_scenario
+from robotics.tables.build import Builder, Keys
+from robotics.tables.files import TomlFiles
+from robotics.tables.text import reading
+
+
+class StudyError(InputError):
+    """A study that cannot be run. The message names the file, line, key and what is accepted."""
+
+
+class ScenarioGroup(NamedTuple):
+    """Scenarios of one kind that the same controllers drive: what one comparison can hold."""
+
+    kind: str
+    scenarios: tuple[Scenario, ...]
+    laws: Mapping[str, Law[Any] | str]  # the controllers, or their specifications, by their names
+    skipped: Mapping[str, tuple[str, ...]]  # by scenario: a sentence for each controller that does not drive there
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyPlan:
+    """A study before it is run.
+
+    Files are relative to ``folder``. A controller of a file, such as ``mylaw.py:MyLaw``, is called as it is written,
+    unless ``names`` gives it a shorter name.
+
+    Attributes:
+        name: What it is called: its file's name.
+        folder: Where files are looked for.
+        file: The file, in messages and in the record of what was run.
+        content: The text of the file.
+        settings: The scenarios, read.
+        laws: The specifications of the controllers, located, by name.
+        own_metrics: The user's own metrics, by name.
+        metric_files: Their files as they are written, by those names.
+        shown_metrics: The metrics that come first, by their names in tables.
+
+    Raises:
+        StudyError: A study that cannot be run.
+    """
+
+    name: str
+    title: str = described("The title of the report.", "", example="Two laws on my paths")
+    author: str = described("Who makes the study; stands below the title.", "", example="A. Author")
+    text: str = described(
+        "What the study asks, for the head of the report; blank lines part its paragraphs.", "", example="What I ask."
+    )
+    scenarios: tuple[str, ...] = described(
+        "Names of scenarios, or .toml files, relative to this file.", example=["lyapunov-sine"]
+    )
+    controllers: tuple[str, ...] = described(
+        "The controllers: names with gains, such as csm:k=0.3, file.py:Law or file.fis, relative to this file.",
+        example=["fuzzy", "lyapunov"],
+    )
+    names: tuple[str, ...] = described(
+        "What the controllers are called, in their order. Default: as written.", (), example=["rules", "rival"]
+    )
+    seeds: int = whole(FEWEST_RUNS, least=1, most=100_000, doc="Number of seeds; a verdict on a claim needs 20.")
+    first_seed: int = whole(0, least=0, most=10**15, doc="The first seed.")
+    metrics: tuple[str, ...] = described(
+        "Metrics that come first in tables; the first one says who leads. A name, or file.py:function of your own.",
+        (),
+        example=["max_cross_track_m"],
+    )
+    claims: tuple[Statement, ...] = described("The claims, tables [[claims]].", ())
+    chapters: str = described(
+        "Python that makes chapters after the comparison: package.module:function.",
+        "",
+        example="mypackage.mine:chapters",
+    )
+    save_runs: bool = described("true: save the runs of the comparison in the folder runs of the results.", False)
+    out: str = described(
+        "The folder of the results, relative to this file. Default: out/NAME where you are.", "", example="results"
+    )
+    folder: Path = field(default=Path(), compare=False)
+    file: str = field(default="", compare=False)
+    content: str = field(default="", compare=False, repr=False)
+    settings: tuple[Scenario, ...] = field(init=False, repr=False, compare=False)
+    laws: Mapping[str, str] = field(init=False, repr=False, compare=False)
+    own_metrics: Mapping[str, Metric] = field(init=False, repr=False, compare=False)
+    metric_files: dict[str, str] = field(init=False, repr=False, compare=False)
+    shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, StudyError)
+        object.__setattr__(self, "settings", tuple(self._scenarios()))
+        object.__setattr__(self, "laws", self._laws())
+        own: dict[str, Metric] = {}
+        object.__setattr__(self, "own_metrics", own)
+        object.__setattr__(self, "metric_files", {})
+        shown = tuple(self._metric(text, own, ("metrics",)) for text in self.metrics)
+        object.__setattr__(self, "shown_metrics", shown)
+        _refuse_twice("metrics", shown)
+        for i, claim in enumerate(self.claims):
+            for j, condition in enumerate(claim.parts):
+                self._check(condition, own, ("claims", i) if claim.direct else ("claims", i, "parts", j))
+        _refuse_twice("claims", [claim.name for claim in self.claims])
+        _ = self.groups
+
+    @property
+    def row(self) -> range:
+        """The seeds that it runs with."""
+        return range(self.first_seed, self.first_seed + self.seeds)
+
+    @property
+    def paragraphs(self) -> tuple[str, ...]:
+        """The text in paragraphs, one line each."""
+        return tuple(" ".join(part.split()) for part in self.text.split("\n\n") if part.strip())
+
+    @cached_property
+    def groups(self) -> tuple[ScenarioGroup, ...]:
+        """The scenarios by their kind and by who drives them, in the order of the first of each."""
+        found: dict[tuple[Any, ...], list[tuple[Scenario, dict[str, str]]]] = {}
+        made = {name: make_controller(law) for name, law in self.laws.items()}
+        drives = dict.fromkeys(made, False)
+        for scenario in self.settings:
+            refused = {name: why for name, law in made.items() if (why := _refusal(scenario, law))}
+            if len(refused) == len(made):
+                why = next(iter(refused.values()))
+                raise StudyError(f"no controller of the study drives {scenario.name}: {why}").about("scenarios")
+            able = tuple(name for name in made if name not in refused)
+            drives |= dict.fromkeys(able, True)
+            found.setdefault((scenario.kind, able), []).append((scenario, refused))
+        for i, (name, any_) in enumerate(drives.items()):
+            if not any_:
+                why = _refusal(self.settings[0], made[name])
+                raise StudyError(f"{name} drives no scenario of the study: {why}").about("controllers", i)
+        return tuple(
+            ScenarioGroup(
+                kind,
+                tuple(scenario for scenario, _ in rows),
+                {name: self.laws[name] for name in able},
+                {s.name: tuple(f"{n} does not drive here: {why}" for n, why in refused.items()) for s, refused in rows},
+            )
+            for (kind, able), rows in found.items()
+        )
+
+    def measured_by(self, metric: str) -> Measured:
+        """What ``metric``, as a claim calls it, measures."""
+        name = self._metric(metric, dict(self.own_metrics), ())
+        if name not in self.own_metrics:
+            return MEASURED_QUANTITIES[name]
+        about = self.own_metrics[name]
+        return about._replace(measure=partial(measured, name, about))
+
+    def scenarios_of(self, condition: Condition) -> list[Scenario]:
+        """The scenarios on which ``condition``, a part of a claim, is measured."""
+        pairs = zip(self.settings, self.scenarios, strict=True)
+        return [s for s, text in pairs if {ALL_SCENARIOS, s.name, text} & {*condition.on}]
+
+    def law_called(self, name: str) -> str:
+        """The controller that a claim calls ``name``: its name or its specification."""
+        if name in self.laws or name not in self.controllers:
+            return name
+        return list(self.laws)[self.controllers.index(name)]
+
+    def _scenarios(self) -> Iterator[Scenario]:
+        if not self.scenarios:
+            raise StudyError('scenarios must name at least one, such as ["lyapunov-sine", "mine.toml"]').about(
+                "scenarios"
+            )
+        seen: set[str] = set()
+        for i, text in enumerate(self.scenarios):
+            try:
+                made = load_scenario(text, self.folder)
+            except InputError as error:
+                raise StudyError(f"scenarios: {error}").about("scenarios", i) from None
+            if made.name in seen:
+                raise StudyError(f"scenarios: {made.name!r} is given twice").about("scenarios", i)
+            seen.add(made.name)
+            yield made
+
+    def _laws(self) -> dict[str, str]:
+        if not self.controllers:
+            raise StudyError('controllers must name at least one, such as ["fuzzy", "csm:k=0.3"]').about("controllers")
+        _refuse_twice("controllers", self.controllers)
+        laws = []
+        for i, text in enumerate(self.controllers):
+            laws.append(located(text, self.folder))
+            try:
+                make_controller(laws[-1])
+            except InputError as error:
+                raise StudyError(f"controllers: {error}").about("controllers", i) from None
+        names = self.names or self.controllers
+        if len(names) != len(laws):
+            what = f"names must be as many as controllers, {len(laws)}, in their order; got {len(names)}"
+            raise StudyError(what).about("names")
+        _refuse_twice("names", names)
+        for name, text in zip(names, self.controllers, strict=True):
+            if name != text and (name in presets() or not name.strip()):
+                why = "is the name of another controller" if name.strip() else "is empty"
+                raise StudyError(f"names: {name!r}, for {text}, {why}; choose another").about("names")
+        return dict(zip(names, laws, strict=True))
+
+    def _metric(self, text: str, own: dict[str, Metric], keys: Keys) -> str:
+        """The name of a metric in tables; one of a file is added to ``own``."""
+        about = Specification.of(text)
+        if about.file.endswith(".py"):
+            try:
+                name, found = metric_at(str(about.located(self.folder)))
+                own_metrics({name: found})
+            except InputError as error:
+                raise StudyError(str(error)).about(*keys) from None
+            if self.metric_files.setdefault(name, text) != text:
+                what = f"{text} and {self.metric_files[name]} would both be called {name} in tables"
+                raise StudyError(f"{what}; rename one").about(*keys)
+            if name in MEASURED_QUANTITIES:
+                raise StudyError(f"{text}: {name} is the name of a metric of the package").about(*keys)
+            own.setdefault(name, found)
+            return name
+        if text in installed_metrics()[0]:
+            own.setdefault(text, installed_metrics()[0][text])
+            return text
+        if text not in MEASURED_QUANTITIES and text not in own:
+            what = expected(text, [*own, *MEASURED_QUANTITIES], "metric")
+            raise StudyError(f"{what}; or a function of your own, file.py:function").about(*keys)
+        return text
+
+    def _check(self, condition: Condition, own: dict[str, Metric], keys: Keys) -> None:
+        """Refuse a part of a claim about what the study does not run or measure."""
+        metric = self._metric(condition.metric, own, (*keys, "metric"))
+        known = [*dict.fromkeys([*(s.name for s in self.settings), *self.scenarios])]
+        for name in condition.on:
+            if name != ALL_SCENARIOS and name not in known:
+                raise StudyError(f"{expected(name, known, 'scenario of the study')}, or {ALL_SCENARIOS!r}").about(
+                    *keys, "on"
+                )
+        if not condition.of:
+            raise StudyError(f"whose {metric}? It needs of = NAME, one of {', '.join(self.laws)}").about(*keys, "of")
+        if condition.rivals and not condition.against:
+            raise StudyError(
+                f"{condition.relation} compares to other controllers: it needs against = NAME, or several of "
+                f"{', '.join(self.laws)}"
+            ).about(*keys, condition.relation)
+        for key, name in condition.named:
+            if self.law_called(name) not in self.laws:
+                raise StudyError(expected(name, self.laws, "controller of the study")).about(*keys, key)
+        if self.law_called(condition.of) in map(self.law_called, condition.against):
+            raise StudyError(f"{condition.of} is compared to itself").about(*keys, "against")
+        for scenario in self.scenarios_of(condition):
+            self._check_on(scenario, condition, metric, keys)
+
+    def _check_on(self, scenario: Scenario, condition: Condition, metric: str, keys: Keys) -> None:
+        # An emergency rule belongs to the law, which says itself whether it has one.
+        here = metrics_of(scenario.kind, scenario.setting.has_others, guard=True)
+        if metric in ALL_METRICS and metric not in here:
+            text = f"{metric} is not measured on {scenario.name}, which is of kind {scenario.kind!r}"
+            raise StudyError(f"{text}; measured there: {', '.join(here)}").about(*keys, "metric")
+        count = len(scenario.robots)
+        if condition.robot is not None and condition.robot > count:
+            text = f"robot must be one of {scenario.name}, 1 to {count}; got {condition.robot}"
+            raise StudyError(text).about(*keys, "robot")
+        for key, name in condition.named:
+            if why := _refusal(scenario, make_controller(self.laws[self.law_called(name)])):
+                raise StudyError(f"{name} does not drive {scenario.name}: {why}").about(*keys, key)
+
+
+_FILES = TomlFiles("studies", "study", StudyError)
+
+
+def study_names() -> list[str]:
+    """The names of the studies that come with the package."""
+    return _FILES.names()
+
+
+def load_study(name: str | Path) -> StudyPlan:
+    """Read a study.
+
+    Args:
+        name: One of :func:`study_names`, or a ``.toml`` file.
+
+    Returns:
+        The study before it is run.
+
+    Raises:
+        StudyError: No such study, or a file that makes none; the message names file, line and key.
+    """
+    found = _FILES.find(name)
+    return parse_study(found.text, found.name, found.file, found.folder)
+
+
+def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Path = Path()) -> StudyPlan:
+    """Read the study that a TOML text describes. Raises StudyError.
+
+    Args:
+        text: The TOML text.
+        name: The study's name.
+        file: The file's name in messages.
+        folder: The folder to which paths in it are relative.
+    """
+    with reading(text, file, StudyError) as table:
+        claims = statements(table.pop("claims", []), ("claims",), StudyError)
+        made = Builder(StudyError, NAME_LISTS).build(
+            StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text
+        )
+    assert isinstance(made, StudyPlan)
+    return made
+
+
+def _refusal(scenario: Scenario, law: Law[Any]) -> str:
+    """Why ``law`` cannot drive the scenario; "" if it can."""
+    try:
+        check_needs(scenario.setting, law)
+        law.init(scenario.setting, 1)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _refuse_twice(key: str, names: Any) -> None:
+    for name in names:
+        if list(names).count(name) > 1:
+            raise StudyError(f"{key}: {name!r} is given twice").about(key)

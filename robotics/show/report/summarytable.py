@@ -1,0 +1,170 @@
+"""The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from robotics.laws.catalogue import law_title
+from robotics.measures.leading import Lead, lead
+from robotics.measures.registry import headlines, metrics_of
+from robotics.measures.statistics.intervals import student
+from robotics.measures.tracking import Metric
+from robotics.show.report.wording import places_of
+from robotics.simulation.scenario.description import Scenario
+from robotics.studies.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
+
+_PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
+
+
+class Cell(NamedTuple):
+    """One metric of one controller."""
+
+    mean: str
+    half: str  # half the width of the 95 % interval; "" where there is none
+    mark: str  # "lowest", "≈ lowest" or ""
+
+
+class MetricRow(NamedTuple):
+    """One metric of every controller."""
+
+    title: str
+    unit: str
+    cells: list[Cell]
+
+
+class SummaryTable(NamedTuple):
+    """The table of one scenario, how many robots of each controller were stopped, and how many runs had a contact."""
+
+    controllers: list[str]  # as titles
+    rows: list[MetricRow]
+    diverged: list[tuple[int, int]]  # robots that were stopped, and all robots
+    contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
+
+
+def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = ()) -> SummaryTable:
+    """Make the table of the scenario with that name, from :func:`robotics.studies.comparison.summarise`.
+
+    The metrics ``first`` come before the others.
+    """
+    table = comparison.table[comparison.table["scenario"] == scenario]
+    summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
+    names, by_law = list(comparison.controllers), _by_law(comparison, scenario)
+    rows = []
+    setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
+    touched = [count > 0 for count, _ in contacts] or [False] * len(names)
+    known = metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
+    for metric in dict.fromkeys([*(name for name in first if name in known), *known]):
+        about = known[metric]
+        found = summary.loc[metric]
+        numbers = found.reindex(names)[["mean", "low", "high"]].to_numpy(dtype=float)
+        by_seed = {name: values_of_runs(own, metric, about) for name, own in by_law.items()}
+        factor, unit = scale(about.unit, numbers[:, 0])
+        marks = [""] * len(names)
+        if not about.larger and len(found) > 1:
+            marks = _marks(list(by_seed.values()), numbers[:, 0], touched)
+        cells = [
+            _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
+            if name in found.index
+            else Cell("–", "", "")  # it has no emergency rule
+            for name, row, mark in zip(names, numbers, marks, strict=True)
+        ]
+        rows.append(MetricRow(about.title, unit, cells))
+    stopped = [own["diverged"] for own in by_law.values()]
+    return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+
+
+def _by_law(comparison: Comparison, scenario: str) -> dict[str, pd.DataFrame]:
+    """The rows of a scenario's runs, by controller."""
+    table = comparison.table[comparison.table["scenario"] == scenario]
+    return {name: table[table["controller"] == name] for name in comparison.controllers}
+
+
+def shown_metrics(
+    comparison: Comparison,
+    scenario: Scenario,
+    first: Sequence[str] = (),
+    others: bool | None = None,
+    guard: bool = False,
+) -> dict[str, Metric]:
+    """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then headlines.
+
+    ``others`` and ``guard`` are as of :func:`robotics.measures.registry.headlines`.
+    """
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table), comparison.metrics)
+    head = {name: known[name] for name in first if name in known}
+    return head | headlines(scenario.kind, others, guard, comparison.metrics)
+
+
+def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> dict[str, Metric]:
+    """The metrics of :func:`shown_metrics` that a command line prints, that of emergency rules where there are some."""
+    table = comparison.table[comparison.table["scenario"] == scenario.name]
+    return shown_metrics(comparison, scenario, first, scenario.setting.has_others, has_guard(table))
+
+
+def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
+    """Who leads in each scenario, by the first metric of :func:`shown_metrics` of which less is better."""
+    found = []
+    for scenario in comparison.scenarios:
+        shown = shown_metrics(comparison, scenario, first)
+        metric, about = next(item for item in shown.items() if not item[1].larger)
+        by_law = _by_law(comparison, scenario.name)
+        values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
+        contacts = {name: contact_runs(rows, scenario.name, name)[0] for name, rows in by_law.items()}
+        found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
+    return found
+
+
+def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
+    """The factor and the unit with which a row is easiest to read: thousandths where every mean is below 1."""
+    known = means[np.isfinite(means)]
+    if unit in _PREFIXED and known.size and 0 < np.abs(known).max() < 1:
+        return 1000.0, f"m{unit}"
+    return 1.0, unit
+
+
+def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
+    mean, low, high = (float(v) for v in numbers)
+    if never:
+        return Cell("never" if never == seeds else f"never in {never} of {seeds}", "", mark)
+    if not np.isfinite(mean):
+        return Cell("no sample", "", mark)
+    half = (high - low) / 2
+    if not np.isfinite(half):
+        return Cell(_rounded(mean, places_of(mean, 3)), "", mark)
+    if half <= 1e-6 * abs(mean):  # all seeds gave the same
+        return Cell(_rounded(mean, places_of(mean, 3)), "0", mark)
+    # As many places as give the interval's half width two digits, and the mean at least two.
+    places = max(places_of(half, 2), places_of(mean, 2))
+    return Cell(_rounded(mean, places), _rounded(half, places), mark)
+
+
+def _rounded(value: float, places: int) -> str:
+    text = f"{value:.{places}f}"
+    return text.replace("-", "−") if float(text) else text.lstrip("-")
+
+
+def _marks(values: list[np.ndarray], means: np.ndarray, touched: list[bool]) -> list[str]:
+    """Mark the controller with the lowest mean, and those that the seeds, paired, cannot tell apart from it.
+
+    One that has ``touched`` anything is none of them, whatever its numbers.
+    """
+    known = np.where(np.isfinite(means) & ~np.array(touched), means, np.inf)
+    if len(values) < 2 or not np.isfinite(known).any() or np.ptp(means) == 0:
+        return [""] * len(values)
+    best = int(np.argmin(known))
+    marks = []
+    for n, other in enumerate(values):
+        if touched[n]:
+            marks.append("")
+        elif known[n] == known[best]:
+            marks.append("lowest")
+        elif not np.isfinite(known[n]):
+            marks.append("")
+        else:
+            low, high = student(other - values[best])
+            marks.append("≈ lowest" if low <= 0 <= high else "")
+    return marks

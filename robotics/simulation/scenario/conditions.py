@@ -1,0 +1,62 @@
+"""A scenario in few words: the group in which lists show it, and its noise."""
+
+from math import degrees
+
+import numpy as np
+
+from robotics.simulation.scenario.description import Scenario
+
+# The groups of scenarios in the order of lists
+_ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
+    "One robot",
+    "Formations: followers keep to a leader",
+    "Teams: all arrive together",
+    "Meetings: robots on time would touch",
+    "Obstacles: unknown to the robots",
+)
+
+
+def group_of(scenario: Scenario) -> str:
+    """The one of CONDITION_GROUPS to which a scenario belongs."""
+    if len(scenario.robots) == 1:
+        return _ONE
+    if scenario.obstacles:
+        return AMONG_OBSTACLES
+    if scenario.kind == "formation":
+        return FORMATIONS
+    return MEETINGS if _touch_on_time(scenario) else TEAMS
+
+
+def _touch_on_time(scenario: Scenario) -> bool:
+    """Whether two references come nearer to each other than the robots are long."""
+    on = scenario.trajectory.sampled(np.arange(scenario.ticks + 1) * scenario.period)
+    half = np.array([member.robot.length / 2 for member in scenario.robots])
+    apart = np.hypot(on.x[:, :, None] - on.x[:, None], on.y[:, :, None] - on.y[:, None])
+    pairs = np.triu_indices(len(half), 1)
+    return bool((apart < half[:, None] + half)[:, *pairs].any())
+
+
+def noises(scenario: Scenario) -> list[str]:
+    """What is drawn at random in a scenario, in words with the largest values; empty where there is no noise."""
+
+    def most(name: str) -> float:
+        return max(float(getattr(each, name)) for each in scenario.setting.sensing)
+
+    found = [
+        (most("position_noise"), "position ± {:g} mm", 1e3),
+        (most("heading_noise"), "heading ± {:.2g}°", degrees(1)),
+        (most("relative_noise"), "x and y ± {:g} %", 100),
+        (max(most("wheel_error"), most("axle_error")), "wheels and axle ± {:g} %", 100),
+        (most("start_position"), "start ± {:g} mm", 1e3),
+        (most("start_heading"), "heading at the start ± {:.2g}°", degrees(1)),
+    ]
+    words = [text.format(round(size * factor, 6)) for size, text, factor in found if size > 0]
+    carried = [sensor for sensors in scenario.setting.sensors for sensor in sensors.values()]
+    if scenario.obstacles and any(s.noise or s.relative_noise or s.dropout or s.crosstalk for s in carried):
+        words.append("range sensors")
+    radio = scenario.radio
+    if scenario.kind == "team" and (radio.loss or radio.burst_start):
+        words.append("lost messages")
+    if scenario.kind == "team" and radio.jitter:
+        words.append(f"messages late by up to {radio.jitter:g} s")
+    return words

@@ -1,0 +1,300 @@
+"""Scenarios: descriptions of what is simulated, as frozen dataclasses.
+
+A scenario says which robots start where, on which paths with which timing, how they sense, how late commands
+arrive, and for how long. Units are SI and radians throughout. A scenario that cannot be run is a
+:class:`ScenarioError` that names the field and what is accepted.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+from typing import Literal
+
+import numpy as np
+
+from fuzzy.errors import InputError
+from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, is_number, quantity
+from fuzzy.shown import shown
+from fuzzy.sketch import lines, table, titled
+from fuzzy.words import counted
+from robotics.laws.setting import Kind, Setting
+from robotics.simulation.scenario.feasibility import demands
+from robotics.simulation.scenario.robots import RobotModel, standard_robot
+from robotics.world.environment.world import Obstacle, World, compile_world
+from robotics.world.paths.offset import Offset, compile_offset
+from robotics.world.paths.path import PathError, Shape, compile_path
+from robotics.world.paths.trajectory import Timing, Trajectory, compile_trajectory, together
+from robotics.world.radio.description import Radio, RadioError
+from robotics.world.radio.faults import Fault
+from robotics.world.sensing.posture import Sensing
+from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.plant import STEP
+from robotics.world.vehicle.robot import Robot
+
+Pose = tuple[float, float, float]
+_NO_PATH = "a robot needs a path, such as path = { shape = 'sine', amplitude = 1.0 }"
+# In a notebook
+_ROBOTS_DRAWN = 12
+_POINTS_DRAWN = 200  # of a path
+
+
+class ScenarioError(InputError):
+    """A scenario that cannot be run. The message names the file, line, field and accepted values."""
+
+
+class InfeasibleError(ScenarioError):
+    """A scenario with a reference that no command can follow, and in which nothing else is wrong."""
+
+    scenario: "Scenario"  # complete but for that
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """One robot of a scenario: its start, path, timing, parameters and sensors.
+
+    Attributes:
+        model: What the robot was made of; None: only its numbers are known.
+
+    Raises:
+        ScenarioError: Parts that do not suit each other.
+    """
+
+    start: Pose = described(
+        "Where the robot starts: x, y and heading; with an offset it may be left out.", example=[0.0, 0.0, 0.0]
+    )
+    path: Shape = described("The path that the robot shall follow.", missing=_NO_PATH)
+    timing: Timing = described("When the robot shall be where on its path.")
+    robot: Robot = described(
+        "Which robot this one is, instead of the one of all.", default_factory=lambda: standard_robot().robot
+    )
+    model: RobotModel | None = None
+    sensing: Sensing | None = described("How this robot knows its posture, instead of [sensing].", None)
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors of this robot, instead of [[sensors]].", None
+    )
+
+    def __post_init__(self) -> None:
+        if self.model is None and self.robot is standard_robot().robot:  # nothing was said of it
+            object.__setattr__(self, "model", standard_robot())
+        if not all(is_number(v) for v in self.start):
+            what = f"start must be finite, its numbers {LARGEST_NUMBER:g} in size at most; got {self.start!r}"
+            raise ScenarioError(what)
+        if abs(self.start[2]) > 2 * pi:
+            raise ScenarioError(
+                f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"
+                + (" (degrees?)" if abs(self.start[2]) <= 360 else "")
+            ).about("start")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualRobot:
+    """The virtual robot from which offsets are measured, thesis (3.3). Raises PathError."""
+
+    path: Shape = described("The path of the virtual robot.", missing=_NO_PATH)
+    timing: Timing = described(
+        "When the virtual robot shall be where on its path.",
+        missing="the virtual robot needs a timing, such as timing = { duration = 30.0 }",
+    )
+
+    def __post_init__(self) -> None:
+        _compiled(self.path, self.timing)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """A scenario: its robots, their sensing and radio, the obstacles, and time.
+
+    On construction the trajectory is compiled, and checked to be drivable.
+
+    Attributes:
+        name: What it is called: its file's name.
+        robots: The robots, in the order of their numbers.
+        trajectory: The paths with their timing, for all robots.
+        setting: The compiled scenario, for a simulation and its law.
+
+    Raises:
+        ScenarioError: A scenario that cannot be run.
+    """
+
+    name: str
+    robots: tuple[Member, ...]
+    duration: float = quantity(30.0, "s", above=0, most=86400, doc="How long the run lasts.")
+    latency: float = quantity(
+        0.0, "s", least=0, most=2, doc="The time from deciding on a command to its effect, in steps of 10 ms."
+    )
+    period: float = quantity(
+        0.05, "s", above=0, most=1, doc="The period in which a controller decides, in steps of 10 ms."
+    )
+    plant: Literal["dynamic", "kinematic"] = described(
+        "Whether robots have mass and motors, or do at once what is commanded.", "dynamic"
+    )
+    divergence: float = quantity(
+        10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
+    )
+    sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
+    sensors: Mapping[str, RangeSensor] | None = described(
+        "The range sensors that each robot carries; left out: those of the robot's own file.", None
+    )
+    kind: Kind = described(
+        "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), or all "
+        "arrive together (team).",
+        "tracking",
+    )
+    controller: str = described(
+        "The controller to run if no other is asked for: name or name:gain=value,...", "", example="fuzzy"
+    )
+    radio: Radio = described("The radio of a team.", default_factory=Radio)
+    faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
+    obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    title: str = described("What happens, in a line.", "", example="What happens")
+    source: str = described(
+        "Where the numbers come from: a paper, a section of the thesis; and what was chosen.", "", example="a choice"
+    )
+    trajectory: Trajectory = field(init=False, repr=False, compare=False)
+    setting: Setting = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_quantities(self, ScenarioError)
+        if not self.robots:
+            raise ScenarioError("a scenario needs at least one robot: [[robots]]")
+        for name in ("period", "latency"):
+            steps = getattr(self, name) / STEP
+            if abs(steps - round(steps)) > 1e-9:
+                raise ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}").about(name)
+        if self.ticks < 1:
+            raise ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}").about(
+                "duration"
+            )
+        self._check_team()
+        trajectory = _trajectory(self.robots)
+        object.__setattr__(self, "trajectory", trajectory)
+        object.__setattr__(self, "setting", self._compiled())
+        self._check_feasible(trajectory)
+
+    def __repr__(self) -> str:
+        title = f", {self.title!r}" if self.title else ""
+        return f"Scenario({self.name!r}{title}: {self._counted()})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the title, the conditions, and the paths from above."""
+        few = slice(_ROBOTS_DRAWN)
+        on = self.trajectory.sampled(np.linspace(0.0, self.duration, _POINTS_DRAWN))
+        paths = [list(zip(x, y, strict=True)) for x, y in zip(on.x.T[few].tolist(), on.y.T[few].tolist(), strict=True)]
+        rows = [
+            ["controller", self.controller or "fuzzy"],
+            ["source", self.source],
+            ["references", lines(paths, size=(320.0, 200.0), equal=True)],
+        ]
+        return titled(self.title or self.name, f"({self.name}): {self._counted()}", table((), rows))
+
+    def _counted(self) -> str:
+        among = f", {counted(len(self.obstacles), 'obstacle')}" if self.obstacles else ""
+        return f"{self.kind}, {counted(len(self.robots), 'robot')}{among}, {shown(self.duration)} s"
+
+    @property
+    def ticks(self) -> int:
+        """The number of control periods."""
+        return round(self.duration / self.period)
+
+    @property
+    def times(self) -> np.ndarray:
+        """The times of the samples (ticks + 1,) [s], both ends included."""
+        return self.setting.times
+
+    @property
+    def starts(self) -> np.ndarray:
+        """The start poses (robots, 3): x [m], y [m], heading [rad]."""
+        return np.array([member.start for member in self.robots])
+
+    def _compiled(self) -> Setting:
+        return Setting(
+            name=self.name,
+            kind=self.kind,
+            robots=tuple(member.robot for member in self.robots),
+            starts=self.starts,
+            references=self.trajectory,
+            radio=self.radio,
+            sensing=tuple(member.sensing or self.sensing for member in self.robots),
+            sensors=tuple(self._sensors(member) for member in self.robots),
+            world=compile_world(World(obstacles=self.obstacles, known=False)) if self.obstacles else None,
+            faults=self.faults,
+            ticks=self.ticks,
+            period=self.period,
+            latency=self.latency,
+            plant=self.plant,
+            divergence=self.divergence,
+        )
+
+    def _sensors(self, member: Member) -> Mapping[str, RangeSensor]:
+        """The range sensors that a robot carries: its own, else the scenario's, else its model's."""
+        carried = self.sensors if member.sensors is None else member.sensors
+        if carried is None:
+            return member.model.sensors if member.model else {}
+        return carried
+
+    def _check_team(self) -> None:
+        """Refuse robots that do not exist in the radio and the faults, and a team with several durations."""
+        count = len(self.robots)
+        try:
+            self.radio.adjacency(count)
+        except RadioError as error:
+            raise error.about("radio") from None
+        every = self.radio.period / self.period
+        if self.kind == "team" and (round(every) < 1 or abs(every - round(every)) > 1e-9):
+            raise ScenarioError(
+                f"radio: period must be a multiple of {self.period:g} s, got {self.radio.period:g}"
+            ).about("radio", "period")
+        for i, fault in enumerate(self.faults):
+            for name in ("robot", "other"):
+                number = getattr(fault, name)
+                if number is not None and not 1 <= number <= count:
+                    problem = ScenarioError(f"{name} must be a robot, 1 to {count}; got {number}")
+                    raise problem.about("faults", i, name)
+        if self.kind == "team":
+            if count < 2:
+                raise ScenarioError("a team needs at least two robots").about("robots")
+            durations = [member.timing.duration for member in self.robots]
+            for i, (member, duration) in enumerate(zip(self.robots, durations, strict=True)):
+                if duration is None or duration != durations[0] or member.timing.ramp != self.robots[0].timing.ramp:
+                    problem = ScenarioError("a team arrives together: every timing has the same duration and ramp")
+                    raise problem.about("robots", i, "timing")
+
+    def _check_feasible(self, trajectory: Trajectory) -> None:
+        """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""
+        for demand in demands([member.robot for member in self.robots], trajectory, self.duration):
+            if not demand.feasible:
+                place = f"({demand.x:.3f}, {demand.y:.3f}) m, abscissa {demand.s:.3f} m"
+                problem = InfeasibleError(
+                    f"robot {demand.robot + 1}: the reference is infeasible: at t = {demand.time:.2f} s, {place}, "
+                    f"{demand.words}; slow the timing down or smooth the path"
+                )
+                problem.scenario = self
+                raise problem.about("robots", demand.robot, "timing")
+
+
+def _compiled(path: Shape, timing: Timing) -> Trajectory:
+    """One robot's trajectory. A PathError is about its path or about its timing."""
+    at = "path"
+    try:
+        compiled = compile_path(path)
+        at = "timing"
+        return compile_trajectory((compiled,), (timing,))
+    except PathError as error:
+        raise error.about(at) from None
+
+
+def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
+    """Compile the robots' trajectory. A PathError is about the robot's path or about its timing."""
+    parts = []
+    for i, member in enumerate(robots):
+        if isinstance(member.path, Offset):
+            try:
+                parts.append(compile_offset(member.path, member.timing))
+            except PathError as error:
+                raise error.about("robots", i, "offset") from None
+            continue
+        try:
+            parts.append(_compiled(member.path, member.timing))
+        except PathError as error:
+            raise error.about("robots", i) from None
+    return together(parts)

@@ -1,0 +1,120 @@
+"""Warnings before a run: what a law does not look at, and what will therefore happen."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
+from robotics.measures.arrival import ARRIVAL_SPREAD
+from robotics.studies.stress.conflict import CLEAR, CONFLICT
+from robotics.studies.stress.crossings import APART
+from robotics.world.environment.swept import ContactColumns, Watch
+
+_LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
+MOST_COMPARED = 40  # robots: the paths of more are not compared
+
+
+def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
+    """Sentences on what will go wrong, as far as it can be told before a run of a scenario.
+
+    Args:
+        setting: The compiled scenario; of an ensemble only the law's sensors are judged.
+        law: The law that will drive it.
+        name: What the sentences call the law.
+    """
+    sentences = [*blind(setting, law, name), *law.misgivings(setting)]
+    when, found = ("", {}) if law.yields else first_meetings(setting)
+    if found:
+        pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]
+        sentences.append(
+            f"{name} takes no care of other robots: on {setting.name}, {when}, these touch: {', '.join(pairs)}"
+        )
+    return sentences
+
+
+def shortcomings(setting: Setting, laws: Mapping[str, Law[Any]]) -> dict[str, str]:
+    """Few words on each of the ``laws``, given by name, that does not suit a scenario: what :func:`forewarnings` tells.
+
+    That a law "does not avoid obstacles" or "ignores the others"; a law that suits the scenario is left out.
+    """
+    _, meet = first_meetings(setting)
+    found = {}
+    for name, law in laws.items():
+        words = ["does not avoid obstacles"] if setting.world is not None and not law.looks else []
+        if meet and not law.yields:
+            words.append("ignores the others")
+        if words:
+            found[name] = ", ".join(words)
+    return found
+
+
+def first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]:
+    """Who touch where none takes care, and in words when: all on time, or else one late; empty where nobody does."""
+    if not setting.ensemble and 1 < len(setting.robots) <= MOST_COMPARED:
+        for late, when in ((0.0, "if all are on time"), (_LATE, f"if one of them is {_LATE:g} s late")):
+            if found := meetings(setting, late):
+                return when, found
+    return "", {}
+
+
+def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> list[str]:
+    """As :func:`forewarnings`, for the random crossings of a ``kind``, whatever their seeds."""
+    sentences = []
+    if not law.yields:
+        sentences.append(
+            f"{name} takes no care of other robots: in every crossing two of them come nearer than {CONFLICT:g} m if "
+            "all are on time"
+        )
+    room, of = (CLEAR, "from the paths of others") if kind == "A" else (APART, "from each other")
+    if law.yields and law.safety_distance is not None and law.safety_distance > room:
+        sentences.append(
+            f"{name} keeps {law.safety_distance:g} m between robots, and starts and goals of class {kind} may be only "
+            f"{room:g} m {of}: robots may wait for ever"
+        )
+    return sentences
+
+
+def blind(setting: Setting, law: Law[Any], name: str) -> list[str]:
+    """A sentence if ``law``, called ``name``, senses no obstacles where there are some."""
+    if setting.world is None or law.looks:
+        return []
+    rest = setting.world.rest
+    count = len(np.unique(rest.bodies[0, : rest.counts[0], -1]))
+    has = "has some" if setting.ensemble else f"has {count}"
+    return [f"{name} drives blind: it senses no obstacles, and {setting.name} {has}"]
+
+
+def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float]:
+    """The robots that touch if each follows its reference exactly, and the time [s] at which a pair first does.
+
+    With ``late`` [s] one of the two is that late, either one. Robots that touch where they start are left out: they
+    are there before any law acts.
+    """
+    times, robots = setting.times, len(setting.robots)
+    on_time = _poses(setting, times)
+    poses = [on_time]
+    if late:
+        behind = _poses(setting, np.maximum(times - late, 0.0))
+        behind[3:, :, times < late] = 0.0  # it stands until then
+        poses = []
+        for i in range(robots):
+            one = on_time.copy()
+            one[:, i] = behind[:, i]
+            poses.append(one)
+    stacked = np.stack(poses, axis=1)  # (5, runs, robots, samples)
+    watch, ended = Watch.opened(setting.robots, float(times[0]), stacked[..., 0]).along(times, stacked, None)
+    found: dict[tuple[int, int], float] = {}
+    for row in np.concatenate([ended, watch.open_contacts()]):
+        contact = ContactColumns(row)
+        pair, mine = (int(contact.robot), int(contact.other)), int(contact.run)
+        if contact.start > times[0] and (not late or mine in pair):
+            found[pair] = min(found.get(pair, np.inf), float(contact.start))
+    return found
+
+
+def _poses(setting: Setting, times: np.ndarray) -> np.ndarray:
+    """The references at ``times`` (samples,) as poses (5, robots, samples)."""
+    reference = setting.references.sampled(times)
+    return np.stack([np.asarray(getattr(reference, name)).T for name in ("x", "y", "heading", "v", "w")])

@@ -1,0 +1,115 @@
+"""A tandem of two laws on each robot: one drives, and both are asked what they would do in every state that it meets.
+
+A law is a pure function of what the robots see and of its memory, so a second law can be asked beside the one that
+drives; its own memory goes on in step. Each law's robots talk to each other on one radio, under names of their own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from robotics.laws.law import Command, Law, Observation
+from robotics.laws.setting import Setting
+from robotics.world.radio.channel import Heard
+from robotics.world.vehicle.plant import Level
+
+Driver = Literal["teacher", "pupil"]
+
+
+class TandemMemory(NamedTuple):
+    """What both laws remember, and what was found out in the last period."""
+
+    teacher: Any
+    pupil: Any
+    period: int  # the number of the next one
+    said: Command | None  # by the teacher; none before the first period
+    known: np.ndarray  # the inputs of the pupil's rule base (runs, robots, inputs), of pairs (..., others, inputs)
+    unheard: np.ndarray | None  # (runs, robots, others) bool: of pairs, whom the rule base is not asked about
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TeacherAndPupil(Law[TandemMemory]):
+    """Two laws on each robot, one of which drives; ``pushes`` are added to the velocities that it commands."""
+
+    teacher: Law[Any]
+    pupil: Law[Any]  # drives by rule bases of named inputs, as fuzzy and fuzzy-team do
+    learns: str  # the task of the rule base that learns
+    driver: Driver = "teacher"
+    every: int = 1  # periods from one look at the rule base's inputs to the next
+    pushes: np.ndarray | None = None  # (periods, 2, runs, robots) m/s and rad/s; the last one holds on
+
+    @property
+    def message(self) -> tuple[str, ...]:
+        """The values that both laws broadcast."""
+        return (*_named("teacher", self.teacher.message), *_named("pupil", self.pupil.message))
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The range sensors that either law needs."""
+        return tuple(dict.fromkeys((*self.teacher.needs, *self.pupil.needs)))
+
+    @property
+    def looks(self) -> bool:
+        """Whether either law uses range sensors."""
+        return self.teacher.looks or self.pupil.looks
+
+    @property
+    def level(self) -> Level:
+        """What the law that drives commands."""
+        return self._driving.level
+
+    @property
+    def watchdog(self) -> float:
+        """That of the law that drives [s]."""
+        return self._driving.watchdog
+
+    @property
+    def _driving(self) -> Law[Any]:
+        return self.teacher if self.driver == "teacher" else self.pupil
+
+    def init(self, setting: Setting, runs: int) -> TandemMemory:
+        """Begin with the memories of both. Raises what they raise."""
+        return TandemMemory(
+            self.teacher.init(setting, runs), self.pupil.init(setting, runs), 0, None, np.empty(0), None
+        )
+
+    def control(self, seen: Observation, memory: TandemMemory, dt: float) -> tuple[Command, TandemMemory]:
+        """Ask both laws, and command what the driving one says."""
+        mine, theirs = _share(seen, "pupil", self.pupil), _share(seen, "teacher", self.teacher)
+        pupil: Any = self.pupil
+        known, unheard = memory.known, memory.unheard
+        if memory.period % self.every == 0:
+            situation = pupil.situation(mine, memory.pupil, dt)
+            base = pupil.rule_bases[self.learns]
+            known = base.known(situation)
+            unheard = ~situation.seen.heard.hears | np.isnan(situation.others.gap) if base.of_pairs else None
+        said, teacher_memory = self.teacher.control(theirs, memory.teacher, dt)
+        done, pupil_memory = self.pupil.control(mine, memory.pupil, dt)
+        command = said if self.driver == "teacher" else done
+        message = {
+            **{f"teacher.{name}": value for name, value in (said.message or {}).items()},
+            **{f"pupil.{name}": value for name, value in (done.message or {}).items()},
+        }
+        command = command._replace(message=message or None, inputs=None, guarded=None)
+        if self.pushes is not None and self.level == "velocity":
+            v, w = self.pushes[min(memory.period, len(self.pushes) - 1)]
+            command = command._replace(first=command.first + v, second=command.second + w)
+        return command, TandemMemory(teacher_memory, pupil_memory, memory.period + 1, said, known, unheard)
+
+
+def _named(who: Driver, names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(f"{who}.{name}" for name in names)
+
+
+def _share(seen: Observation, who: Driver, law: Law[Any]) -> Observation:
+    """What one of the two laws sees and hears: its own messages, and ranges only if it looks."""
+    names = law.message
+    heard = seen.heard
+    if names:
+        first = heard.fields.index(f"{who}.{names[0]}")
+        heard = replace(heard, fields=names, values=heard.values[first : first + len(names)])
+    else:
+        heard = Heard.nothing(*seen.x.shape)
+    return seen._replace(heard=heard, ranges=seen.ranges if law.looks else None)

@@ -1,0 +1,1 @@
+"""The world that is simulated: robots, paths, obstacles, sensors and the radio between robots."""

@@ -1,0 +1,246 @@
+"""Posture sensors: the true pose with noise, odometry, and the filter that joins both.
+
+Encoders tell how far each wheel has turned, as a whole number of counts; a robot that has its wheels' or its axle's
+size a little wrong drifts. A pose sensor is noisy but does not drift. The complementary filter predicts by odometry
+and corrects the prediction by a share of its difference from the pose sensor.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats4
+from fuzzy.compiled.jit import compiled_only, without_refcounts
+from fuzzy.errors import InputError
+from fuzzy.quantity import check_quantities, described, quantity
+from robotics.world.random_streams import RELATIVE_STREAM, WHEEL_STREAM
+from robotics.world.vehicle.plant import ParameterColumns, TruthColumns
+
+# Noise is drawn for many periods at a time: fewer calls, in bounded memory
+_NOISE_BLOCK = 256  # periods
+_MOST_DRAWS = 4_000_000  # numbers
+
+
+class SensingError(InputError):
+    """A way of sensing that cannot be. The message names the field, its value and what is accepted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensing:
+    """The posture sensor of a robot.
+
+    ``posture`` "odometry": the posture comes from the encoders alone, beginning where the robot believes to stand
+    (``start``). "pose": it is the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1
+    a complementary filter predicts by odometry and corrects by that share.
+
+    Raises:
+        SensingError: Fields that do not suit each other.
+    """
+
+    posture: Literal["odometry", "pose"] = described(
+        "How a robot knows where it is: by its encoders alone (odometry), or by a pose sensor with noise.", "odometry"
+    )
+    position_noise: float = quantity(
+        0.0, "m", least=0, most=10, doc="The standard deviation of a pose sensor in x and in y."
+    )
+    heading_noise: float = quantity(
+        0.0, "rad", least=0, most=pi, doc="The standard deviation of a pose sensor's heading."
+    )
+    relative_noise: float = quantity(
+        0.0, "1", least=0, most=1, doc="A pose sensor's x and y are times 1 + this × a normal number (thesis 4.5: 0.1)."
+    )
+    noise_start: float = quantity(0.0, "s", least=0, doc="When a pose sensor's noise begins.")
+    noise_end: float | None = quantity(
+        None, "s", above=0, doc="When a pose sensor's noise ends; left out: with the run.", example=30.0
+    )
+    filter_gain: float = quantity(
+        1.0, "1", above=0, most=1, doc="The share by which a filter corrects odometry by the pose sensor; 1: no filter."
+    )
+    wheel_error: float = quantity(
+        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the radii odometry assumes."
+    )
+    axle_error: float = quantity(
+        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the axle odometry assumes."
+    )
+    start_position: float = quantity(
+        0.0, "m", least=0, most=10, doc="The standard deviation, over seeds, of the true start from the believed one."
+    )
+    start_heading: float = quantity(
+        0.0, "rad", least=0, most=pi, doc="Likewise of the true heading at the start from the believed one."
+    )
+
+    def __post_init__(self) -> None:
+        check_quantities(self, SensingError)
+        own: dict[str, float | None] = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
+        own |= {"noise_start": 0, "noise_end": None}
+        for name, default in own.items():
+            if self.posture == "odometry" and getattr(self, name) != default:
+                raise SensingError(f'{name} belongs to posture = "pose"; odometry has its own')
+        if self.noise_end is not None and self.noise_end <= self.noise_start:
+            raise SensingError(
+                f"noise_end must be > noise_start, {self.noise_start:g} s; got {self.noise_end:g}"
+            ).about("noise_end")
+
+
+# The noise of the thesis's laboratory, which it does not print: assumed wherever a scenario is to have some
+LABORATORY = Sensing(posture="pose", position_noise=0.003, heading_noise=0.003)
+
+
+class Senses(NamedTuple):
+    """The posture sensors of all robots as columns, for compiled functions; a lane is one robot of one run."""
+
+    posed: Bools1  # (robots,): by a pose sensor; else by odometry
+    noise: Floats2  # (3, robots) m, m, rad: standard deviations
+    relative: Floats1  # (robots,) 1: standard deviation of x and y as a share of each
+    since: Floats1  # (robots,) s: the noise begins
+    until: Floats1  # (robots,) s: the noise ends
+    gain: Floats1  # (robots,) 1: of the filter; 1 where there is none
+    counts: Floats2  # (2, lanes): of the encoders in the last period
+    draws: Floats4  # (runs, periods, 3, robots): normal numbers; no periods: there is no such noise
+    relative_draws: Floats4  # likewise, of the relative noise
+    drawn: int  # the period of the first of them
+
+
+@dataclass(frozen=True, eq=False)
+class PostureNoise:
+    """The noise of the posture sensors of a simulation; each run draws from its own generators."""
+
+    sensing: tuple[Sensing, ...]  # one for each robot
+    periods: int  # drawn at a time
+    generators: tuple[np.random.Generator, ...]  # of the absolute noise; none where there is none
+    relative: tuple[np.random.Generator, ...]
+
+    @classmethod
+    def opened(
+        cls, sensing: Sequence[Sensing], ticks: int, generators: Sequence[np.random.Generator], seeds: Sequence[int]
+    ) -> "PostureNoise":
+        """Open the noise of a simulation.
+
+        Args:
+            sensing: One for each robot.
+            ticks: The number of control periods.
+            generators: One for each run; the absolute noise comes from these.
+            seeds: One for each run; the relative noise comes from these.
+        """
+        noisy = any(s.position_noise or s.heading_noise for s in sensing)
+        scaled = any(s.relative_noise for s in sensing)
+        own = tuple(np.random.default_rng([seed, RELATIVE_STREAM]) for seed in seeds if scaled)
+        periods = min(_NOISE_BLOCK, ticks + 1, max(1, _MOST_DRAWS // (3 * len(sensing) * len(seeds))))
+        return cls(tuple(sensing), periods, tuple(generators) if noisy else (), own)
+
+    def senses(self, counts: np.ndarray) -> Senses:
+        """The columns before the first period, with the encoders' ``counts`` (2, lanes)."""
+        sensing = self.sensing
+        none = np.empty((0, 0, 3, len(sensing)))
+        return Senses(
+            np.array([s.posture == "pose" for s in sensing]),
+            np.array([[s.position_noise] * 2 + [s.heading_noise] for s in sensing], dtype=float).T.copy(),
+            np.array([s.relative_noise for s in sensing], dtype=float),
+            np.array([s.noise_start for s in sensing], dtype=float),
+            np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing], dtype=float),
+            np.array([s.filter_gain for s in sensing], dtype=float),
+            counts,
+            none,
+            none,
+            0,
+        )
+
+    def supplied(self, senses: Senses, k: int) -> Senses:
+        """The same with the random numbers of period ``k`` and of some after it; every period needs its own."""
+        if k < senses.drawn + max(senses.draws.shape[1], senses.relative_draws.shape[1]):
+            return senses
+        draws, relative_draws = (self._normal(own) for own in (self.generators, self.relative))
+        return senses._replace(draws=draws, relative_draws=relative_draws, drawn=k)
+
+    def _normal(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        draws = np.empty((len(generators), self.periods if generators else 0, 3, len(self.sensing)))
+        for generator, rows in zip(generators, draws, strict=True):
+            generator.standard_normal(out=rows)
+        return draws
+
+
+def wheel_errors(sensing: Sequence[Sensing], seeds: Sequence[int]) -> np.ndarray | None:
+    """The sizes of right wheel, left wheel and axle that odometry assumes, over the true ones (3, lanes).
+
+    None where every robot knows its sizes.
+    """
+    spread = np.array([[s.wheel_error, s.wheel_error, s.axle_error] for s in sensing]).T
+    if not spread.any():
+        return None
+    draws = [np.random.default_rng([seed, WHEEL_STREAM]).standard_normal(spread.shape) for seed in seeds]
+    return np.concatenate([1 + np.clip(spread * d, -0.5, 0.5) for d in draws], axis=1)
+
+
+@without_refcounts
+def read_encoders(parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
+    """Read all encoders, and the velocities since the last ``counts`` (2, lanes), which are brought up to date.
+
+    Args:
+        parameters: The plant's (ParameterColumns, lanes).
+        truth: The plant's state (TruthColumns, lanes).
+        counts: Of the last period (2, lanes).
+        period: The time since then [s].
+        velocity: Where v [m/s] and ω [rad/s] are written (2, lanes)   thesis (2.25).
+    """
+    for i in range(truth.shape[1]):
+        encoders_of(i, parameters, truth, counts, period, velocity)
+
+
+@compiled_only
+def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore[no-untyped-def]
+    """Do the same for one lane."""
+    robot, wheels = ParameterColumns(parameters, i), TruthColumns(truth, i)
+    right, left = np.floor(wheels.right.angle * robot.count), np.floor(wheels.left.angle * robot.count)
+    right_speed = (right - counts[0, i]) / period / robot.count * robot.odometry.right
+    left_speed = (left - counts[1, i]) / period / robot.count * robot.odometry.left
+    counts[0, i], counts[1, i] = right, left
+    velocity[0, i] = (right_speed + left_speed) / 2
+    velocity[1, i] = (right_speed - left_speed) / (2 * robot.odometry.half_axle)
+
+
+@without_refcounts
+def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
+    """Measure all postures in period ``k``: by odometry, or the truth with noise, filtered where there is a filter.
+
+    Args:
+        senses: The sensors.
+        truth: The plant's state (TruthColumns, lanes).
+        posture: Those of the period before, where the new ones are written (3, lanes): x [m], y [m], heading [rad].
+        velocity: v [m/s] and ω [rad/s] since then, by the encoders (2, lanes).
+        k: The control period.
+        dt: The time since the last [s].
+    """
+    robots, place = len(senses.posed), k - senses.drawn
+    for i in range(truth.shape[1]):
+        measure_of(i, i // robots, i % robots, senses, truth, posture, velocity, k, place, dt)
+
+
+@compiled_only
+def measure_of(i, run, robot, senses, truth, posture, velocity, k, place, dt):  # type: ignore[no-untyped-def]
+    """Do the same for one lane, a ``robot`` of a ``run``, by the draws at ``place``."""
+    here = TruthColumns(truth, i)
+    if not senses.posed[robot]:
+        posture[0, i], posture[1, i], posture[2, i] = here.odo_x, here.odo_y, here.odo_heading
+        return
+    now = k * dt + 1e-9
+    x, y, heading = here.x, here.y, here.heading
+    if senses.since[robot] <= now < senses.until[robot]:
+        if len(senses.relative_draws) > 0:
+            x *= 1 + senses.relative_draws[run, place, 0, robot] * senses.relative[robot]
+            y *= 1 + senses.relative_draws[run, place, 1, robot] * senses.relative[robot]
+        if len(senses.draws) > 0:
+            x += senses.draws[run, place, 0, robot] * senses.noise[0, robot]
+            y += senses.draws[run, place, 1, robot] * senses.noise[1, robot]
+            heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
+    gain = senses.gain[robot]
+    if gain < 1 and k > 0:
+        forward, turn = velocity[0, i] * dt, velocity[1, i] * dt
+        middle = posture[2, i] + turn / 2
+        px, py = posture[0, i] + forward * math.cos(middle), posture[1, i] + forward * math.sin(middle)
+        predicted = posture[2, i] + turn
+        x, y, heading = px + gain * (x - px), py + gain * (y - py), predicted + gain * (heading - predicted)
+    posture[0, i], posture[1, i], posture[2, i] = x, y, heading

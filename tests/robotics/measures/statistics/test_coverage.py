@@ -1,0 +1,106 @@
+"""How often intervals hold the truth: paired, stratified, skewed costs of which the truth is known in closed form."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.stats import binom, norm
+
+from robotics.measures.statistics.aggregates import CVAR, IQM, MEAN, SCENARIO_IQM, QuantileMean
+from robotics.measures.statistics.bootstrap import contrasts
+from robotics.measures.statistics.shares import performance_profile, probability_of_improvement
+
+SCENARIOS = 8
+# Log-normal costs of two laws: means and spreads of the logarithm differ by law and by scenario
+CENTRES = np.array([np.linspace(-0.7, 0.7, SCENARIOS), np.linspace(-0.8, 1.1, SCENARIOS)])
+SPREADS = np.array([np.linspace(0.5, 1.0, SCENARIOS), np.linspace(0.9, 0.4, SCENARIOS)])
+COMMON = 0.6  # the correlation of both laws' logarithms at one seed
+LIMIT = 1.0
+
+
+def experiment(seeds: int, random: np.random.Generator) -> np.ndarray:
+    """The costs (2, SCENARIOS, seeds) of one synthetic experiment."""
+    common, own = random.normal(size=(1, SCENARIOS, seeds)), random.normal(size=(2, SCENARIOS, seeds))
+    noise = np.sqrt(COMMON) * common + np.sqrt(1 - COMMON) * own
+    return np.exp(CENTRES[..., None] + SPREADS[..., None] * noise)
+
+
+def truth(statistic: QuantileMean, centres: np.ndarray, spreads: np.ndarray) -> float:
+    """The quantile mean of a mixture of log-normal laws in equal parts, by partial expectations."""
+    if statistic.by_scenario:
+        plain = QuantileMean("", statistic.low, statistic.high)
+        return float(np.exp(np.mean([np.log(truth(plain, *pair)) for pair in zip(centres, spreads, strict=True)])))
+
+    def below(limit: float) -> float:
+        return float(np.mean(norm.cdf((np.log(limit) - centres) / spreads)))
+
+    def partial(level: float) -> float:
+        if level in (0.0, 1.0):
+            return level * float(np.mean(np.exp(centres + spreads**2 / 2)))
+        limit = brentq(lambda x: below(x) - level, 1e-9, 1e6)
+        inside = norm.cdf((np.log(limit) - centres - spreads**2) / spreads)
+        return float(np.mean(np.exp(centres + spreads**2 / 2) * inside))
+
+    return (partial(statistic.high) - partial(statistic.low)) / (statistic.high - statistic.low)
+
+
+def ratio(statistic: QuantileMean) -> float:
+    return truth(statistic, CENTRES[0], SPREADS[0]) / truth(statistic, CENTRES[1], SPREADS[1])
+
+
+def chance(correlation: float) -> float:
+    """The probability that the first law costs less, a mean over scenarios."""
+    spread = np.sqrt((SPREADS**2).sum(axis=0) - 2 * correlation * SPREADS.prod(axis=0))
+    return float(np.mean(norm.cdf((CENTRES[1] - CENTRES[0]) / spread)))
+
+
+def held(name: str, seeds: int, experiments: int, seed: int, **options: Any) -> float:
+    """The share of experiments whose 95 % interval holds the truth, in percent."""
+    random, count = np.random.default_rng(seed), 0
+    statistics = {"iqm": IQM, "scenario-iqm": SCENARIO_IQM, "cvar": CVAR, "mean": MEAN}
+    known = {"paired": chance(COMMON)}
+    known["profile"] = float(np.mean(norm.cdf((np.log(LIMIT) - CENTRES[0]) / SPREADS[0])))
+    true = ratio(statistics[name]) if name in statistics else known[name]
+    for _ in range(experiments):
+        costs = experiment(seeds, random)
+        if name in statistics:
+            found = contrasts(costs, statistics[name], generator=random, **options)[0, 1]
+        elif name == "profile":
+            found = performance_profile(costs, np.array([LIMIT]), generator=random, **options)[0, 0]
+        else:
+            found = probability_of_improvement(costs, generator=random, **options)[0, 1]
+        count += bool(found.low <= true <= found.high)
+    return 100 * count / experiments
+
+
+def test_the_truth_is_that_of_a_large_sample():
+    costs = experiment(100_000, np.random.default_rng(0))
+    for statistic in (IQM, SCENARIO_IQM, CVAR, MEAN):
+        first, second = statistic(costs)
+        assert first / second == pytest.approx(ratio(statistic), rel=0.01)
+    assert (costs[0] < costs[1]).mean() == pytest.approx(chance(COMMON), abs=0.002)
+
+
+# Of 100 experiments the count of a true 95 % lies between these but once in 5,000
+FEWEST, MOST = binom.ppf([1e-4, 1 - 1e-4], 100, 0.95)
+
+
+@pytest.mark.parametrize("name", ["iqm", "scenario-iqm", "paired", "profile"])
+def test_intervals_hold_the_truth_as_often_as_they_say(name):
+    assert FEWEST <= held(name, 30, 100, 1, draws=400) <= MOST
+
+
+MANY = [("iqm", 200), ("scenario-iqm", 200), ("paired", 200), ("profile", 200)]
+FEW = [(name, 30) for name in ("iqm", "scenario-iqm", "mean", "cvar", "paired", "profile")]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "seeds"), FEW + MANY)
+def test_of_a_thousand_experiments_95_percent_hold_the_truth(name, seeds):
+    """Of few seeds, and of many where that is quick; a thousand experiments leave 0.7 % of chance.
+
+    The mean of 30 seeds is what its tail makes hard: of 3,000 such experiments 93.6 % held the truth.
+    """
+    fewest = 92 if name == "mean" else 93
+    assert fewest <= held(name, seeds, 1000, 2, draws=1000) <= 97

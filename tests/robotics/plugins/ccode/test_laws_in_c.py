@@ -1,0 +1,98 @@
+"""Laws in C: the simulator's loop with the C in it drives the same runs."""
+
+from dataclasses import replace
+
+import pytest
+
+import robotics
+from fuzzy.ccode.compiler import CompilerError, find_compiler
+from fuzzy.ccode.numbertype import ExportError
+from robotics.commands.application import main
+from robotics.plugins.ccode.verification import verify_c_law
+from robotics.plugins.ccode.writing import write_c_law
+
+LAWS: tuple[str, ...] = (
+    "fuzzy",
+    "fuzzy-lateral",
+    "fuzzy-literal",
+    "lyapunov",
+    "lyapunov:form=2.31",
+    "lyapunov-thesis",
+    "lqr",
+    "pid",
+)
+LAWS += ("csm", "assm", "qssm", "esm", "esm:realisation=velocity", "qssm:discretisation=algebraic")
+SCENARIOS = ("lyapunov-circle", "lyapunov-sine", "fuzzy-off-path", "reference", "table-2-1", "noisy-position")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler():
+    try:
+        find_compiler()
+    except CompilerError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("spec", ["fuzzy", "pid"])
+def test_the_c_drives_the_same_run(tmp_path, spec):
+    scenario = robotics.load_scenario("table-2-1")  # its posture is measured with noise
+    proof = verify_c_law(write_c_law(spec, scenario, tmp_path), [scenario], seeds=[1, 2])
+    assert proof.holds
+    assert min(proof.drives[0].greatest, proof.drives[0].fine) <= 1e-9
+    assert proof.drives[0].steps == 2 * 501
+
+
+def test_a_changed_gain_is_seen(tmp_path):
+    scenario = robotics.load_scenario("lyapunov-sine")
+    files = write_c_law("lyapunov", scenario, tmp_path)
+    source = files.files[1]
+    text = source.read_text(encoding="utf-8")
+    assert "KY = 10.0;" in text
+    source.write_text(text.replace("KY = 10.0;", "KY = 10.000001;"), encoding="utf-8")
+    proof = verify_c_law(files, [scenario], seeds=[1])
+    assert proof.holds is False
+    assert 1e-9 < proof.greatest < 1e-3
+
+
+def test_float_is_told(tmp_path):
+    scenario = robotics.load_scenario("lyapunov-sine")
+    proof = verify_c_law(write_c_law("esm:realisation=velocity", scenario, tmp_path, "float"), [scenario], seeds=[1])
+    assert proof.holds is None
+    assert 0 < proof.greatest < 0.01
+
+
+@pytest.mark.parametrize("spec", ["nmpc", "mppi", "pursuit", "cooperation", "pdc", "obstacle-avoidance"])
+def test_laws_that_cannot_be_written_are_refused(tmp_path, spec):
+    scenario = robotics.load_scenario("table-2-1")
+    if spec not in robotics.CATALOGUE:
+        pytest.skip(f"there is no {spec}")
+    with pytest.raises(ExportError, match=r"those that can be: fuzzy .*lyapunov, lqr, pid, csm"):
+        write_c_law(spec, scenario, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_robot_is_refused(tmp_path):
+    scenario = robotics.load_scenario("table-2-1")
+    robot = replace(scenario.setting.robots[0], wheel_radius=0.05)
+    other = robotics.load_scenario("table-2-1")
+    object.__setattr__(other, "setting", replace(other.setting, robots=(robot,)))
+    with pytest.raises(ExportError, match="drives other robots"):
+        verify_c_law(write_c_law("pid", scenario, tmp_path), [other])
+
+
+def test_a_number_type_of_rule_bases_only_is_refused(tmp_path):
+    with pytest.raises(ExportError, match=r"q16\.16"):
+        write_c_law("pid", robotics.load_scenario("table-2-1"), tmp_path, "q16.16")
+
+
+def test_the_command_says_what_cannot_be(tmp_path, capsys):
+    assert main(["export", "c", "nmpc", "-o", str(tmp_path / "out")]) == 2
+    assert "nmpc cannot be written in C" in capsys.readouterr().err
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("spec", LAWS)
+def test_every_law_on_every_scenario(tmp_path, spec):
+    scenarios = [robotics.load_scenario(name) for name in SCENARIOS]
+    proof = verify_c_law(write_c_law(spec, scenarios[0], tmp_path), scenarios, seeds=[1, 2, 3])
+    assert proof.holds, [(d.scenario, d.greatest, d.fine) for d in proof.drives]

@@ -1,5 +1,0 @@
-"""The EtsRo, the robot of the packaged scenarios, for tests that need any robot or that one."""
-
-from robotics.scenario.robots import load_robot
-
-ETSRO = load_robot("etsro").robot
