@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics import Command, Law, Observation, Run, Setting, metric
-from robotics.quantity import quantity
+from fuzzy.quantity import quantity
 from robotics.world.paths.posture import posture_error
 
 
