@@ -8,12 +8,12 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
 
+from fuzzy.shell.commandgroup import command_group
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
 from fuzzy.shell.options import Application
 
@@ -27,7 +27,12 @@ _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c._
 
 
 def application(
-    purpose: str, *examples: str, modules: str = "", commands: str = "", version: Callable[[], str] | None = None
+    purpose: str,
+    *examples: str,
+    program: str = "",
+    modules: str = "",
+    commands: str | Mapping[str, str] | None = None,
+    version: Callable[[], str] | None = None,
 ) -> Application:
     """A command line, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
 
@@ -36,27 +41,25 @@ def application(
     Args:
         purpose: What it is for, a sentence.
         examples: Commands with which its help ends, that run as they stand, one after the other.
+        program: The name by which installed packages add commands: :mod:`fuzzy.shell.commandgroup`.
         modules: How the names of its commands' modules begin, such as "robotics.commands.".
-        commands: The commands in the order of the help, with blanks between. The module of each has a function of the
-            command's name, with an underscore behind it where Python has that name already, or a group of commands.
+        commands: The commands in the order of the help, with blanks between; or such lists by their headings, of which
+            "more" only names its commands. The module of each has a function of the command's name, with an underscore
+            behind it where Python has that name already, or a group of commands. Empty for a group whose commands are
+            registered where it is made.
         version: Gives what the option --version prints; without, there is no such option.
     """
+    by_heading = {"commands": commands} if isinstance(commands, str) and commands else dict(commands or {})
     app = Application(
+        cls=command_group(program, modules, by_heading) if by_heading else None,
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    if commands:  # of a group of one command its name is asked for too
+    if commands is not None:  # of a group of one command its name is asked for too
         app.callback()(_version_option(version) if version is not None else lambda: None)
-    for name in commands.split():
-        found = vars(import_module(modules + name))
-        command = found.get(name) or found[f"{name}_"]
-        if isinstance(command, Application):
-            app.add_typer(command, name=name)
-        else:
-            app.command(name.replace("_", "-"))(command)
     return app
 
 

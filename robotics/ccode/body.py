@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from fuzzy.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.ccode.expressions import Array, Expressions, Translation
 from robotics.ccode.pythonsource import spoken
 from robotics.ccode.terms import CTable, CTerm, KnownValue, Lane, Row
