@@ -40,9 +40,7 @@ def lazy_names(package: str) -> tuple[Callable[[str], object], Callable[[], list
     def get(name: str) -> object:
         if name in missing:
             plugin = f"{package}.plugins.{missing[name]}"
-            raise ModuleNotFoundError(
-                f"{package}.{name} is of the plug-in {plugin}, which is not installed", name=plugin
-            )
+            raise ModuleNotFoundError(f"{package}.{name} needs the plug-in {plugin}, which is not installed")
         if name in home:
             found: object = getattr(import_module(home[name]), name)
             return found

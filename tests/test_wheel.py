@@ -106,7 +106,8 @@ def test_the_wheel_carries_data_and_types(python):
         "*(files(package) / '__init__.pyi' for package in ('fuzzy', 'anfis', 'robotics')),"
         "files('robotics') / 'rulebases' / 'tracking.fis', files('robotics') / 'scenarios' / 'reference.toml',"
         "*(files('robotics') / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
-        "files('robotics') / 'playback' / 'player.html.j2', files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
+        "files('robotics') / 'playback' / 'player.html.j2',"
+        "files('fuzzy') / 'plugins' / 'designer' / 'static' / 'bridge.js',"
         "files('robotics') / 'report' / 'report.html.j2', files('robotics') / 'rulebases' / 'formation' / 'v_l.fis',"
         "files('robotics') / 'robots' / 'etsro.toml')))"
     )
