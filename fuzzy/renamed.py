@@ -35,7 +35,7 @@ class _Renamed:
 
 
 def redirect(table: Mapping[str, str]) -> None:
-    """Let modules be imported by their earlier dotted names: ``{"fuzzy.plugins.loop": "fuzzy.plugins.loop"}``."""
+    """Let modules be imported by their earlier dotted names: ``{"fuzzy.loop": "fuzzy.plugins.loop"}``."""
     _NOW.update(table)
     if not any(isinstance(finder, _Renamed) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Renamed())

@@ -15,7 +15,6 @@ app = application(
     "fuzzy example samples check",
     "anfis train samples.csv --check check.csv --rules 8 --epochs 60 -o net.fis",
     program="anfis",
-    modules="anfis.commands.",
     commands="train predict evaluate",
     version=partial(versions_with, "torch"),
 )

@@ -14,7 +14,6 @@ app = application(
     "fuzzy example tipper",
     "fuzzy show tipper.fis",
     program="fuzzy",
-    modules="fuzzy.commands.",
     commands={
         "look": "show rules plot surface explain check",
         "run": "evaluate",

@@ -26,11 +26,11 @@ _OWN = "fuzzyfleet"  # the distribution whose commands come before those of othe
 
 
 class CommandGroup(TyperGroup):
-    """A group of commands that are imported when they are asked for."""
+    """A group of commands that are imported when they are asked for; each has a class of its own."""
 
-    program: ClassVar[str] = ""  # its name in entry points; none are read without
-    modules: ClassVar[str] = ""  # how the names of its own commands' modules begin
-    own: ClassVar[Mapping[str, str]] = {}  # the headings of its own commands, by the names of their modules
+    program: ClassVar[str]  # its name in entry points; "": none are read
+    modules: ClassVar[str]  # how the names of its own commands' modules begin, such as "robotics.commands."
+    own: ClassVar[Mapping[str, str]]  # the headings of its own commands, by the names of their modules
     taken: tuple[Any, ...] = ()  # entry points of commands whose names others have
 
     @cached_property
@@ -117,15 +117,3 @@ def _unusable(name: str, sentence: str) -> Any:
 
     open_to_all = {"ignore_unknown_options": True, "allow_extra_args": True}
     return _as_command(name, say, short_help=sentence, add_help_option=False, context_settings=open_to_all)
-
-
-def command_group(program: str, modules: str, commands: Mapping[str, str]) -> type[CommandGroup]:
-    """The kind of group that a program's commands make.
-
-    Args:
-        program: Its name in entry points, "" for one that others cannot add to.
-        modules: How the names of its own commands' modules begin, such as "robotics.commands.".
-        commands: Its own commands by heading, with blanks between.
-    """
-    own = {name: heading for heading, names in commands.items() for name in names.split()}
-    return type("Commands", (CommandGroup,), {"program": program, "modules": modules, "own": own})

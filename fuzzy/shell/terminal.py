@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fuzzy.shell.commandgroup import command_group
+from fuzzy.shell.commandgroup import CommandGroup
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
 from fuzzy.shell.options import Application
 
@@ -42,16 +42,18 @@ def application(
         purpose: What it is for, a sentence.
         examples: Commands with which its help ends, that run as they stand, one after the other.
         program: The name by which installed packages add commands: :mod:`fuzzy.shell.commandgroup`.
-        modules: How the names of its commands' modules begin, such as "robotics.commands.".
+        modules: How the names of its commands' modules begin, "robotics.commands." of the program "robotics".
         commands: The commands in the order of the help, with blanks between; or such lists by their headings, of which
             "more" only names its commands. The module of each has a function of the command's name, with an underscore
             behind it where Python has that name already, or a group of commands. Empty for a group whose commands are
             registered where it is made.
         version: Gives what the option --version prints; without, there is no such option.
     """
-    by_heading = {"commands": commands} if isinstance(commands, str) and commands else dict(commands or {})
+    by_heading = {"commands": commands or ""} if commands is None or isinstance(commands, str) else commands
+    own = {name: heading for heading, names in by_heading.items() for name in names.split()}
+    about = {"program": program, "modules": modules or f"{program}.commands.", "own": own}
     app = Application(
-        cls=command_group(program, modules, by_heading) if by_heading else None,
+        cls=type("Commands", (CommandGroup,), about) if own else None,
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -81,10 +83,11 @@ def _version_option(version: Callable[[], str]) -> Callable[..., None]:
 
 def versions_with(library: str) -> str:
     """The versions of this package, of a library that it computes with, and of Python, in a line."""
-    from importlib.metadata import version
+    from importlib.metadata import distributions, version
 
     python = ".".join(map(str, sys.version_info[:3]))
-    return f"fuzzyfleet {version('fuzzyfleet')} ({library} {version(library)}, Python {python})"
+    found = next((each.version for each in distributions(name=library)), "is not installed")
+    return f"fuzzyfleet {version('fuzzyfleet')} ({library} {found}, Python {python})"
 
 
 def run(

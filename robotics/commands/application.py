@@ -15,7 +15,6 @@ app = application(
     "robotics list scenarios",
     "robotics run lyapunov-sine --plot sine.png",
     program="robotics",
-    modules="robotics.commands.",
     commands={
         "look": "list scenario robot check plot explain animate",
         "run": "new run repeat",

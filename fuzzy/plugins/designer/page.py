@@ -47,7 +47,8 @@ from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.shown import typeset
 from fuzzy.system import Sugeno
 
-EXPORT_GROUP = "fuzzyfleet.exports"  # entry points that make a zip of a design: (system, name, number, points) -> bytes
+# What makes a zip of a design: (system, name, type of numbers, points of a table) -> bytes
+_C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
 _CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
@@ -163,11 +164,7 @@ class _Page:
                 TextElement(tag="a", text=text).classes("shell-skip").props(f'href="#{name}"')
             with ui.element("header"):
                 self.header = self.bench.widget(
-                    _STATIC / "header.js",
-                    design=shown["design"],
-                    shell=self._shell(),
-                    keys=SHORTCUTS,
-                    writesC="c" in entry_points(group=EXPORT_GROUP).names,
+                    _STATIC / "header.js", design=shown["design"], shell=self._shell(), keys=SHORTCUTS
                 )
                 self.header.on_message(self._asked)
                 self.starting = Starting(self.opened, self._tell_header)
@@ -300,6 +297,7 @@ class _Page:
             "unsaved": self.opened.folder.unsaved(files),
             "compared": self.compared if self.document.compared is not None else None,
             "largest": LARGEST_FILE,
+            "writesC": _C_WRITER is not None,
             "unkept": self.document.unkept,
             "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
         }
@@ -539,10 +537,9 @@ class _Page:
         if not isinstance(number, str) or not (table is None or (isinstance(table, int) and 2 <= table <= 256)):
             raise InputError("C code: a type of numbers, and 2 to 256 points an input or none")
         system, stem = self.document.design.in_force, self.document.path.stem
-        writer = next(iter(entry_points(group=EXPORT_GROUP, name="c")), None)
-        if writer is None:
+        if _C_WRITER is None:
             raise InputError("C code needs a plug-in that writes it, fuzzy.plugins.ccode, which is not installed")
-        data = await self.bench.background(writer.load(), system, stem, number, table)
+        data = await self.bench.background(_C_WRITER.load(), system, stem, number, table)
         if not self.bench.closed:
             self.client.download(data, f"{stem}-c.zip")
             self.bench.notify(f"{stem}-c.zip is written; `fuzzy export c {self.document.path.name} --verify` proves it")

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.extras import needed
 from fuzzy.plugins.mamdani.likeness import Difference, differences, input_grid
 from fuzzy.plugins.mamdani.sampled import EXACT, recognise
 from fuzzy.plugins.mamdani.system import Mamdani
@@ -54,8 +55,7 @@ def from_skfuzzy(control_system: Any) -> FromScikitFuzzy:
         FuzzySystemError: What has no equivalent, by the name of the rule or the variable: other functions for "and" and
             "or", brackets with these, a variable twice in one "and", an output that is another rule's input.
     """
-    from skfuzzy import control
-
+    control = needed("skfuzzy.control", "from_skfuzzy", "scikit-fuzzy")
     if not isinstance(control_system, control.ControlSystem):
         raise FuzzySystemError(f"expected a skfuzzy.control.ControlSystem, got {type(control_system).__name__}")
     changes: list[str] = []

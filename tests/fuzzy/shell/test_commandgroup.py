@@ -47,7 +47,7 @@ def greetings(site):
 
 def sections(text):
     """The lines below each heading of a help."""
-    found, heading = {}, ""
+    found, heading = dict[str, list[str]](), ""
     for line in text.splitlines():
         if line.endswith(":") and not line.startswith(" "):
             heading = line.removesuffix(":")

@@ -2,15 +2,9 @@
 
 from functools import partial
 
+from fuzzy.plugins.designer.starts import samples
 from fuzzy.plugins.designer.starts.control import CONTROL_KINDS, CONTROL_TERMS, rule_table
 from fuzzy.plugins.designer.starts.grid import GRID_SHAPES, grid
-from fuzzy.plugins.designer.starts.samples import (
-    TABLE_OPTIONS,
-    clusters_example,
-    from_clusters,
-    from_grid,
-    grid_example,
-)
 from fuzzy.plugins.designer.starts.start import Choice, NumberOption, Start
 from fuzzy.system import Sugeno
 
@@ -59,22 +53,22 @@ def starts() -> list[Start]:
             _DATA,
             "Clusters of a table",
             "A rule where the samples of a .csv file are dense (subtractive clustering), with fitted consequents.",
-            from_clusters,
-            (*TABLE_OPTIONS, NumberOption("radius", "Radius, a share of the range", 0.05, 2, 0.5, whole=False)),
-            clusters_example,
+            samples.from_clusters,
+            (*samples.TABLE_OPTIONS, NumberOption("radius", "Radius, a share of the range", 0.05, 2, 0.5, whole=False)),
+            samples.clusters_example,
         ),
         Start(
             "data-grid",
             _DATA,
             "Grid over a table",
             "Evenly spread terms over the ranges of a .csv file, a rule for each combination, fitted consequents.",
-            from_grid,
+            samples.from_grid,
             (
-                *TABLE_OPTIONS,
+                *samples.TABLE_OPTIONS,
                 NumberOption("terms", "Terms of each input", 2, 9, 3),
                 Choice("shape", "Membership function", GRID_SHAPES, "gaussmf"),
                 Choice("order", "Consequents", {"0": "constant", "1": "linear"}, "1"),
             ),
-            grid_example,
+            samples.grid_example,
         ),
     ]

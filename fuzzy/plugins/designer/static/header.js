@@ -293,7 +293,7 @@ function render({ model, el }) {
     ["Take a snapshot", () => send({ do: "snapshot" })],
     ["Compare with …", compare],
     ["Export a figure …", exportFigure],
-    ...(model.get("writesC") ? [["Export C code …", exportC]] : []),
+    ...(shell().writesC ? [["Export C code …", exportC]] : []),
     ["Revert to the saved file", () => send({ do: "discard" })],
   ];
   const menuId = `shell-menu-${++count}`;
