@@ -24,7 +24,9 @@ import {
 } from "../../designer/static/chart.js";
 import { field, group, panelForm, row } from "../../designer/static/form.js";
 
-const SHEETS = ["../../designer/static/panel.css", "../../designer/static/form.css", "./step.css"].map((sheet) => new URL(sheet, import.meta.url).href);
+const SHEETS = ["../../designer/static/panel.css", "../../designer/static/form.css", "./step.css"].map(
+  (sheet) => new URL(sheet, import.meta.url).href,
+);
 const NAMES = ["choice", "files", "system", "response", "problem"];
 const KINDS = { design: "design", file: "file", pid: "PID" };
 const WORDS = {
