@@ -84,7 +84,7 @@ test: $(VENV)/.development lint-style ## lint, types and tests: the gate of ever
 	wait $$lint; linted=$$?; cat $(VENV)/lint.log; exit $$((tested | linted))
 
 test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
-	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/designer/test_jupyterlab.py
+	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/plugins/designer/test_jupyterlab.py
 
 # A browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
 check-all: $(VENV)/.everything ## make test, the site, the tests marked long, and every random case

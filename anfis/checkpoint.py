@@ -18,6 +18,7 @@ from anfis.data import SampleArrays
 from anfis.methods.options import Options, TrainingError
 from anfis.point import Array, Point
 from anfis.state import Epoch, TrainingState
+from fuzzy.extras import needed
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 
@@ -164,24 +165,21 @@ def fingerprint_of(network: "Network | CompiledNetwork", data: SampleArrays, che
 
 def with_tensors(state: dict[str, Any]) -> dict[str, Any]:
     """What :func:`dump` made as a file holds it."""
-    import torch
-
+    torch = needed("torch", "a checkpoint")
     held: dict[str, Any] = _converted(state, lambda numbers: torch.from_numpy(numbers.copy()))
     return held
 
 
 def save(state: dict[str, Any], path: str | Path) -> None:
     """Write what :func:`dump` made, with a checksum; the file appears whole or not at all. Raises OSError."""
-    import torch
-
+    torch = needed("torch", "a checkpoint")
     content = io.BytesIO()
     torch.save(with_tensors(state), content)
     write_whole(path, sealed_archive(content.getvalue()))
 
 
 def _load(path: str | Path) -> dict[str, Any]:
-    import torch
-
+    torch = needed("torch", "a checkpoint")
     try:
         content = Path(path).read_bytes()
     except OSError as error:

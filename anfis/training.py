@@ -23,6 +23,7 @@ from anfis.point import Point
 from anfis.state import Epoch, TrainingState
 from fuzzy.detached import detached
 from fuzzy.errors import quoted
+from fuzzy.extras import needed
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
@@ -204,6 +205,7 @@ def _network(method: Method, fis: Sugeno, options: Options) -> "Network | Compil
         compiled = import_module("anfis.compiled.network")
         if compiled.has_kernel(fis):
             return compiled.make_network(fis, *chosen)
+    needed("torch", "learning by back-propagation, in float32, on another device or of functions of one's own")
     return import_module("anfis.network").make_network(fis, options.dtype, options.device, *chosen)
 
 

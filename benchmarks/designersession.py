@@ -17,7 +17,7 @@ import numpy as np
 
 from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import write_table
-from fuzzy.starts.control import rule_table
+from fuzzy.plugins.designer.starts.control import rule_table
 from fuzzy.system import Terms
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -91,7 +91,7 @@ def c_loop() -> Engine:
 def exported_c() -> Engine:
     """The system as `fuzzy export c` writes it, with the flags of the C loop and called from a loop of C like it."""
     from benchmarks.inference import system
-    from fuzzy.ccode.source import c_sources
+    from fuzzy.plugins.ccode.source import c_sources
 
     sources = c_sources(system(), "exported")
     loop = f"""

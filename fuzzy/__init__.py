@@ -35,6 +35,14 @@ Each name is imported from its module when it is first used. What is wrong with 
 
 from fuzzy.lazynames import lazy_names
 from fuzzy.notebookfigures import show_figures
+from fuzzy.renamed import redirect
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
+redirect(
+    {f"fuzzy.{name}": f"fuzzy.plugins.{name}" for name in ("ccode", "designer", "loop", "mamdani")}
+    | {f"fuzzy.files.{name}": f"fuzzy.plugins.mamdani.{name}" for name in ("fllfile", "flltext")}
+    | {"fuzzy.designer.steppanel": "fuzzy.plugins.loop.panel", "fuzzy.designer.steptask": "fuzzy.plugins.loop.steptask"}
+    | {"fuzzy.figures.step": "fuzzy.plugins.loop.stepfigure", "fuzzy.figures.frequency": "fuzzy.plugins.loop.frequency"}
+    | {"fuzzy.designer.esmodule": "fuzzy.esmodule", "fuzzy.starts": "fuzzy.plugins.designer.starts"}
+)
 show_figures()

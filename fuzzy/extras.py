@@ -2,9 +2,31 @@
 
 import re
 import shlex
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires
+from typing import Any
+
+from fuzzy.errors import InputError
 
 _OWN = "fuzzyfleet"
+
+
+class MissingPackageError(InputError):
+    """A package that is not installed, and that only some of what is here needs."""
+
+
+def needed(module: str, what: str, project: str = "") -> Any:
+    """Import a module of a large package that only ``what`` needs. Raises MissingPackageError without the package.
+
+    ``project`` is its name where it is installed from, by default that of the package.
+    """
+    package = module.partition(".")[0]
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != package:
+            raise
+        raise MissingPackageError(f"{what} needs {project or package}: pip install {project or package}") from None
 
 
 def install_command(extra: str) -> str:

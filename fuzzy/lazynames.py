@@ -4,66 +4,33 @@ The three packages share it: ``dir()``, tab completion and ``help()`` show all n
 once, in the stub ``__init__.pyi`` beside ``__init__.py`` (scientific Python's SPEC 1), which type checkers read too.
 """
 
-import sys
-import warnings
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable
 from importlib import import_module
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 from typing import Any
 
-
-class MovedModules:
-    """Finds modules by the names that they had before they were moved: the same modules, not copies.
-
-    It stands in ``sys.meta_path`` before what looks into folders. Whoever imports by a former name is warned.
-    """
-
-    def __init__(self, moved: Mapping[str, str], kept: tuple[str, ...]) -> None:
-        self._moved, self._kept = moved, kept
-
-    def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        """The spec of a module by its former name, None by any other."""
-        return ModuleSpec(name, self) if _room(name) in self._moved else None  # type: ignore[arg-type]
-
-    def create_module(self, spec: ModuleSpec) -> None:
-        """Nothing: Python makes an empty module, in whose place :meth:`exec_module` puts the one that is meant."""
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Import the module by its name of today."""
-        former = module.__name__
-        name = self._moved[_room(former)] + former.removeprefix(_room(former))
-        if former not in self._kept:
-            warnings.warn(f"{former} is now {name}", DeprecationWarning, stacklevel=2)
-        sys.modules[former] = import_module(name)
+from fuzzy.renamed import name_now
 
 
-def _room(name: str) -> str:
-    """The first two words of a module's name."""
-    return ".".join(name.split(".")[:2])
-
-
-def lazy_names(
-    package: str, moved: Mapping[str, str] | None = None, kept: tuple[str, ...] = ()
-) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+def lazy_names(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
     """The functions ``__getattr__`` and ``__dir__`` of a package, PEP 562, and its ``__all__``.
 
-    A submodule is imported when it is first used as well: ``robotics.laws.catalogue`` after ``import robotics``.
+    A submodule is imported when it is first used as well: ``robotics.laws.catalogue`` after ``import robotics``. The
+    names of a plug-in, a folder in ``plugins``, are left out where it is not installed; who asks for one is told so.
 
     Args:
         package: Its name. Each line of its stub is a public name and the module that defines it:
             ``from fuzzy.rule import Rule as Rule``.
-        moved: The former names of folders and modules in it and those of today, in full:
-            ``{"robotics.paths": "robotics.world.paths"}``.
-        kept: Those of the former names that stay good, of which nobody is warned.
     """
     module: Any = import_module(package)
     stub = f"{module.__file__.rpartition('.')[0]}.pyi"
     # Read by words: to parse it would double the time of an import.
     lines = module.__loader__.get_data(stub).decode().splitlines()
     home = {name: source for _, source, _, name, *_ in map(str.split, lines)}
-    moved = moved or {}
-    sys.meta_path.insert(0, MovedModules(moved, kept))
+    plugins = {name: source.split(".")[2] for name, source in home.items() if ".plugins." in source}
+    folder = f"{module.__path__[0]}/plugins"
+    missing = {name: each for name, each in plugins.items() if not os.path.isdir(f"{folder}/{each}")}  # noqa: PTH112
+    there = sorted(home.keys() - missing.keys())
 
     def submodules() -> set[str]:
         from pkgutil import iter_modules  # which takes a third of the time of importing a package
@@ -71,10 +38,13 @@ def lazy_names(
         return {found.name for found in iter_modules(module.__path__) if found.name[0] != "_"}
 
     def get(name: str) -> object:
+        if name in missing:
+            plugin = f"{package}.plugins.{missing[name]}"
+            raise ModuleNotFoundError(f"{package}.{name} needs the plug-in {plugin}, which is not installed")
         if name in home:
             found: object = getattr(import_module(home[name]), name)
             return found
-        if name[0] != "_" and (f"{package}.{name}" in moved or name in submodules()):
+        if name[0] != "_" and (name in submodules() or name_now(f"{package}.{name}")):
             return import_module(f"{package}.{name}")
         raise AttributeError(f"module {package!r} has no attribute {name!r}{_hint(name)}")
 
@@ -88,6 +58,6 @@ def lazy_names(
         return f"; did you mean {close[0]!r}?" if close else ""
 
     def names() -> list[str]:
-        return sorted({*home, *submodules()})
+        return sorted({*there, *submodules()})
 
-    return get, names, sorted(home)
+    return get, names, there

@@ -1,4 +1,4 @@
-"""The trapezoid that stands for a membership function while its type changes, see :mod:`fuzzy.designer.conversion`."""
+"""The trapezoid that stands for a membership function while its type changes, as in the designer."""
 
 import math
 from dataclasses import dataclass

@@ -42,13 +42,16 @@ imported by the names that they had up to version 0.2, and Python says by which 
 """
 
 from fuzzy.lazynames import lazy_names
+from fuzzy.renamed import redirect
 
 _MOVED = """
     world.vehicle world.paths world.radio world.environment world.sensing world.random_streams simulation.scenario
     measures.statistics studies.tuning studies.arena show.figures show.playback show.report show.designer
     show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
 """
-_moved = {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
-_moved |= {"robotics.experiments": "robotics.studies", "robotics.quantity": "fuzzy.quantity"}
-# Laws of one's own import robotics.quantity: that name stays.
-__getattr__, __dir__, __all__ = lazy_names(__name__, _moved, kept=("robotics.quantity",))
+__getattr__, __dir__, __all__ = lazy_names(__name__)
+redirect(
+    {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+    | {"robotics.experiments": "robotics.studies"},
+    lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import
+)

@@ -34,7 +34,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that drive a browser, by the fixture that each of them uses; begin with the one that takes longest."""
+    """Mark the tests that drive a browser, by the fixture that each of them uses; the longest test comes first."""
     items.sort(key=lambda item: item.path.name != "test_readme.py")
     for item in items:
         if "browser" in getattr(item, "fixturenames", ()):

@@ -445,11 +445,11 @@ def site(tmp_path):
 def test_a_designer_panel_hears_of_edits(site, monkeypatch, tmp_path):
     import asyncio
 
-    from fuzzy.designer.folder import open_folder
-    from fuzzy.designer.modules import Modules
-    from fuzzy.designer.open_documents import OpenDocuments
-    from fuzzy.designer.panel import Workbench, find_panels
     from fuzzy.files.fisfile import write_fis
+    from fuzzy.plugins.designer.folder import open_folder
+    from fuzzy.plugins.designer.modules import Modules
+    from fuzzy.plugins.designer.open_documents import OpenDocuments
+    from fuzzy.plugins.designer.panel import Workbench, find_panels
     from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
     monkeypatch.syspath_prepend(site)

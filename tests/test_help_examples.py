@@ -29,7 +29,7 @@ LONG = {
 def test_the_examples_of_a_help_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if name == "fuzzy design":  # a server that never ends: what it is asked to serve is all that counts
-        monkeypatch.setattr("fuzzy.designer.server.serve", lambda folder, name, *rest, **named: None)
+        monkeypatch.setattr("fuzzy.plugins.designer.server.serve", lambda folder, name, *rest, **named: None)
     run_commands("\n".join(HELPS[name].examples))
 
 

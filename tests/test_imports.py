@@ -19,9 +19,9 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        lazynames notebookfigures extras errors quantity naming words shown sketch profile membershipfunction membership
-        rule language system inference detached files compiled insight fitting mamdani tuning starts loop ccode shell
-        figures designer commands
+        renamed lazynames notebookfigures errors extras quantity naming words shown sketch esmodule profile
+        membershipfunction membership rule language system inference detached files compiled insight fitting tuning
+        shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
@@ -51,8 +51,10 @@ STAIRS = {
 }
 CIRCLE = ("fuzzy.system", "fuzzy.inference")  # a system can be called: fis(x) infers, by one lazy line
 # Rooms whose functions may import what they need: commands answer --help quickly, the designer is an optional extra.
-LAZY_ROOMS = ("commands", "designer")
+LAZY_ROOMS = ("commands", "designer", "plugins")
 APART = "plugins"  # a folder whose rooms stand on the stair one by one
+# The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
+PLUGINS_OF = {"fuzzy": {"ccode": (), "designer": (), "loop": ("designer",), "mamdani": ()}}
 
 
 class Arrow(NamedTuple):
@@ -179,6 +181,27 @@ def test_no_lazy_import_hides_an_arrow():
     assert hidden == []
 
 
+def test_the_core_imports_no_plugin():
+    """Names of the package that live in a plug-in come by the lazy stub, the one place that may say where they are."""
+    wrong = [
+        f"{arrow.source}:{arrow.line} imports {arrow.target}"
+        for package in PLUGINS_OF
+        for arrow in arrows(ROOT, package)
+        if arrow.target.startswith(f"{package}.plugins.") and not arrow.source.startswith(f"{package}.plugins.")
+    ]
+    stubs = [f"{package}.__init__:" for package in PLUGINS_OF]
+    assert [line for line in wrong if not line.startswith(tuple(stubs))] == []
+
+
+def test_plugins_import_only_those_that_they_are_for():
+    for package, plugins in PLUGINS_OF.items():
+        assert set(plugins) == {file.parent.name for file in (ROOT / package / "plugins").glob("*/__init__.py")}
+        for name, allowed in plugins.items():
+            for arrow in arrows(ROOT, f"{package}.plugins.{name}"):
+                if arrow.target.startswith(f"{package}.plugins."):
+                    assert arrow.target.split(".")[2] in (name, *allowed), f"{arrow.source} imports {arrow.target}"
+
+
 def test_what_is_wrong_with_a_tree_is_seen(tmp_path):
     for name, text in {
         "fuzzy/low/__init__.py": "",
@@ -206,6 +229,7 @@ def test_what_is_wrong_with_a_tree_is_seen(tmp_path):
             "import robotics.commands.application",
             {"torch", "matplotlib", "pandas", "numba", "skfuzzy", "scipy", "cvxpy", "pyarrow", "distributed"},
         ),
+        ("import fuzzy, fuzzy.commands.application, robotics.commands.application", {"fuzzy.plugins"}),
         ("import robotics; robotics.simulate", {"torch", "matplotlib", "skfuzzy", "jinja2"}),
     ],
 )

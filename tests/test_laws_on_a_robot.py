@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy.ccode.compiler import STRICT, CompilerError, find_compiler
+from fuzzy.plugins.ccode.compiler import STRICT, CompilerError, find_compiler
 from robotics import load_scenario, write_c_law
 from tests.snippets import run_commands, run_python, snippets
 

@@ -5,8 +5,8 @@ import subprocess
 from pathlib import Path
 
 from fuzzy import read_fis, write_c
-from fuzzy.ccode.compiler import STRICT, find_compiler
-from tests.fuzzy.ccode.inc import needs_compiler
+from fuzzy.plugins.ccode.compiler import STRICT, find_compiler
+from tests.fuzzy.plugins.ccode.inc import needs_compiler
 from tests.snippets import run_commands, run_python, snippets
 
 PAGE = Path(__file__).parent.parent / "docs" / "howto" / "rules-on-a-microcontroller.md"

@@ -20,10 +20,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import robotics
-from fuzzy.designer.design import design_of
-from fuzzy.designer.esmodule import composed
-from fuzzy.designer.views import design_data
+from fuzzy.esmodule import composed
 from fuzzy.inference import InferenceWarning, infer
+from fuzzy.plugins.designer.design import design_of
+from fuzzy.plugins.designer.views import design_data
 from tests.browsers import drag, rest, started
 from tests.fuzzy.random_systems import systems
 

@@ -108,7 +108,7 @@ def test_the_wheel_carries_data_and_types(python):
         "files('robotics') / 'data' / 'scenarios' / 'reference.toml',"
         "*(files('robotics') / 'show' / 'playback' / 'static' / f'player.{end}' for end in ('js', 'css')),"
         "files('robotics') / 'show' / 'playback' / 'player.html.j2',"
-        "files('fuzzy') / 'designer' / 'static' / 'bridge.js',"
+        "files('fuzzy') / 'plugins' / 'designer' / 'static' / 'bridge.js',"
         "files('robotics') / 'show' / 'report' / 'report.html.j2',"
         "files('robotics') / 'data' / 'rulebases' / 'formation' / 'v_l.fis',"
         "files('robotics') / 'data' / 'robots' / 'etsro.toml')))"

@@ -14,7 +14,7 @@ app = application(
     "Learn Sugeno fuzzy systems from data.",
     "fuzzy example samples check",
     "anfis train samples.csv --check check.csv --rules 8 --epochs 60 -o net.fis",
-    modules="anfis.commands.",
+    program="anfis",
     commands="train predict evaluate",
     version=partial(versions_with, "torch"),
 )

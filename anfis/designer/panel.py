@@ -29,17 +29,17 @@ from anfis.designer.task import (
     train_task,
 )
 from anfis.methods.catalogue import METHODS
-from fuzzy.designer.columns import LoadedTable, columns_data
-from fuzzy.designer.datapictures import Rows, data_pictures
-from fuzzy.designer.folder import LARGEST_FILE
-from fuzzy.designer.latest import Latest
-from fuzzy.designer.longtask import TaskSession
-from fuzzy.designer.panel import SessionPanel
-from fuzzy.designer.tablesource import TableSession, TableSource
-from fuzzy.designer.views import variable_data
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
+from fuzzy.plugins.designer.columns import LoadedTable, columns_data
+from fuzzy.plugins.designer.datapictures import Rows, data_pictures
+from fuzzy.plugins.designer.folder import LARGEST_FILE
+from fuzzy.plugins.designer.latest import Latest
+from fuzzy.plugins.designer.longtask import TaskSession
+from fuzzy.plugins.designer.panel import SessionPanel
+from fuzzy.plugins.designer.tablesource import TableSession, TableSource
+from fuzzy.plugins.designer.views import variable_data
+from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 
 _GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators

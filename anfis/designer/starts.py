@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from fuzzy.starts.samples import TABLE_OPTIONS, clusters_example, read_samples
-from fuzzy.starts.start import NumberOption, Report, Start
+from fuzzy.plugins.designer.starts.samples import TABLE_OPTIONS, clusters_example, read_samples
+from fuzzy.plugins.designer.starts.start import NumberOption, Report, Start
 from fuzzy.system import Sugeno
 
 EPOCHS = 60  # as `anfis train` learns

@@ -1,8 +1,8 @@
 """A training as a task of its own process: what to learn from what, reported while it runs, stopped when asked.
 
 The learning is :func:`anfis.train` in a process that knows nothing of the page, a
-:class:`fuzzy.designer.longtask.TaskProcess`: it tells how each epoch went, and ends with the best so far when it is
-told to stop.
+:class:`fuzzy.plugins.designer.longtask.TaskProcess`: it tells how each epoch went, and ends with the best so far when
+it is told to stop.
 """
 
 import time
@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from anfis.methods.catalogue import METHODS
-from fuzzy.designer.columns import LoadedTable, matching
-from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import expected
+from fuzzy.plugins.designer.columns import LoadedTable, matching
+from fuzzy.plugins.designer.longtask import Report
 from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
@@ -296,7 +296,7 @@ class TrainOutcome(NamedTuple):
 
 
 def train_task(task: TrainingTask, report: Report) -> TrainOutcome:
-    """Do a task as :class:`fuzzy.designer.longtask.TaskProcess` wants it: in plain types, which need no torch."""
+    """Do a task as :class:`fuzzy.plugins.designer.longtask.TaskProcess` wants it: plain types, which need no torch."""
 
     def plainly(what: str, about: Any) -> bool:
         return report(what, tuple(about) if what == "epoch" else about)

@@ -6,6 +6,7 @@ from typing import Literal
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
+from fuzzy.extras import needed
 from fuzzy.fitting.consequents import LARGEST_RIDGE
 from fuzzy.naming import expected
 from fuzzy.quantity import check_quantities, described, quantity, whole
@@ -72,8 +73,7 @@ class Options:
 
 
 def _check_optimiser(name: object) -> None:
-    from torch import optim
-
+    optim = needed("torch.optim", f"the optimiser {name!r}")
     # These want more than a gradient: a closure, or sparse gradients.
     unusable = (optim.Optimizer, optim.LBFGS, optim.SparseAdam)
     kind = getattr(optim, name, None) if isinstance(name, str) else None
@@ -82,8 +82,7 @@ def _check_optimiser(name: object) -> None:
 
 
 def _check_device(device: str) -> None:
-    import torch
-
+    torch = needed("torch", f"the device {device!r}")
     try:
         torch.empty(0, device=device)
     except (RuntimeError, AssertionError) as error:

@@ -1,15 +1,15 @@
 // The designer's membership and rule views without Python behind them: a model that evaluates the system itself.
-import { consequent } from "../../fuzzy/designer/static/outputs.js";
-import { clauseDegree, degree } from "../../fuzzy/designer/static/membership.js";
-import { strengthOf } from "../../fuzzy/designer/static/rulegrid.js";
-import terms from "../../fuzzy/designer/static/terms.js";
-import viewer from "../../fuzzy/designer/static/viewer.js";
+import { consequent } from "../../fuzzy/plugins/designer/static/outputs.js";
+import { clauseDegree, degree } from "../../fuzzy/plugins/designer/static/membership.js";
+import { strengthOf } from "../../fuzzy/plugins/designer/static/rulegrid.js";
+import terms from "../../fuzzy/plugins/designer/static/terms.js";
+import viewer from "../../fuzzy/plugins/designer/static/viewer.js";
 
 const clamped = (value, { low, high }) => Math.min(high, Math.max(low, value));
 const said = (value) => String(Number(value.toPrecision(4))).replace("-", "−");
 const strength = (value) => (value < 0.01 ? "less than 0.01" : value.toFixed(2));
 
-/** What each rule does at a point, as viewer_data of fuzzy/designer/views.py tells it. */
+/** What each rule does at a point, as viewer_data of fuzzy/plugins/designer/views.py tells it. */
 export function evaluated(design, point) {
   const { inputs, outputs, choices } = design;
   const at = choices.out_of_range === "clip" ? point.map((value, i) => clamped(value, inputs[i])) : point;

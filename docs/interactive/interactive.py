@@ -11,14 +11,14 @@ from pathlib import Path
 
 import fuzzy
 import robotics
-from fuzzy.designer.design import design_of
-from fuzzy.designer.esmodule import composed
-from fuzzy.designer.views import design_data, functions_data
+from fuzzy.esmodule import composed
 from fuzzy.figures.palette import stylesheet
+from fuzzy.plugins.designer.design import design_of
+from fuzzy.plugins.designer.views import design_data, functions_data
 from robotics.show.playback.player import player_fragment, player_script
 
 HERE = Path(__file__).parent
-STATIC = HERE.parent.parent / "fuzzy" / "designer" / "static"
+STATIC = HERE.parent.parent / "fuzzy" / "plugins" / "designer" / "static"
 
 
 def system() -> fuzzy.Sugeno:

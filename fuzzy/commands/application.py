@@ -13,9 +13,14 @@ app = application(
     "Look at, check, draw, evaluate and identify Sugeno fuzzy systems in MATLAB's .fis files.",
     "fuzzy example tipper",
     "fuzzy show tipper.fis",
-    modules="fuzzy.commands.",
-    commands="show rules plot surface explain check evaluate convert identify search tune step design new example "
-    "export",
+    program="fuzzy",
+    commands={
+        "look": "show rules plot surface explain check",
+        "run": "evaluate",
+        "make": "example",
+        "learn": "identify search",
+        "tune": "tune",
+    },
     version=partial(versions_with, "numpy"),
 )
 

@@ -45,10 +45,3 @@ def examples(incomplete: str) -> list[str]:
     from fuzzy.files.examples import example_names
 
     return completed(incomplete, example_names())
-
-
-def starts(incomplete: str) -> list[str]:
-    """What a new rule base can begin with."""
-    from fuzzy.starts.catalogue import find_starts
-
-    return completed(incomplete, [start.name for start in find_starts().starts])

@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from fuzzy.errors import shortened
+from fuzzy.extras import needed
 from fuzzy.fitting.clustering import (
     ClusteringOptions,
     Clusters,
@@ -287,8 +288,7 @@ def _fcm(
     ):
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > least):
             raise IdentificationError(f"{label} must be a finite number > {least}, got {value!r}")
-    from skfuzzy.cluster import cmeans  # here: it brings networkx and scipy
-
+    cmeans = needed("skfuzzy.cluster", "fuzzy c-means", "scikit-fuzzy").cmeans  # here: it brings networkx and scipy
     span = data.high - data.low
     unit = (np.concatenate([data.x, data.y], axis=1) - data.low) / span
     start = np.random.default_rng(seed).random((count, samples))

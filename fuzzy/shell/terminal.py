@@ -8,12 +8,12 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
 
+from fuzzy.shell.commandgroup import CommandGroup
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
 from fuzzy.shell.options import Application
 
@@ -27,7 +27,12 @@ _ClickError: type[Exception] = next(c for c in typer.BadParameter.__mro__ if c._
 
 
 def application(
-    purpose: str, *examples: str, modules: str = "", commands: str = "", version: Callable[[], str] | None = None
+    purpose: str,
+    *examples: str,
+    program: str = "",
+    modules: str = "",
+    commands: str | Mapping[str, str] | None = None,
+    version: Callable[[], str] | None = None,
 ) -> Application:
     """A command line, as all of ours begin: plain help, -h as well as --help, help if nothing is said.
 
@@ -36,27 +41,27 @@ def application(
     Args:
         purpose: What it is for, a sentence.
         examples: Commands with which its help ends, that run as they stand, one after the other.
-        modules: How the names of its commands' modules begin, such as "robotics.commands.".
-        commands: The commands in the order of the help, with blanks between. The module of each has a function of the
-            command's name, with an underscore behind it where Python has that name already, or a group of commands.
+        program: The name by which installed packages add commands: :mod:`fuzzy.shell.commandgroup`.
+        modules: How the names of its commands' modules begin, "robotics.commands." of the program "robotics".
+        commands: The commands in the order of the help, with blanks between; or such lists by their headings, of which
+            "more" only names its commands. The module of each has a function of the command's name, with an underscore
+            behind it where Python has that name already, or a group of commands. Empty for a group whose commands are
+            registered where it is made.
         version: Gives what the option --version prints; without, there is no such option.
     """
+    by_heading = {"commands": commands or ""} if commands is None or isinstance(commands, str) else commands
+    own = {name: heading for heading, names in by_heading.items() for name in names.split()}
+    about = {"program": program, "modules": modules or f"{program}.commands.", "own": own}
     app = Application(
+        cls=type("Commands", (CommandGroup,), about) if own else None,
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    if commands:  # of a group of one command its name is asked for too
+    if commands is not None:  # of a group of one command its name is asked for too
         app.callback()(_version_option(version) if version is not None else lambda: None)
-    for name in commands.split():
-        found = vars(import_module(modules + name))
-        command = found.get(name) or found[f"{name}_"]
-        if isinstance(command, Application):
-            app.add_typer(command, name=name)
-        else:
-            app.command(name.replace("_", "-"))(command)
     return app
 
 
@@ -78,10 +83,11 @@ def _version_option(version: Callable[[], str]) -> Callable[..., None]:
 
 def versions_with(library: str) -> str:
     """The versions of this package, of a library that it computes with, and of Python, in a line."""
-    from importlib.metadata import version
+    from importlib.metadata import distributions, version
 
     python = ".".join(map(str, sys.version_info[:3]))
-    return f"fuzzyfleet {version('fuzzyfleet')} ({library} {version(library)}, Python {python})"
+    found = next((each.version for each in distributions(name=library)), "is not installed")
+    return f"fuzzyfleet {version('fuzzyfleet')} ({library} {found}, Python {python})"
 
 
 def run(

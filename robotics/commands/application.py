@@ -14,9 +14,15 @@ app = application(
     "Simulate robots and compare their controllers, fuzzy and nonlinear, on the same terms.",
     "robotics list scenarios",
     "robotics run lyapunov-sine --plot sine.png",
-    modules="robotics.commands.",
-    commands="dataset stress learn export list copy scenario new check run repeat compare plot explain animate certify "
-    "robot sweep tune reinforce arena study team",
+    program="robotics",
+    commands={
+        "look": "list scenario robot check plot explain animate",
+        "run": "new run repeat",
+        "compare": "compare sweep stress arena study",
+        "tune": "tune",
+        "learn": "dataset learn",
+        "more": "copy team",
+    },
     version=lambda: " ".join(f"{name} {version}" for name, version in versions().items()),
 )
 

@@ -21,10 +21,10 @@ import numpy as np
 
 from anfis import Options, train
 from fuzzy import Sugeno, format_fis, identify, parse_fis, parse_rule, read_fis
-from fuzzy.designer.design import design_of
-from fuzzy.designer.edits import EDITS, apply
 from fuzzy.errors import InputError
 from fuzzy.files.table import read_table, write_table
+from fuzzy.plugins.designer.design import design_of
+from fuzzy.plugins.designer.edits import EDITS, apply
 from robotics.show.playback.player import player_data
 from robotics.show.report.plan import load_study
 from robotics.simulation.run import Run, load_run

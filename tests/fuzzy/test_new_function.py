@@ -13,15 +13,15 @@ from array_api_compat import array_namespace
 import fuzzy
 from anfis.premises import premises
 from fuzzy.compiled.sugeno import compile_sugeno
-from fuzzy.designer.conversion import converted
-from fuzzy.designer.design import Design, design_of
-from fuzzy.designer.edits import EditError, apply
-from fuzzy.designer.views import design_data, functions_data
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.fitting.identification import identify
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, parameter, register
+from fuzzy.plugins.designer.conversion import converted
+from fuzzy.plugins.designer.design import Design, design_of
+from fuzzy.plugins.designer.edits import EditError, apply
+from fuzzy.plugins.designer.views import design_data, functions_data
 from fuzzy.profile import Outline, Profile
 
 

@@ -50,7 +50,7 @@ def test_a_former_name_is_the_same_module(former, now):
         module = importlib.import_module(former)
     assert module is importlib.import_module(now)
     assert module.__name__ == module.__spec__.name == now
-    assert str(told[-1].message) == f"{former} is now {now}"
+    assert str(told[-1].message) == f"{former} is now called {now}; the old name goes in the next release"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert importlib.import_module(former) is module  # once told, once done
@@ -70,11 +70,11 @@ def test_who_imports_is_told():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.split() == ["robotics.world.vehicle", "robotics.world.paths.path"]
-    assert "<string>:3: DeprecationWarning: robotics.paths.path is now robotics.world.paths.path" in done.stderr
+    assert "<string>:3: DeprecationWarning: robotics.paths.path is now called robotics.world.paths.path" in done.stderr
 
 
 def test_what_was_pickled_by_a_former_name_is_read():
-    with pytest.warns(DeprecationWarning, match="is now robotics.world.paths"):
+    with pytest.warns(DeprecationWarning, match="is now called robotics.world.paths"):
         assert pickle.loads(b"crobotics.paths.path\nLine\n.") is Line
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotics import Command, Law, Observation, Run, Setting, metric
 from fuzzy.quantity import quantity
+from robotics import Command, Law, Observation, Run, Setting, metric
 from robotics.world.paths.posture import posture_error
 
 

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from fuzzy.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.plugins.ccode.expressions import Array, Expressions, Translation
 from robotics.plugins.ccode.pythonsource import spoken
 from robotics.plugins.ccode.terms import CTable, CTerm, KnownValue, Lane, Row

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.system import Sugeno
 from robotics.laws.law import Law
 from robotics.laws.rules.own_rules import OwnRules

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fuzzy.ccode.numbertype import ExportError
 from fuzzy.compiled.columns import Columns
+from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.plugins.ccode.pythonsource import said_of, spoken
 from robotics.plugins.ccode.terms import Arithmetic, CTable, CTerm, KnownValue, Lane, Row
 

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.ccode.identifier import comment, identifier
-from fuzzy.ccode.numbertype import ExportError, Floating
-from fuzzy.ccode.phrases import guarded
-from fuzzy.ccode.source import CSources, c_sources
 from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import expected
+from fuzzy.plugins.ccode.identifier import comment, identifier
+from fuzzy.plugins.ccode.numbertype import ExportError, Floating
+from fuzzy.plugins.ccode.phrases import guarded
+from fuzzy.plugins.ccode.source import CSources, c_sources
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting

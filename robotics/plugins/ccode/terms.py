@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fuzzy.ccode.numbertype import Floating
 from fuzzy.compiled.columns import Columns
+from fuzzy.plugins.ccode.numbertype import Floating
 
 # How tightly a text of C binds, the tightest first
 ATOM = 0

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
-from fuzzy.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
+from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources

@@ -4,8 +4,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.ccode.identifier import identifier
 from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.plugins.ccode.identifier import identifier
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.plugins.ccode.source import LawSources, law_sources

@@ -9,10 +9,10 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.designer.folder import LARGEST_FILE, Folder, check_size
-from fuzzy.designer.saving import save_text
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, check_size
+from fuzzy.plugins.designer.saving import save_text
+from fuzzy.plugins.designer.workers import WorkError
 from robotics.show.designer.uses import TryoutError
 from robotics.world.vehicle.robot import Robot
 

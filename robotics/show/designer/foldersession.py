@@ -4,9 +4,9 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from fuzzy.designer.session import PanelSession
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.session import PanelSession
+from fuzzy.plugins.designer.workers import WorkError
 from robotics.show.designer.folderfiles import FolderOffers, changed_at
 
 _LOOK = 1.0  # s between two looks at the files

@@ -121,7 +121,7 @@ class RunMoments:
 
         Args:
             fis: The system that drove.
-            keys: The key of each of its rules, see ``fuzzy.designer.design.RuleLine``.
+            keys: The key of each of its rules, see ``fuzzy.plugins.designer.design.RuleLine``.
             made: The run as :func:`robotics.show.designer.tryout.design_data` hands it over.
         """
         self.number += 1

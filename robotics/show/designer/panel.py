@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fuzzy.designer.panel import SessionPanel
+from fuzzy.plugins.designer.panel import SessionPanel
 
 
 def _begin(bench: Any) -> None:
@@ -36,7 +36,7 @@ def formation_data() -> Sequence[Any]:
 
 
 def _formation(kind: str) -> Any:
-    from fuzzy.designer.columns import LoadedTable
+    from fuzzy.plugins.designer.columns import LoadedTable
     from robotics.studies.learning.formationdata import FILES
     from robotics.studies.learning.formationdata import formation_data as made
     from robotics.studies.learning.formationlearning import UNITS
@@ -49,7 +49,7 @@ def _formation(kind: str) -> Any:
 def _scenario_asks(folder: Path) -> Any:
     """What is asked before data of a scenario are made: scenario, teacher, robot and output."""
     from anfis.designer.task import Ask
-    from fuzzy.designer.folder import open_folder
+    from fuzzy.plugins.designer.folder import open_folder
     from robotics.laws.catalogue import presets
     from robotics.show.designer.folderfiles import scenario_files
     from robotics.simulation.scenario.reading import scenario_names
@@ -67,8 +67,8 @@ def _scenario_asks(folder: Path) -> Any:
 
 def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     """What one robot of a scenario knows, and what the teacher makes it do: few rows, for the page."""
-    from fuzzy.designer.columns import LoadedTable
-    from fuzzy.designer.folder import open_folder
+    from fuzzy.plugins.designer.columns import LoadedTable
+    from fuzzy.plugins.designer.folder import open_folder
     from robotics.show.designer.conditions import scenario_of
     from robotics.show.designer.folderfiles import read_text_file
     from robotics.show.designer.uses import TryoutError

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.workers import WorkError
 
 COUNTS = (1, 5, 20)
 _PAUSE = 0.5  # s without an edit before several seeds are run

@@ -14,12 +14,12 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from fuzzy.designer.folder import check_size
-from fuzzy.designer.session import refusal_of
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
+from fuzzy.plugins.designer.folder import check_size
+from fuzzy.plugins.designer.session import refusal_of
+from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from robotics.show.designer import tryout
 from robotics.show.designer.conditions import packaged_text

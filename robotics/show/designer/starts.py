@@ -2,8 +2,8 @@
 
 from functools import partial
 
-from fuzzy.starts.packaged import packaged
-from fuzzy.starts.start import Start
+from fuzzy.plugins.designer.starts.packaged import packaged
+from fuzzy.plugins.designer.starts.start import Start
 
 ROBOTS = "Robots"
 

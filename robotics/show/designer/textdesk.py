@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fuzzy.designer.folder import Folder
-from fuzzy.designer.saving import OverwriteError
+from fuzzy.plugins.designer.folder import Folder
+from fuzzy.plugins.designer.saving import OverwriteError
 from robotics.show.designer.folderfiles import FolderText, checked_text, write_text_file
 from robotics.show.designer.uses import TryoutError
 

@@ -11,12 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fuzzy.designer.autosave import PROCESS
-from fuzzy.designer.longtask import TaskSession
-from fuzzy.designer.panel import SessionPanel
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis, parse_fis
+from fuzzy.plugins.designer.autosave import PROCESS
+from fuzzy.plugins.designer.longtask import TaskSession
+from fuzzy.plugins.designer.panel import SessionPanel
+from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
 from robotics.show.designer.folderfiles import FolderOffers, read_text_file

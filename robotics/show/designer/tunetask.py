@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.designer import autosave
-from fuzzy.designer.longtask import Report
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.naming import expected
+from fuzzy.plugins.designer import autosave
+from fuzzy.plugins.designer.longtask import Report
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
@@ -217,7 +217,7 @@ def _write(path: Path, content: dict[str, Any]) -> None:
 
 
 def search_best(task: TuneTask, report: Report) -> dict[str, Any]:
-    """Tune, and tell of it: what a :class:`fuzzy.designer.longtask.TaskProcess` does.
+    """Tune, and tell of it: what a :class:`fuzzy.plugins.designer.longtask.TaskProcess` does.
 
     News are ("start", {...}) with the path before, ("search", {...}) after every generation, with "candidate" where the
     best is another, and ("testing", None).

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.designer.esmodule import composed
+from fuzzy.esmodule import composed
 from fuzzy.figures.palette import stylesheet
 from fuzzy.files.atomic import write_whole
 from robotics.laws.modes import MODES

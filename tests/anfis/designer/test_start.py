@@ -5,8 +5,8 @@ import numpy as np
 from anfis.designer.starts import starts
 from fuzzy.files.table import read_table
 from fuzzy.insight.diagnosis import check
-from fuzzy.starts.own import starts as own
-from fuzzy.starts.samples import example_table
+from fuzzy.plugins.designer.starts.own import starts as own
+from fuzzy.plugins.designer.starts.samples import example_table
 
 
 def test_anfis_from_a_table_learns_and_tells_how_far_it_is():

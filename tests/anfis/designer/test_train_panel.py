@@ -32,13 +32,13 @@ from anfis.designer.task import (
     train_task,
 )
 from anfis.methods.catalogue import METHODS
-from fuzzy.designer import longtask
-from fuzzy.designer.columns import LoadedTable, read_columns
-from fuzzy.designer.longtask import TaskProcess
-from fuzzy.designer.workers import WorkError
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
+from fuzzy.plugins.designer import longtask
+from fuzzy.plugins.designer.columns import LoadedTable, read_columns
+from fuzzy.plugins.designer.longtask import TaskProcess
+from fuzzy.plugins.designer.workers import WorkError
 
 RNG = np.random.default_rng(5)
 X = RNG.uniform([-1, 10], [3, 30], (60, 2))

@@ -16,8 +16,8 @@ from anfis.designer.panel import methods
 from anfis.designer.task import TrainingTaskError, learn, task_of
 from anfis.methods.catalogue import Listed
 from anfis.methods.method import LearningProblem, make_method
-from fuzzy.designer.columns import LoadedTable
 from fuzzy.files.fisfile import format_fis
+from fuzzy.plugins.designer.columns import LoadedTable
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
 
 HALVED = pytest.approx([0.04, 0.02, 0.01, 0.005], rel=1e-12)

@@ -15,8 +15,8 @@ from fuzzy.files.fisfile import read_fis, write_fis
 from fuzzy.files.table import table_text
 from fuzzy.insight.surfacegrid import surface
 from fuzzy.language import parse_rule
-from fuzzy.mamdani.likeness import mamdani_difference, read_mamdani_original
 from fuzzy.membership import Trapezoid
+from fuzzy.plugins.mamdani.likeness import mamdani_difference, read_mamdani_original
 from fuzzy.system import Linear, Sugeno, Variable
 
 CORPUS = Path(__file__).parents[2] / "data" / "fis-corpus"

@@ -122,9 +122,9 @@ def test_an_unknown_name_is_one_sentence(arguments, fragments, capsys):
 def test_the_designer_begins_with_a_copy(here, capsys, monkeypatch):
     """The page's document is a file of one's own, which is there once it is saved."""
     pytest.importorskip("nicegui", reason="the designer needs the extra design")
-    from fuzzy.designer import server
-    from fuzzy.designer.document import Document
-    from fuzzy.designer.open_documents import OpenDocuments
+    from fuzzy.plugins.designer import server
+    from fuzzy.plugins.designer.document import Document
+    from fuzzy.plugins.designer.open_documents import OpenDocuments
 
     started = []
 

@@ -1,5 +1,5 @@
 // A picture over the time of a run: curves of several runs, and a dot on each at the time that one looks at.
-import { axes, line, put, scale, shape, ticks } from "../../../../fuzzy/designer/static/chart.js";
+import { axes, line, put, scale, shape, ticks } from "../../../../fuzzy/plugins/designer/static/chart.js";
 
 const known = (value) => (value === null ? NaN : value);
 

@@ -1,7 +1,7 @@
 // Several seeds at once: a strip with a button for each, and their runs as thin lines and as a band. From what
 // robotics/show/designer/severalseeds.py hands over.
 
-import { element, line, pixels, put, said, say, shape } from "../../../../fuzzy/designer/static/chart.js";
+import { element, line, pixels, put, said, say, shape } from "../../../../fuzzy/plugins/designer/static/chart.js";
 
 const SIGNS = {
   contact: "M2 2L10 10M2 10L10 2",

@@ -1,7 +1,7 @@
 // A text with line numbers that is edited in place: a scenario's or a robot's file, tried at every pause. What is not
 // saved is kept in this browser until it is. From what robotics/show/designer/textdesk.py hands over.
 
-import { element, put, say } from "../../../../fuzzy/designer/static/chart.js";
+import { element, put, say } from "../../../../fuzzy/plugins/designer/static/chart.js";
 
 const PAUSE = 300; // ms without a key before the text is tried
 const KEPT = "fuzzyfleet-draft:"; // what the names of unsaved texts begin with in the browser's storage

@@ -21,8 +21,8 @@ import {
   styled,
   watch,
   whenSized,
-} from "../../../../fuzzy/designer/static/chart.js";
-import { field, panelForm } from "../../../../fuzzy/designer/static/form.js";
+} from "../../../../fuzzy/plugins/designer/static/chart.js";
+import { field, panelForm } from "../../../../fuzzy/plugins/designer/static/form.js";
 import { asker, clockwork } from "./moments.js";
 import { draggedTime, overTime } from "./overtime.js";
 import player from "../../playback/static/player.js";
@@ -36,7 +36,7 @@ const RUNS = [
   ["tried", "tr-tried"],
 ]; // the last is drawn on top
 const SHEETS = [
-  "../../../../fuzzy/designer/static/panel.css",
+  "../../../../fuzzy/plugins/designer/static/panel.css",
   "./tryout.css",
   "./seeds.css",
   "./texteditor.css",

@@ -19,10 +19,10 @@ import {
   scale,
   shape,
   styled,
-} from "../../../../fuzzy/designer/static/chart.js";
-import { checkBox, field, group, panelForm, row } from "../../../../fuzzy/designer/static/form.js";
+} from "../../../../fuzzy/plugins/designer/static/chart.js";
+import { checkBox, field, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
 
-const SHARED = "../../../../fuzzy/designer/static";
+const SHARED = "../../../../fuzzy/plugins/designer/static";
 const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./tuning.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );

@@ -1,6 +1,6 @@
 // The player in a notebook: with the class that its looks stand under, its name, and its keys kept to itself.
 // The time that it shows is the widget's `time`, both ways.
-import { keepKeys } from "../../../../fuzzy/designer/static/keys.js";
+import { keepKeys } from "../../../../fuzzy/static/keys.js";
 import player from "./player.js";
 
 const OFTEN = 200; // ms between two times that are told to Python

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 import robotics
-from fuzzy.ccode.compiler import CompilerError, find_compiler
-from fuzzy.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.compiler import CompilerError, find_compiler
+from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.commands.application import main
 from robotics.plugins.ccode.verification import verify_c_law
 from robotics.plugins.ccode.writing import write_c_law

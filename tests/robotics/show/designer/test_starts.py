@@ -7,7 +7,7 @@ import pytest
 
 import fuzzy
 import robotics
-from fuzzy.starts.packaged import packaged
+from fuzzy.plugins.designer.starts.packaged import packaged
 from robotics.show.designer.starts import starts
 
 SCENARIO = """

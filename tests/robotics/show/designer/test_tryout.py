@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.kernel import evaluate_batch
-from fuzzy.designer.design import design_of
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
 from fuzzy.membership import Gaussian
+from fuzzy.plugins.designer.design import design_of
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 from robotics.laws.catalogue import make_controller, presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base

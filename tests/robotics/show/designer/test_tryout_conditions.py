@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fuzzy.designer.folder import FolderError, open_folder
-from fuzzy.designer.saving import OverwriteError
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import write_fis
+from fuzzy.plugins.designer.folder import FolderError, open_folder
+from fuzzy.plugins.designer.saving import OverwriteError
 from fuzzy.system import Sugeno
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.show.designer.conditions import packaged_text, scenario_of

@@ -13,8 +13,8 @@ import pytest
 
 from fuzzy.files.fisfile import read_fis, write_fis
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from tests.fuzzy.designer.conftest import browser as browser
-from tests.fuzzy.designer.served import PATIENCE, Server, Watched
+from tests.fuzzy.plugins.designer.conftest import browser as browser
+from tests.fuzzy.plugins.designer.served import PATIENCE, Server, Watched
 
 pytestmark = pytest.mark.long
 LONG = 3 * PATIENCE

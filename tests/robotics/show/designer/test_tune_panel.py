@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from fuzzy.designer import longtask
-from fuzzy.designer.document import Document
-from fuzzy.designer.longtask import do_task
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import format_fis, parse_fis, write_fis
+from fuzzy.plugins.designer import longtask
+from fuzzy.plugins.designer.document import Document
+from fuzzy.plugins.designer.longtask import do_task
 from fuzzy.system import Constant, Sugeno
 from fuzzy.tuning.parameter import TuningError
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base

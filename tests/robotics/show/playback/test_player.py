@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fuzzy.designer.esmodule import composed
+from fuzzy.esmodule import composed
 from fuzzy.insight.explanation import explain
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller

@@ -1,0 +1,110 @@
+"""Phrases of C that systems in every type of numbers share, and laws too."""
+
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from textwrap import fill
+
+import numpy as np
+
+from fuzzy.plugins.ccode.identifier import comment
+from fuzzy.plugins.ccode.plan import CodePlan
+
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_DEFINED = re.compile(r"^#define (\w+)|^} (\w+);|^static [\w ]*?(\w+)\(", re.MULTILINE)  # a macro, a type, a function
+
+
+def called(file: str, code: str) -> str:
+    """The functions of a ``file`` of C beside this module that ``code`` calls, with all that these call."""
+    code, parts = _COMMENT.sub("", code), list[str]()
+    for part, uses in reversed(_parts(file)):
+        if uses.search(code):
+            code += _COMMENT.sub("", part)
+            parts.insert(0, part + "\n")
+    return "".join(parts)
+
+
+@cache
+def _parts(file: str) -> list[tuple[str, re.Pattern[str]]]:
+    """The parts of a file of C that define something, each with what finds a use of it."""
+    found = []
+    for part in Path(__file__).with_name(file).read_text(encoding="utf-8").removesuffix("\n").split("\n\n\n"):
+        # A variable may have a function's name: only calls count.
+        uses = [rf"{name}\(" if name else rf"{macro or kind}\b" for macro, kind, name in _DEFINED.findall(part)]
+        if uses:
+            found.append((part, re.compile(rf"\b(?:{'|'.join(uses)})")))
+    return found
+
+
+def guarded(name: str, lines: Iterable[str], includes: Iterable[str] = ()) -> list[str]:
+    """The lines of a header, after its comment: read once, and by C++ too."""
+    upper = name.upper()
+    return [
+        f"#ifndef {upper}_H",
+        f"#define {upper}_H",
+        "",
+        *includes,
+        "#ifdef __cplusplus",
+        'extern "C" {',
+        "#endif",
+        "",
+        *lines,
+        "",
+        "#ifdef __cplusplus",
+        "}",
+        "#endif",
+        f"#endif /* {upper}_H */",
+        "",
+    ]
+
+
+def signature(name: str, real: str) -> str:
+    """The head of the function that evaluates the system ``name``."""
+    upper = name.upper()
+    return f"int {name}_infer(const {real} x[{upper}_INPUTS], {real} y[{upper}_OUTPUTS])"
+
+
+def limited_to(value: str, low: object, high: object) -> str:
+    """A value within a range, as an expression."""
+    return f"{value} < {low} ? {low} : ({value} > {high} ? {high} : {value})"
+
+
+def whole(count: int) -> str:
+    """The smallest type that numbers the things of which there are ``count``."""
+    return "unsigned char" if count < 256 else "unsigned short" if count < 65536 else "int"
+
+
+def table(kind: str, name: str, values: Sequence[object]) -> str:
+    """A constant table of the type ``kind``."""
+    rows = fill(
+        ", ".join(map(str, values)), 116, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
+    )
+    return f"static const {kind} {name}[{len(values)}] = {{\n{rows}\n}};"
+
+
+def rule_tables(
+    plan: CodePlan, real: str, powers: Sequence[object], weights: Sequence[object], truth: str
+) -> list[str]:
+    """The rules' sentences, and tables of their clauses, one after the other, and of where those of each rule end.
+
+    Args:
+        plan: The system.
+        real: The type of powers and weights.
+        powers: Of each clause, as C writes them.
+        weights: Of each rule, as C writes them.
+        truth: The type of what is 0 or 1.
+    """
+    rows = ["/* The rules:", *(f" * {r + 1}: {comment(str(rule))}" for r, rule in enumerate(plan.fis.rules))]
+    rows[-1] += " */"
+    rows.append(table(whole(len(plan.all_clauses)), "rule_end", np.cumsum([len(r) for r in plan.clauses]).tolist()))
+    rows.append(table(whole(len(plan.terms)), "clause_term", [c.term for c in plan.all_clauses]))
+    if plan.has_powers:
+        rows.append(table(real, "clause_power", powers))
+    if plan.has_negations:
+        rows.append(table(truth, "clause_negated", [int(c.negated) for c in plan.all_clauses]))
+    if plan.has_ors:
+        rows.append(table(truth, "rule_or", plan.fis.structure.is_or.astype(int).tolist()))
+    if plan.is_weighted:
+        rows.append(table(real, "weight_of", weights))
+    return rows

@@ -1,0 +1,97 @@
+"""Messages from a page as pure functions: :func:`apply` takes a design and a message and gives the next design.
+
+The table :data:`EDITS` says which function serves which ``{"edit": ...}``; their docstrings say what each needs.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from fuzzy.naming import expected
+from fuzzy.plugins.designer import matrixedits, ruleedits, termedits, variableedits
+from fuzzy.plugins.designer.design import CHOICES, Design
+from fuzzy.plugins.designer.message import EditError, Message
+
+__all__ = ["EDITS", "EditError", "Edited", "apply", "edited"]
+
+
+class Edited(NamedTuple):
+    """The design that an edit leads to, and the edit's name."""
+
+    design: Design
+    name: str  # for the history, in a few words: "move near", "remove near, from 2 rules"
+
+
+def apply(design: Design, message: Mapping[str, Any]) -> Design:
+    """The design after a message: an edit ``{"edit": ..., ...}`` or ``{"look": "point", "point": [...]}``.
+
+    Raises EditError or another InputError, with a sentence, for a message that is none, names what is not there, or
+    asks for what makes no system; never anything else.
+    """
+    return edited(design, message).design
+
+
+def edited(design: Design, message: Mapping[str, Any]) -> Edited:
+    """The design after a message, as :func:`apply` gives it, with the edit's name."""
+    if not isinstance(message, Mapping):
+        raise EditError(f"a message is a mapping with 'edit' or 'look', got {type(message).__name__}")
+    if "edit" not in message and message.get("look") == "point":
+        return Edited(_look(design, Message(message, "point")), "look elsewhere")
+    op = message.get("edit")
+    if not isinstance(op, str):
+        raise EditError("a message names its edit: {'edit': 'term', ...}")
+    if op not in EDITS:
+        raise EditError(expected(Message(message, "edit").text("edit", 100), EDITS, "edit"))
+    return Edited(*EDITS[op](design, Message(message, op)))
+
+
+def _look(design: Design, message: Message) -> Design:
+    point = message.numbers("point")
+    if len(point) != len(design.system.inputs):
+        names = ", ".join(v.name for v in design.system.inputs)
+        raise EditError(f"a point needs one number per input ({names}), got {len(point)}")
+    return replace(design, point=point)
+
+
+def _choose(design: Design, message: Message) -> tuple[Design, str]:
+    """choice {name, value}: a method or what to do in doubt, see :data:`fuzzy.plugins.designer.design.CHOICES`."""
+    name = message.one_of("name", CHOICES, "choice")
+    value = message.one_of("value", CHOICES[name], name)
+    changes: dict[str, Any] = {name: value}
+    return replace(design, system=replace(design.system, **changes)), f"{name.replace('_', ' ')}: {value}"
+
+
+def _rename(design: Design, message: Message) -> tuple[Design, str]:
+    """rename {name}: the system."""
+    name = message.label("name")
+    return replace(design, system=replace(design.system, name=name)), f"rename to {name}"
+
+
+EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
+    "term": termedits.move_term,
+    "term_type": termedits.change_type,
+    "term_types": termedits.change_types,
+    "spread_terms": termedits.spread_terms,
+    "add_term": termedits.add_term,
+    "remove_term": termedits.remove_term,
+    "rename_term": termedits.rename_term,
+    "add_variable": variableedits.add_variable,
+    "remove_variable": variableedits.remove_variable,
+    "rename_variable": variableedits.rename_variable,
+    "universe": variableedits.change_universe,
+    "unit": variableedits.change_unit,
+    "choice": _choose,
+    "rename": _rename,
+    "rule_text": ruleedits.rule_text,
+    "add_rule": ruleedits.add_rule,
+    "copy_rule": ruleedits.copy_rule,
+    "remove_rule": ruleedits.remove_rule,
+    "move_rule": ruleedits.move_rule,
+    "rule_weight": ruleedits.rule_weight,
+    "rule_enabled": ruleedits.rule_enabled,
+    "rule_clause": ruleedits.rule_clause,
+    "rule_then": ruleedits.rule_then,
+    "rule_connective": ruleedits.rule_connective,
+    "add_all_rules": ruleedits.add_all_rules,
+    "fill_rules": matrixedits.fill_rules,
+}

@@ -1,0 +1,232 @@
+"""The open documents of a folder, shared by all browser tabs."""
+
+import asyncio
+import sys
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TypeVar
+
+from fuzzy.files.fisfile import FisText
+from fuzzy.plugins.designer.autosave import find
+from fuzzy.plugins.designer.document import Document, FileContent, read_content
+from fuzzy.plugins.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
+from fuzzy.plugins.designer.saving import DocumentError
+from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers
+from fuzzy.system import Sugeno
+
+T = TypeVar("T")
+AUTOSAVE = 0.25  # s between two autosaves of a document while it is being dragged
+AGAIN = 5.0  # s until unsaved work that could not be kept is tried again
+PATIENCE = 20.0  # s that a file may take to be read
+
+
+class MamdaniFileError(FolderError):
+    """A file of the folder that holds a Mamdani system, which can be opened as a Sugeno system.
+
+    Attributes:
+        name: The file.
+        changes: What becomes another thing then, a sentence each.
+        free: The name of a file that there is not yet, for the Sugeno system.
+    """
+
+    def __init__(self, name: str, changes: tuple[str, ...], free: str) -> None:
+        super().__init__(name, changes, free)
+        self.name, self.changes, self.free = name, changes, free
+
+    def __str__(self) -> str:
+        return f"{self.name} is a Mamdani system; it can be opened as a Sugeno system, {self.free}"
+
+
+def _content(path: Path, name: str) -> FileContent:
+    content = read_content(path, mamdani=True, name=name)
+    if content.text is not None:
+        check_shown(content.text.system, name)
+    return content
+
+
+class OpenDocuments:
+    """The documents of a folder that are open; all browser tabs with one file share one document."""
+
+    def __init__(self, folder: Folder, patience: float = PATIENCE) -> None:
+        self.folder = folder
+        self.workers = DesignerWorkers()
+        self._patience = patience
+        self._reader = TimedWorkers(patience)
+        self._documents: list[Document] = []
+        self._first: Document | None = None  # began with a system that no file holds: kept even if untouched
+        self._tabs: dict[int, list[Callable[[], None]]] = {}  # who looks at a document, by its id
+        self._waiting: set[int] = set()  # documents that were autosaved just now
+        self._failing: set[int] = set()  # documents that are tried again
+        self._tasks: set[asyncio.Task[None]] = set()  # that write aside
+
+    def document(self, name: str, begin: Sugeno | None = None) -> Document:
+        """The document of the file ``name``, read here and now; for the page there is :meth:`opened`.
+
+        The file need not exist yet: then the document begins with the system ``begin``, and stays while nobody looks.
+        Raises FolderError, DocumentError or FisFileError for what cannot be opened.
+        """
+        path = self.folder.inside(name)
+        found = self._found(path)
+        if found is None:
+            check_size(path, name)
+            found = self._added(name, Document(path, self.folder.path, begin))
+            self._first = found if begin is not None else self._first
+        return found
+
+    async def opened(self, name: str, mamdani: str = "") -> Document:
+        """The document of the file ``name``, which is read in another process, within a time limit.
+
+        Args:
+            name: The file. Where there is none yet, the document begins with a small system.
+            mamdani: A file with the Mamdani system with which a file that is not there yet begins.
+
+        Raises MamdaniFileError, or another InputError or WorkError for what cannot be opened.
+        """
+        path = self.folder.inside(name)
+        content = None if self._found(path) else await self.content(path, name)
+        if content is not None and content.text is not None and content.text.changes:
+            stem = path.relative_to(self.folder.path).with_suffix("").as_posix()
+            raise MamdaniFileError(name, content.text.changes, self.folder.free_name(f"{stem}-sugeno"))
+        begin = await self.read(mamdani) if mamdani and content is not None and content.text is None else None
+        found = self._found(path)  # another tab may have opened it meanwhile
+        if found is not None:
+            return found
+        document = Document(path, self.folder.path, begin and begin.system, content)
+        if begin is not None and begin.changes:
+            document.notes += (f"{mamdani} was a Mamdani system; this Sugeno system comes near it",)
+        return self._added(name, document)
+
+    def begun(self, name: str, fis: Sugeno) -> Document:
+        """A new document of the file ``name``, which must not exist, with the system ``fis`` as unsaved work.
+
+        Raises FolderError where there is such a file, or one that is not saved yet; DocumentError.
+        """
+        path = self.folder.inside(name)
+        if path.exists() or self._found(path) is not None or find(path):
+            which = "exists already" if path.exists() else "is open, or has unsaved work,"
+            raise FolderError(
+                f"{name} {which}; choose another name, such as {self.folder.free_name(name[: -len('.fis')])}"
+            )
+        document = self._added(name, Document(path, self.folder.path, fis))
+        with suppress(DocumentError):  # the page says that it cannot be kept
+            document.keep()
+        return document
+
+    async def content(self, path: Path, name: str) -> FileContent:
+        """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""
+        check_size(path, name)
+        return await self.reading(name, _content, path, name)
+
+    async def read(self, name: str) -> FisText:
+        """The system in a file of the folder, read in another process. Raises InputError, WorkError."""
+        return await self.reading(name, self.folder.read_any, name)
+
+    async def read_upload(self, data: bytes, name: str) -> FisText:
+        """The system in the bytes of a file called ``name``. Raises InputError, WorkError."""
+        return await self.reading(name, read_bytes, data, name)
+
+    async def reading(self, name: str, function: Callable[..., T], *args: Any) -> T:
+        """Run ``function(*args)``, which reads the file called ``name``, in another process, within a time limit.
+
+        Raises InputError, also where it takes too long, or WorkError.
+        """
+        late = f"{name} was not read within {self._patience:g} s and is given up; it is too large for the designer"
+        return await self._reader.run(late, function, *args)
+
+    def _found(self, path: Path) -> Document | None:
+        return next((document for document in self._documents if document.path == path), None)
+
+    def _added(self, name: str, document: Document) -> Document:
+        check_shown(document.design.system, name)
+        document.listen(lambda: self._autosave_soon(document))
+        self._documents.append(document)
+        return document
+
+    def arrive(self, document: Document, announce: Callable[[], None] = lambda: None) -> None:
+        """Note that a browser tab looks at the document.
+
+        ``announce`` is called when unsaved work can be kept no longer, or again: see ``Document.unkept``.
+        """
+        self._tabs.setdefault(id(document), []).append(announce)
+
+    def leave(self, document: Document, announce: Callable[[], None] | None = None) -> None:
+        """Note that a browser tab no longer looks at the document; one that nobody touched is forgotten."""
+        tabs = self._tabs[id(document)]
+        tabs.remove(tabs[0] if announce is None else announce)
+        if not tabs:
+            del self._tabs[id(document)]
+            if document in self._documents and document is not self._first and not document.touched:
+                self._documents.remove(document)
+
+    def save(self, document: Document, name: str | None = None, overwrite: bool = False) -> None:
+        """Save the document, under another name if one is given. Raises FolderError, DocumentError, OSError."""
+        path = document.path if name is None else self.folder.inside(name)
+        for other in [d for d in self._documents if d is not document and d.path == path]:
+            if self._tabs.get(id(other)):
+                raise FolderError(f"{name!r} is open in another tab; close that tab first or choose another name")
+            self._autosave(other)
+            self._documents.remove(other)
+        document.save(None if name is None else path, overwrite=overwrite)
+
+    def close(self) -> None:
+        """Write what is not saved beside the files, and end the workers."""
+        for document in self._documents:
+            self._autosave(document)
+        self._reader.close()
+        self.workers.close()
+
+    def _autosave_soon(self, document: Document) -> None:
+        """Write now, and during a drag four times a second: whatever happens, at most that much is lost."""
+        if id(document) not in self._waiting:
+            self._waiting.add(id(document))
+            self._aside(self._autosave_twice(document))
+
+    def _aside(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _autosave_twice(self, document: Document) -> None:
+        """Write, and once more a little later; in threads, because nobody who drags waits for a disk."""
+        await self._autosave_aside(document)
+        await asyncio.sleep(AUTOSAVE)
+        self._waiting.discard(id(document))
+        await self._autosave_aside(document)
+        if document.unkept is not None and id(document) not in self._failing:
+            self._failing.add(id(document))
+            await self._try_again(document)
+
+    async def _try_again(self, document: Document) -> None:
+        """Try to keep what could not be kept, until it works."""
+        while document.unkept is not None and document in self._documents:
+            await asyncio.sleep(AGAIN)
+            await self._autosave_aside(document)
+        self._failing.discard(id(document))
+
+    async def _autosave_aside(self, document: Document) -> None:
+        before = document.unkept
+        said = await asyncio.to_thread(_kept, document)
+        self._tell(document, before, said)
+
+    def _autosave(self, document: Document) -> None:
+        before = document.unkept
+        self._tell(document, before, _kept(document))
+
+    def _tell(self, document: Document, before: str | None, said: str | None) -> None:
+        """Tell the tabs whether unsaved work can be kept, and the terminal why not, where that is new."""
+        if before == document.unkept:
+            return
+        if said is not None:
+            print(f"fuzzy design: {said}", file=sys.stderr)
+        for announce in self._tabs.get(id(document), []):
+            announce()
+
+
+def _kept(document: Document) -> str | None:
+    """Keep the unsaved work of a document; why that cannot be, in a sentence, or None."""
+    try:
+        document.autosave()
+    except DocumentError as error:
+        return str(error)
+    return None

@@ -1,0 +1,153 @@
+"""Plants in files and in a text: what a command line and the designer are given.
+
+A .toml file has the keys of :class:`fuzzy.plugins.loop.plant.TransferFunction`; a .py file has a function
+``plant(x, u, t)``, and may have ``states``, ``output(x)``, ``initial``, ``dead_time`` and ``substeps``, see TEMPLATE.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy.errors import quoted
+from fuzzy.files.pythonfile import load_python_file, told
+from fuzzy.naming import expected
+from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
+
+TEMPLATE = '''"""A plant for the tab Step response and for fuzzy step: a pendulum with a motor, hanging at rest."""
+
+from math import sin
+
+states = 2  # the angle [rad] and its rate [rad/s]
+# initial = [0, 0]  # where the states begin
+# dead_time = 0.05  # s: how much later the input acts
+# substeps = 4      # of the integration in each sample: more where the plant is much faster than the sampling
+
+
+def plant(x, u, t):
+    """The derivatives of the states x under the input u [N m] at the time t [s]."""
+    angle, rate = x
+    return [rate, -9.81 * sin(angle) - 0.5 * rate + u]
+
+
+def output(x):
+    """What is measured and controlled; without this function it is the first state."""
+    return x[0]
+'''
+_OPTIONAL = ("states", "initial", "dead_time", "substeps")
+_KEYS = ("numerator", "denominator", "dead_time")
+
+
+class Example(NamedTuple):
+    """A plant to begin with, and settings of a normalised rule base that control it."""
+
+    title: str
+    plant: TransferFunction
+    duration: float  # s
+    scale: tuple[float, float, float, float, float]  # Ke, Kde, Kie, Ku, Kdu
+    limits: tuple[float, float]
+    disturbance: tuple[float, float]  # s, size
+
+
+PLANT_EXAMPLES = {
+    "lag": Example(
+        "first order with dead time", TransferFunction((1,), (1, 1), 0.2), 15, (1, 0.6, 1, 0.8, 1.2), (-4, 4), (8, 0.5)
+    ),
+    "oscillating": Example(
+        "second order, oscillating", TransferFunction((1,), (1, 0.4, 1)), 20, (1, 1, 1, 3, 2.5), (-6, 6), (12, 0.5)
+    ),
+    "integrating": Example(
+        "integrating with lag", TransferFunction((1,), (1, 1, 0)), 16, (1, 0.8, 1, 4, 1), (-4, 4), (9, 0.5)
+    ),
+    "unstable": Example("unstable", TransferFunction((1,), (1, -1)), 10, (1, 0.1, 1, 6, 4), (-10, 10), (6, 0.5)),
+    "motor": Example(
+        "position of a DC motor",
+        TransferFunction((0.01,), (0.005, 0.06, 0.1001, 0)),
+        10,
+        (1, 0.35, 1, 60, 30),
+        (-24, 24),
+        (6, 4),
+    ),
+}
+
+
+def plant_of_text(text: str) -> TransferFunction:
+    """The transfer function in "numerator; denominator; dead time", coefficients with blanks or commas between.
+
+    >>> plant_of_text("1; 1 0.4 1; 0.2").dead_time
+    0.2
+
+    Raises PlantError.
+    """
+    parts = text.split(";")
+    if len(parts) not in (2, 3):
+        raise PlantError(
+            "a transfer function is written 'numerator; denominator; dead time', coefficients with the highest power "
+            f"first and the dead time optional, such as '1; 1 0.4 1; 0.2'; got {quoted(text)}"
+        )
+    rows = [numbers_of(part, name) for part, name in zip(parts, _KEYS, strict=False)]
+    if len(rows) == 3 and len(rows[2]) != 1:
+        raise PlantError(f"the dead time must be one number of seconds, got {quoted(parts[2])}").about("dead_time")
+    return TransferFunction(rows[0], rows[1], rows[2][0] if len(rows) == 3 else 0.0)
+
+
+def numbers_of(text: str, name: str) -> list[float]:
+    """The numbers in a text, with blanks or commas between, brackets around or not. Raises PlantError."""
+    words = re.split(r"[\s,]+", text.strip().strip("[]").strip())
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        raise PlantError(
+            f"{name} must be numbers with blanks between, such as '1 0.4 1', got {quoted(text.strip())}"
+        ).about(name) from None
+
+
+def read_plant(path: Path, name: str = "") -> TransferFunction | FunctionPlant:
+    """The plant in a .toml or .py file; a Python file is run.
+
+    Args:
+        path: The file.
+        name: What messages call it; by default its path.
+
+    Raises PlantError with the file, and the line of a Python file.
+    """
+    name = name or str(path)
+    if path.suffix.casefold() == ".py":
+        return _of_module(load_python_file(path, PlantError), path, name)
+    if path.suffix.casefold() != ".toml":
+        raise PlantError(f"{name}: a plant is a .toml or a .py file")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise PlantError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for key in table:
+        if key not in _KEYS:
+            raise PlantError(f"{name}: {expected(key, _KEYS, 'key')}")
+    missing = [key for key in _KEYS[:2] if key not in table]
+    if missing:
+        raise PlantError(f"{name}: the {missing[0]} is missing")
+    try:
+        return TransferFunction(**table)
+    except PlantError as error:
+        raise PlantError(f"{name}: {error}") from None
+
+
+def _of_module(module: Any, path: Path, name: str) -> FunctionPlant:
+    function, output = getattr(module, "plant", None), getattr(module, "output", None)
+    if not callable(function):
+        raise PlantError(f"{name}: there is no function plant(x, u, t), which gives the derivatives of the states")
+    if output is not None and not callable(output):
+        raise PlantError(f"{name}: output must be a function of the states")
+    about = {key: getattr(module, key) for key in _OPTIONAL if hasattr(module, key)}
+    place = path.resolve()
+
+    def guarded(run: Any) -> Any:
+        def ran(*args: Any) -> Any:
+            try:
+                return run(*args)
+            except Exception as error:  # a file of the user's may raise anything
+                raise PlantError(told(error, place, name)) from error
+
+        return ran
+
+    return FunctionPlant(guarded(function), output=output and guarded(output), name=name, **about)

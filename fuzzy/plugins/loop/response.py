@@ -1,0 +1,334 @@
+"""The closed loop of a controller and a plant with one input and one output, and the figures of its step response."""
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy.plugins.loop.controller import PID, LoopController, LoopError, Roles, RuleController, Scale, roles_of
+from fuzzy.plugins.loop.plant import LoopPlant
+from fuzzy.quantity import described
+from fuzzy.system import Sugeno
+
+MOST_STEPS = 20_000
+STEPS = 500  # by default
+BAND = 0.02  # of the reference's step: settled, and recovered
+_GONE = 1e6  # of the reference or disturbance: the loop has run away, and is stopped
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What happens to a loop: the reference steps from 0 at t = 0, the plant's input is disturbed later.
+
+    Raises LoopError for a setting that cannot be used.
+    """
+
+    reference: float = described("Where the output is to go, from 0.", 1.0)  # in the unit of the plant's output
+    duration: float = described("How long, in s.", 10.0)
+    sample_time: float = described("In s; 0: a 500th of the duration.", 0.0)
+    disturbance_time: float = math.inf  # s: the first sample from then on feels it
+    disturbance: float = 0.0  # added to the plant's input, before its dead time
+    low: float = -math.inf  # the actuator's limits
+    high: float = math.inf
+    noise: float = described("Standard deviation of the measurement.", 0.0)
+    seed: int = described("The seed of the noise.", 0)
+    rate_filter: float = described("Time constant of a first-order filter of the error's rate, in s.", 0.0)
+    scale: Scale = field(default_factory=Scale)
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.name not in ("scale", "seed") and (
+                isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or math.isnan(value)
+            ):
+                raise LoopError(f"{each.name} must be a number, got {value!r}").about(each.name)
+        checks = {
+            "reference": (math.isfinite(self.reference), "a finite number"),
+            "duration": (0 < self.duration < math.inf, "a finite number of seconds > 0"),
+            "sample_time": (0 <= self.sample_time <= self.duration, "from 0 s to the duration"),
+            "disturbance_time": (self.disturbance_time >= 0, "a number of seconds >= 0"),
+            "disturbance": (math.isfinite(self.disturbance), "a finite number"),
+            "high": (self.low < self.high, "above the lower limit"),
+            "noise": (0 <= self.noise < math.inf, "a finite number >= 0"),
+            "rate_filter": (0 <= self.rate_filter < math.inf, "a finite number of seconds >= 0"),
+        }
+        for name, (fine, wanted) in checks.items():
+            if not fine:
+                raise LoopError(f"{name} must be {wanted}, got {getattr(self, name):g}").about(name)
+        if isinstance(self.seed, bool) or not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
+            raise LoopError(f"seed must be a whole number >= 0, got {self.seed!r}").about("seed")
+        if self.steps > MOST_STEPS:
+            raise LoopError(
+                f"a sample time of {self.period:g} s makes {self.steps} samples of {self.duration:g} s, at most "
+                f"{MOST_STEPS} are simulated"
+            ).about("sample_time")
+
+    @property
+    def period(self) -> float:
+        """The sample time [s]."""
+        return self.sample_time or self.duration / STEPS
+
+    @property
+    def steps(self) -> int:
+        """How many samples the duration has, without the one at t = 0."""
+        return max(1, round(self.duration / self.period))
+
+    @property
+    def disturbed(self) -> int:
+        """The number of the first sample that feels the disturbance; beyond the last one where there is none."""
+        if self.disturbance == 0 or self.disturbance_time > self.duration:
+            return self.steps + 1
+        return math.ceil(self.disturbance_time / self.period - 1e-9)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a step response is judged by. None: it did not happen, such as settling within the time.
+
+    All but the integrals, the variation and the recovery are of the time before the disturbance; the band is 2 % of the
+    reference's step around the reference. The integrals are of e = r - y over the whole time.
+    """
+
+    overshoot: float | None  # % of the reference's step
+    rise_time: float | None  # s, from 10 % to 90 % of the reference's step
+    settling_time: float | None  # s, until it stays in the band
+    steady_state_error: float | None  # r - y of the last sample before the disturbance
+    iae: float | None  # integral of |e|
+    ise: float | None  # integral of e²
+    itae: float | None  # integral of t |e|
+    variation: float | None  # the sum of the control's moves, |u(k) - u(k-1)|
+    peak_deviation: float | None  # the greatest |y - r| after the disturbance
+    recovery_time: float | None  # s, from the disturbance until it stays in the band again
+
+
+AFTER = ("peak_deviation", "recovery_time")  # of a disturbance alone
+# What people call the figures, and their units where they are not those of the plant, in this order.
+TITLES = {
+    "overshoot": ("Overshoot", "%"),
+    "rise_time": ("Rise time, 10 to 90 %", "s"),
+    "settling_time": ("Settling time, 2 %", "s"),
+    "steady_state_error": ("Steady-state error", ""),
+    "iae": ("IAE", ""),
+    "ise": ("ISE", ""),
+    "itae": ("ITAE", ""),
+    "variation": ("Total variation of u", ""),
+    "peak_deviation": ("Peak deviation after the disturbance", ""),
+    "recovery_time": ("Recovery after the disturbance", "s"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StepResponse:
+    """A simulated loop: one number a sample in each array, and its figures.
+
+    Attributes:
+        time: (steps + 1,) [s].
+        reference: (steps + 1,) r, in the output's unit.
+        output: (steps + 1,) the plant's true output, just before the actuator moves.
+        control: (steps + 1,) u, within the limits, held until the next sample.
+        error: (steps + 1,) r - y as measured.
+        error_rate: (steps + 1,) de/dt, the error's unit / s.
+        error_sum: (steps + 1,) the integral of e, the error's unit · s.
+        known: (steps + 1, inputs): what the rule base was given; (steps + 1, 0) of a PID.
+        figures: Rise time, settling time, overshoot, steady-state error and integrals of the error.
+        loop: LoopController, plant and settings: what was simulated.
+        stopped: Why it ended early, in a sentence; empty: it did not. The rest of the arrays is nan.
+    """
+
+    time: np.ndarray
+    reference: np.ndarray
+    output: np.ndarray
+    control: np.ndarray
+    error: np.ndarray
+    error_rate: np.ndarray
+    error_sum: np.ndarray
+    known: np.ndarray
+    figures: Figures
+    loop: Loop
+    stopped: str
+
+
+def step_response(
+    controller: Sugeno | PID,
+    plant: LoopPlant,
+    *,
+    roles: Mapping[str, str] | None = None,
+    scale: Scale | None = None,
+    disturbance: tuple[float, float] | None = None,
+    limits: tuple[float, float] = (-math.inf, math.inf),
+    **settings: Any,
+) -> StepResponse:
+    """Simulate the step response of a loop, sample by sample.
+
+    At each sample the output is measured, then the actuator moves; the error's rate is a backward difference, 0 at the
+    first sample. While the actuator is at a limit, neither the error's sum nor the integrated output pushes it further.
+
+    >>> import fuzzy
+    >>> from fuzzy.plugins.designer.starts.control import rule_table
+    >>> plant = fuzzy.TransferFunction([1], [1, 1, 0])
+    >>> done = fuzzy.step_response(rule_table("pd", 5), plant, scale=fuzzy.Scale(Ke=1, Kde=0.7, Ku=4), duration=8)
+    >>> round(done.figures.settling_time, 1)
+    2.6
+
+    Args:
+        controller: A system whose names say what they are (see :func:`.controller.roles_of`), or a PID.
+        plant: A TransferFunction, a FunctionPlant, or what is like them.
+        roles: What variables are, by their names, where those do not say it.
+        scale: The scale factors around a system; a PID has none.
+        disturbance: (time [s], size) of a step at the plant's input.
+        limits: Of the actuator.
+        settings: The other fields of :class:`Loop`: reference, duration, sample_time, noise, seed, rate_filter.
+
+    Returns:
+        The signals, one number a sample, and the figures of the response.
+
+    Raises:
+        LoopError: A controller or settings that make no loop.
+        PlantError: A plant that cannot be sampled.
+    """
+    known = {each.name for each in fields(Loop)}
+    for name in settings:
+        if name not in known:
+            raise TypeError(f"step_response() got an unexpected keyword argument {name!r}")
+    when, size = disturbance if disturbance is not None else (math.inf, 0.0)
+    low, high = limits
+    more = {"disturbance_time": when, "disturbance": size, "low": low, "high": high}
+    loop = Loop(**{**more, **settings}, scale=scale or Scale())
+    chosen = roles_of(controller, roles) if isinstance(controller, Sugeno) else None
+    return respond(controller, plant, loop, chosen)
+
+
+def respond(controller: Sugeno | PID, plant: LoopPlant, loop: Loop, roles: Roles | None = None) -> StepResponse:
+    """As :func:`step_response` from a Loop, with the ``roles`` of a system's variables."""
+    asked: LoopController
+    if isinstance(controller, Sugeno):
+        asked = RuleController(controller, roles_of(controller) if roles is None else roles, loop.scale)
+    else:
+        asked = controller
+    samples, stopped = _simulated(asked, plant, loop)
+    time = np.arange(loop.steps + 1) * loop.period
+    output, control, error, rate, total = np.full((5, loop.steps + 1), np.nan)
+    if samples:
+        for array, column in zip((output, control, error, rate, total), np.array(samples).T, strict=True):
+            array[: len(column)] = column
+    reference = np.full_like(time, loop.reference)
+    known = asked.known(error, rate, total) if isinstance(asked, RuleController) else np.empty((len(time), 0))
+    figures = figures_of(time, output, control, loop)
+    return StepResponse(time, reference, output, control, error, rate, total, known, figures, loop, stopped)
+
+
+class _Sample(NamedTuple):
+    output: float
+    control: float
+    error: float
+    rate: float
+    total: float
+
+
+def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[_Sample], str]:
+    """The samples, and why there are not more."""
+    period, first = loop.period, loop.disturbed
+    moving = plant.sampled(period)
+    noise = np.random.default_rng(loop.seed).normal(0.0, loop.noise, loop.steps + 1) if loop.noise else None
+    forget = loop.rate_filter / (loop.rate_filter + period)
+    held = deque([0.0] * (moving.dead_samples + 2), maxlen=moving.dead_samples + 2)  # the latest is the last
+    most = _GONE * max(abs(loop.reference), abs(loop.disturbance), 1.0)
+    state, integrated, total, rate, before = moving.initial, 0.0, 0.0, 0.0, None
+    samples: list[_Sample] = []
+    for k in range(loop.steps + 1):
+        output = moving.output(state, held[1])
+        if not abs(output) <= most:
+            return samples, f"the output runs away: the loop is unstable, and was stopped at t = {k * period:.4g} s"
+        error = loop.reference - output - (noise[k] if noise is not None else 0.0)
+        if before is not None:
+            rate = forget * rate + (1 - forget) * (error - before) / period
+        before = error
+        control, integrated, total = _limited(controller, loop, error, rate, total, integrated)
+        if control != control:
+            return samples, f"the rules give no number at t = {k * period:.4g} s: no rule fires there"
+        samples.append(_Sample(output, control, error, rate, total))
+        held.append(control + (loop.disturbance if k >= first else 0.0))
+        state = moving.advance(state, held[0], held[1], k * period)
+    return samples, ""
+
+
+def _limited(
+    controller: LoopController, loop: Loop, error: float, rate: float, total: float, integrated: float
+) -> tuple[float, float, float]:
+    """The control within its limits, the loop's integral of du, and the error's sum, both clamped."""
+    low, high, period = loop.low, loop.high, loop.period
+    summed = total + error * period
+    direct, change = controller(error, rate, summed)
+    wanted = direct + integrated + change * period
+    if (wanted > high or wanted < low) and summed != total:
+        # Clamping: the sum stays if with it the actuator would be driven further into its limit.
+        other = controller(error, rate, total)
+        less = other[0] + integrated + other[1] * period
+        if (wanted > high and less <= wanted) or (wanted < low and less >= wanted):
+            summed, (direct, change) = total, other
+    moved = integrated + change * period
+    if direct + moved > high and change > 0:
+        moved = max(integrated, min(moved, high - direct))
+    elif direct + moved < low and change < 0:
+        moved = min(integrated, max(moved, low - direct))
+    return min(max(direct + moved, low), high), moved, summed
+
+
+def figures_of(time: np.ndarray, output: np.ndarray, control: np.ndarray, loop: Loop) -> Figures:
+    """The figures of a response, all arrays (steps + 1,); of one that was stopped, or that is all nan, none."""
+    if not np.isfinite(output).all():
+        return Figures(*(None,) * len(fields(Figures)))
+    error = loop.reference - output
+    last = min(loop.disturbed + 1, len(time))  # the disturbed sample itself is measured before it is felt
+    t, y = time[:last], output[:last]
+    step = loop.reference - y[0]
+    overshoot = rise = settling = None
+    if step != 0:
+        part = (y - y[0]) / step
+        overshoot = max(0.0, float(part.max()) - 1) * 100
+        ends = [_first_above(t, part, level) for level in (0.1, 0.9)]
+        rise = ends[1] - ends[0] if ends[0] is not None and ends[1] is not None else None
+        settling = _stays(t, np.abs(part - 1), BAND)
+    peak = recovery = None
+    if loop.disturbed <= loop.steps:
+        after = np.abs(error[loop.disturbed :])
+        peak = float(after.max())
+        band = BAND * (abs(step) if step != 0 else peak)
+        recovery = _stays(time[loop.disturbed :] - time[loop.disturbed], after, band)
+    return Figures(
+        overshoot,
+        rise,
+        settling,
+        float(error[last - 1]),
+        float(np.trapezoid(np.abs(error), time)),
+        float(np.trapezoid(error**2, time)),
+        float(np.trapezoid(time * np.abs(error), time)),
+        float(np.abs(np.diff(control)).sum()),
+        peak,
+        recovery,
+    )
+
+
+def _first_above(t: np.ndarray, values: np.ndarray, level: float) -> float | None:
+    """When ``values`` first reach ``level``, between samples on a straight line."""
+    reached = np.flatnonzero(values >= level)
+    if not len(reached):
+        return None
+    k = int(reached[0])
+    if k == 0:
+        return float(t[0])
+    return float(np.interp(level, values[k - 1 : k + 1], t[k - 1 : k + 1]))
+
+
+def _stays(t: np.ndarray, values: np.ndarray, band: float) -> float | None:
+    """From when on ``values`` stay at or below ``band``; None if the last is not."""
+    outside = np.flatnonzero(values > band)
+    if not len(outside):
+        return 0.0
+    k = int(outside[-1])
+    if k == len(values) - 1:
+        return None
+    return float(np.interp(-band, -values[k : k + 2], t[k : k + 2]))

@@ -1,0 +1,34 @@
+"""The page docs/howto/own-plant.md: its snippets run as written, one after the other."""
+
+from pathlib import Path
+
+from fuzzy.plugins.loop.plant import TransferFunction
+from fuzzy.plugins.loop.plantfile import read_plant
+from tests.snippets import run_commands, run_python, snippets
+
+DOCS = Path(__file__).parents[4] / "docs"
+
+
+def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    kinds, said = [], ""
+    for kind, text in snippets(DOCS / "howto" / "own-plant.md"):
+        kinds.append(kind)
+        if kind == "sh":
+            run_commands(text)
+        elif kind == "python":
+            run_python(text, "own-plant.md")
+        elif kind == "toml":
+            (tmp_path / "lag.toml").write_text(text, encoding="utf-8")
+            assert read_plant(tmp_path / "lag.toml") == TransferFunction([1], [1, 1], 0.2)
+        else:
+            (tmp_path / "plant.py").write_text(text, encoding="utf-8")
+        said += capsys.readouterr().out
+    assert kinds == ["python", "toml", "sh", "py", "sh", "python"]
+    assert (tmp_path / "step.png").stat().st_size > 10_000
+    assert said.count("Overshoot [%]") == 3
+    assert "SIMC (Skogestad 2003)" in said
+    overshoot, settling, recovery = map(float, said.splitlines()[-1].split())
+    assert overshoot < 20
+    assert settling < 20
+    assert recovery < 20

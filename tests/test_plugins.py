@@ -1,0 +1,244 @@
+"""Plug-ins: the core stands without each of them, and a stranger's is as good as ours."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import declare
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("fuzzy", "anfis", "robotics")
+PLUGINS = sorted(
+    (package, file.parent.name) for package in PACKAGES for file in (ROOT / package / "plugins").glob("*/__init__.py")
+)
+# Tests of the core that are run without a plug-in, few and quick ones, and all of them.
+CORE_TESTS = {"fuzzy": ["tests/fuzzy/insight/test_explanation.py", "tests/fuzzy/test_shown.py"]}
+ALL_CORE_TESTS = {"fuzzy": ["tests/fuzzy", "--ignore=tests/fuzzy/plugins"]}
+LEFT = """
+import contextlib, importlib, io, json, pkgutil, sys
+
+package, plugin = sys.argv[1:3]
+module = importlib.import_module(package)
+for found in pkgutil.walk_packages(module.__path__, f"{package}."):
+    if not found.name.startswith(f"{package}.plugins.") and not found.name.endswith("__main__"):
+        importlib.import_module(found.name)
+lost = {}
+with open(module.__file__ + "i") as stub:
+    for line in stub:
+        name = line.split()[3]
+        try:
+            assert getattr(module, name) is not None and name in module.__all__ and name in dir(module)
+        except ImportError as error:
+            assert name not in module.__all__ and name not in dir(module)
+            lost[name] = str(error)
+main = importlib.import_module(f"{package}.commands.application").main
+with contextlib.redirect_stdout(io.StringIO()) as shown:
+    assert main(["--help"]) == 0
+print(json.dumps([lost, shown.getvalue()]))
+"""
+QUIET = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "-m", "not long and not browser"]
+
+
+def entry_points_without(module):
+    """The entry points of pyproject.toml but for those that name what is in ``module``."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return {
+        group: {name: value for name, value in points.items() if not value.startswith((f"{module}.", f"{module}:"))}
+        for group, points in project["entry-points"].items()
+    }
+
+
+def tree_without(package, plugin, folder):
+    """Copy what is needed of this tree into ``folder`` without a plug-in, its entry points and its tests."""
+    gone = {f"{place}/{package}/plugins/{plugin}" for place in (ROOT, ROOT / "tests")}
+    for name in (package, "tests"):  # with compiled files, which stay valid
+        shutil.copytree(
+            ROOT / name, folder / name, ignore=lambda at, names: [n for n in names if f"{at}/{n}" in gone or n == "ros"]
+        )
+    for name in {*PACKAGES, "datasets", "docs", "examples", "pyproject.toml", "README.md"} - {package}:
+        (folder / name).symlink_to(ROOT / name)
+    declare(folder, "fuzzyfleet", entry_points_without(f"{package}.plugins.{plugin}"))
+    return folder
+
+
+def run_in(tree, *words):
+    """Run Python with the modules of ``tree``."""
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(tree)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=1200,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout
+
+
+@pytest.mark.parametrize(("package", "plugin"), PLUGINS)
+def test_the_core_stands_without(package, plugin, tmp_path):
+    tree = tree_without(package, plugin, tmp_path)
+    lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin))
+    module = f"{package}.plugins.{plugin}"
+    for name, sentence in lost.items():
+        assert sentence == f"{package}.{name} needs the plug-in {module}, which is not installed"
+    stub = (ROOT / package / "__init__.pyi").read_text(encoding="utf-8")
+    assert len(lost) == stub.count(f"from {module}.")
+    left = entry_points_without(module)["fuzzyfleet.commands"]
+    commands = {name.rpartition(".")[2] for name in left if name.startswith(f"{package}.")}
+    assert all(f"  {command} " in shown for command in commands)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for name in set(project["entry-points"]["fuzzyfleet.commands"]) - set(left):
+        assert f"  {name.rpartition('.')[2]} " not in shown
+    run_in(tree, "-m", "pytest", *QUIET, "--noconftest", *CORE_TESTS[package])
+
+
+@pytest.mark.long  # a minute each; the small version is above
+@pytest.mark.parametrize(("package", "plugin"), PLUGINS)
+def test_all_tests_of_the_core_pass_without(package, plugin, tmp_path):
+    run_in(tree_without(package, plugin, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package])
+
+
+# A stranger's ----------------------------------------------------------------------------------------------------
+
+PACKAGE = '''
+"""Chalk lines: a command, a panel of the designer and a law in one package."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from fuzzy.commands.shared import FisFile, read_system
+from fuzzy.shell.options import Json, option
+from fuzzy.shell.terminal import print_json
+from robotics.laws.law import Command, ControllerError, Law
+from robotics.quantity import check_quantities, quantity
+
+
+def count(
+    file: FisFile,
+    least: Annotated[int, option("Count rules of at least so many clauses.", min=1)] = 1,
+    json: Json = False,
+) -> None:
+    """Count the rules of a system.
+
+    \\b
+    Example:
+      fuzzy count tracking
+    """
+    rules = [rule for rule in read_system(file).rules if len(rule.when) >= least]
+    if json:
+        print_json({"rules": len(rules)})
+    else:
+        print(f"{len(rules)} rules")
+
+
+class Rules:
+    """A tab that says how many rules there are."""
+
+    title, order = "Chalk", 90
+
+    def build(self, bench):
+        def say():
+            bench.notify(f"{len(bench.document.design.system.rules)} rules in chalk")
+
+        bench.on_change(say)
+        say()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chalk(Law[None]):
+    """Drive at the reference's speed and turn towards it."""
+
+    gain: float = quantity(2.0, "1/s", above=0)
+
+    def __post_init__(self):
+        check_quantities(self, ControllerError)
+
+    def control(self, seen, memory, dt):
+        reference = seen.reference
+        bearing = np.arctan2(reference.y - seen.y, reference.x - seen.x) - seen.heading
+        w = np.clip(self.gain * np.sin(bearing), -2.0, 2.0)
+        v = np.broadcast_to(reference.v, seen.x.shape)
+        return Command(v, w, v, w), None
+'''
+POINTS = {
+    "fuzzyfleet.commands": {"fuzzy.look.count": "chalk:count", "robotics.look.count": "chalk:count"},
+    "fuzzyfleet.designer": {"chalk": "chalk:Rules"},
+    "fuzzyfleet.laws": {"chalk": "chalk:Chalk"},
+}
+
+
+@pytest.fixture
+def chalk(site, monkeypatch):
+    """The package, installed."""
+    from robotics.laws import catalogue
+
+    (site / "chalk.py").write_text(PACKAGE, encoding="utf-8")
+    declare(site, "chalk-lines", POINTS)
+    catalogue._installed.cache_clear()
+    yield
+    monkeypatch.undo()
+    catalogue._installed.cache_clear()
+    sys.modules.pop("chalk", None)
+
+
+def test_a_package_of_sixty_lines_adds_a_command_a_panel_and_a_law(chalk, tmp_path, monkeypatch, capsys):
+    from fuzzy.commands.application import main as fuzzy_main
+    from robotics.commands.application import main as robotics_main
+
+    assert len([line for line in PACKAGE.splitlines() if line.strip()]) <= 60
+    for main in (fuzzy_main, robotics_main):
+        assert main(["--help"]) == 0
+        assert "  count " in capsys.readouterr().out
+        assert main(["count", "tracking", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out) == {"rules": len(tracking().rules)}
+        assert main(["count", "tracking", "--least", "0"]) == 2
+    monkeypatch.chdir(tmp_path)
+    assert robotics_main(["run", "fuzzy-on-path", "-c", "chalk:gain=1.5", "--json", "-q"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["controller"] == "chalk:gain=1.5"
+    assert 0 < result["metrics"]["rms_cross_track_m"][0] < 1.0
+    assert said_by_the_panel(tmp_path) == [f"{len(tracking().rules) - n} rules in chalk" for n in (0, 1)]
+
+
+def tracking():
+    from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+
+    return load_rule_base("tracking")
+
+
+def said_by_the_panel(folder):
+    """What the panel says of a system when it is built, and after an edit."""
+    import asyncio
+
+    from fuzzy.files.fisfile import write_fis
+    from fuzzy.plugins.designer.folder import open_folder
+    from fuzzy.plugins.designer.modules import Modules
+    from fuzzy.plugins.designer.open_documents import OpenDocuments
+    from fuzzy.plugins.designer.panel import Workbench, find_panels
+
+    (panel,) = [panel for panel in find_panels()[0] if panel.title == "Chalk"]
+    write_fis(tracking(), folder / "a.fis")
+    said = []
+
+    async def work():
+        opened = OpenDocuments(open_folder(folder))
+        document = opened.document("a.fis")
+        bench = Workbench(document, opened.workers, Modules().url, lambda *what: said.append(what[0]))
+        panel.build(bench)
+        document.apply({"edit": "remove_rule", "key": document.design.lines[0].key})
+        await bench.changed()
+        opened.close()
+
+    asyncio.run(work())
+    return said
