@@ -11,12 +11,11 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import declare
+from tests.test_imports import PLUGINS_OF
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("fuzzy", "anfis", "robotics")
-PLUGINS = sorted(
-    (package, file.parent.name) for package in PACKAGES for file in (ROOT / package / "plugins").glob("*/__init__.py")
-)
+PLUGINS = [(package, plugin) for package, plugins in PLUGINS_OF.items() for plugin in plugins]
 # Tests of the core that are run without a plug-in, few and quick ones, and all of them.
 CORE_TESTS = {"fuzzy": ["tests/fuzzy/insight/test_explanation.py", "tests/fuzzy/test_shown.py"]}
 ALL_CORE_TESTS = {"fuzzy": ["tests/fuzzy", "--ignore=tests/fuzzy/plugins"]}
