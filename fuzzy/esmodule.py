@@ -1,12 +1,17 @@
-"""Several ES modules as the text of one, for notebooks, which load a single text.
+"""Widgets of notebooks: several ES modules as the text of one, which is what a notebook loads, and a picture beside it.
 
 This replaces a build step. The forms of import and export that modules may use are checked; any other raises an error.
 """
 
+import contextlib
 import re
+from base64 import b64encode
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fuzzy.errors import InputError
+from fuzzy.extras import install_command
 
 
 class ModuleError(InputError):
@@ -80,3 +85,30 @@ def _add(path: Path, names: dict[Path, str], parts: list[str], above: tuple[Path
 
 def _renamed(items: str, before: str, after: str) -> str:
     return ", ".join(item.strip().replace(before, after) for item in items.split(",") if item.strip())
+
+
+def widget_library() -> tuple[Any, Any]:
+    """The modules anywidget and traitlets. Raises ModuleError without the extra ``notebook``."""
+    try:
+        import anywidget
+        import traitlets
+    except ImportError:
+        raise ModuleError(f"a notebook's widgets need anywidget: {install_command('notebook')}") from None
+    return anywidget, traitlets
+
+
+def with_still(bundle: Any, shown: str, draw: Callable[[], bytes]) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    """What a notebook keeps of a widget: beside the widget itself a sentence and a picture, for where nothing runs.
+
+    Args:
+        bundle: What the widget says of itself, by MIME type; None where it is not to be shown.
+        shown: The sentence.
+        draw: Gives the picture, as the bytes of a .png file; where it raises an InputError there is none.
+    """
+    if bundle is None:
+        return None
+    data, about = bundle if isinstance(bundle, tuple) else (bundle, {})
+    data = {**data, "text/plain": shown}
+    with contextlib.suppress(InputError):  # there is nothing to draw
+        data["image/png"] = b64encode(draw()).decode("ascii")
+    return data, about

@@ -757,7 +757,8 @@ def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
     from base64 import b64decode
 
     import robotics
-    from fuzzy.plugins.designer.notebook import editor, with_still
+    from fuzzy.esmodule import with_still
+    from fuzzy.plugins.designer.notebook import editor
     from robotics.show.playback.notebook import player
 
     run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
