@@ -40,7 +40,9 @@ def drive_team(tmp_path, scenario, law, seconds, **more):
         controller(f"/robot{i + 1}" if robots > 1 else "", **both, member=i + 1, odom_timeout=20.0, **more)
         for i in range(robots)
     ]
-    with spun(simulator(**both, duration=float(seconds), seed=3, save=str(file)), *makers) as (nodes, until):
+    # However busy the machine is, no period goes on without a robot.
+    told = {"duration": float(seconds), "seed": 3, "save": str(file), "step_timeout": 60.0}
+    with spun(simulator(**both, **told), *makers) as (nodes, until):
         assert until(lambda: nodes[0].done, 120)
         nodes[0].leave()
     return load_run(file)
