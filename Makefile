@@ -128,5 +128,5 @@ bench: $(VENV)/.peers ## speed, beside other packages
 	$(BIN)/python -m benchmarks
 
 clean: ## remove what the targets made, compiled kernels included
-	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info docs/_build docs/gallery docs/interactive/made docs/paper/made docs/reference/made .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info docs/_build docs/gallery docs/howto/designer/made docs/interactive/made docs/paper/made docs/reference/made .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find anfis benchmarks datasets docs examples fuzzy robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +

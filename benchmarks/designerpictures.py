@@ -1,9 +1,11 @@
-"""The pictures of docs/howto/designer.md: every view of the designer in a real browser, at three widths.
+"""The pictures of docs/howto/designer.md: every view of the designer in a real browser.
 
-Run ``python -m benchmarks.designerpictures docs/designer`` (needs Chromium; two minutes).
+`make docs` takes them anew where Chromium is installed and the designer has changed. Those beside the page, for who
+reads it without the site, are taken by ``python -m benchmarks.designerpictures docs/howto/designer`` (a minute).
 """
 
 import argparse
+import hashlib
 import io
 import sys
 import tempfile
@@ -12,57 +14,48 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.designersession import browser, menu, missing, served, show, tab, workplace
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import replacing, write_whole
 
-WIDTHS = (390, 800, 1600)
-HEIGHT = 1000  # px of a narrow window
-TALLEST = 1250  # px of a picture, and of a window with two panes, of which one scrolls by itself
+WIDTH, HEIGHT = 1600, 1100  # px
 PLAYED = ".fd-tryout .fleet-player canvas"  # the small picture under what is edited, which may be hidden, has one too
-SCROLLED = ("moments",)  # views further down in a pane that scrolls by itself: on wide screens
-DIALOG = -1  # in the place of a group of views
-EXACT = 160  # of the 256 colours of a picture: the most frequent, which are flat areas and curves
+COLORS, EXACT = 64, 40  # of a picture; so many of them are its most frequent ones, of flat areas and curves
+ROOT = Path(__file__).parent.parent
+SOURCES = ("fuzzy", "anfis", "robotics", "benchmarks")  # where what the pictures show is made,
+SHOWN = (".py", ".js", ".css", ".fis", ".toml")  # of such files
 
 
-def take(folder: Path, widths: tuple[int, ...] = WIDTHS) -> list[Path]:
+def take(folder: Path) -> list[Path]:
     """Take all pictures into ``folder``; give their paths."""
     taken: list[Path] = []
+    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         workplace(Path(place))
         with served(Path(place), "tracking.fis") as (url, _), browser() as opened:
-            page = opened.new_page(viewport=_window(1600))
+            page = opened.new_page(viewport={"width": WIDTH, "height": HEIGHT})
             show(page, url)
-            for name, (group, view) in VIEWS.items():
+            for name, view in VIEWS.items():
                 view(page)
-                for width in widths if name not in SCROLLED else [w for w in widths if w >= 1600]:
-                    page.set_viewport_size(_window(width))
-                    _rest(page)
-                    taken.append(_written(folder / f"{name}-{width}.png", _picture(page, group, width)))
-                page.set_viewport_size(_window(1600))
                 _rest(page)
+                page.evaluate("scrollTo(0, 0)")
+                taken.append(_written(folder / f"{name}.webp", page.screenshot()))
             _edited(page)
-            taken.append(_written(folder / "designer.png", _picture(page, 1, 1600)))
+            taken.append(_written(folder / "designer.webp", page.screenshot()))
     return taken
 
 
-def _window(width: int) -> Any:
-    return {"width": width, "height": TALLEST if width >= 900 else HEIGHT}
-
-
-def _picture(page: Any, group: int, width: int) -> bytes:
-    """The whole window where both groups of views stand in it, or a dialog does, else the group of the view."""
-    page.evaluate("scrollTo(0, 0)")
-    if group == DIALOG:
-        shown: bytes = page.screenshot()
-        return shown
-    if width >= 1600:
-        data: bytes = page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": width, "height": TALLEST})
-        return data
-    box = page.locator(".shell-group").nth(group).bounding_box()
-    # Under what is edited stands a small picture, at the lower end of the window: there the picture ends.
-    most = HEIGHT - box["y"] if group == 0 else TALLEST
-    clip = {"x": 0 if width < 600 else box["x"] - 10, "y": box["y"], "height": min(most, box["height"] + 10)}
-    data = page.screenshot(full_page=True, clip=clip | {"width": width - clip["x"]})
-    return data
+def take_if_changed(folder: Path) -> bool:
+    """Take all pictures into ``folder`` unless it holds those of these sources; False: there is no browser here."""
+    if missing() is not None:
+        return False
+    found = hashlib.sha256()
+    for file in sorted(each for place in SOURCES for each in (ROOT / place).rglob("*.*")):
+        if file.suffix in SHOWN:
+            found.update(file.read_bytes())
+    mark = folder / "sources.sha256"
+    if not mark.exists() or mark.read_text(encoding="utf-8") != found.hexdigest():
+        take(folder)
+        write_whole(mark, found.hexdigest())
+    return True
 
 
 def _written(path: Path, data: bytes) -> Path:
@@ -71,12 +64,12 @@ def _written(path: Path, data: bytes) -> Path:
     picture = Image.open(io.BytesIO(data)).convert("RGB")
     counted = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
     exact = [part for _, colour in counted[:EXACT] for part in colour]  # type: ignore[attr-defined]
-    rest = picture.quantize(256 - EXACT, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
+    rest = picture.quantize(COLORS - EXACT, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
     palette = Image.new("P", (1, 1))
-    palette.putpalette((exact + rest)[:768])
-    small = picture.quantize(palette=palette, dither=Image.Dither.NONE)
+    palette.putpalette((exact + rest)[: 3 * COLORS])
+    small = picture.quantize(palette=palette, dither=Image.Dither.NONE).convert("RGB")
     with replacing(path) as part:
-        small.save(part, format="PNG", optimize=True)
+        small.save(part, format="WEBP", lossless=True, quality=100, method=6)
     return path
 
 
@@ -277,6 +270,19 @@ def _train(page: Any) -> None:
     page.wait_for_function("document.querySelector('.fd-training .pn-said').innerText.includes('all epochs are done')")
 
 
+def _tune(page: Any) -> None:
+    tab(page, "Tune")
+    page.wait_for_selector(".pn-main:not([disabled])")
+    page.locator(".tu-many input[value=fuzzy-off-path]").check()
+    page.locator(".tu-many input[value=lyapunov-sine]").uncheck()
+    for label, value in (("Runs (seeds) of each", "3"), ("Evaluations", "200")):
+        page.get_by_label(label, exact=True).fill(value)
+        page.get_by_label(label, exact=True).press("Tab")
+    page.get_by_role("button", name="Start").click()
+    page.wait_for_selector(".tu-verdict:text('unseen seeds')", timeout=120_000)
+    page.locator(".pn-said[role=status]").last.evaluate("(said) => said.scrollIntoView({ block: 'start' })")
+
+
 def _edited(page: Any) -> None:
     """A wider "Straight" than the file's, dashed behind it, smaller rates of turn, and what the robot makes of them."""
     tab(page, "Try it")
@@ -308,40 +314,40 @@ def _set(slider: Any, value: float) -> None:
     slider.evaluate("(node, value) => { node.value = value; node.dispatchEvent(new Event('input')); }", value)
 
 
-# By name: the group of tabs that the view belongs to, and how one comes to it from the view before
-VIEWS: dict[str, tuple[int, Callable[[Any], None]]] = {
-    "memberships": (0, _memberships),
-    "consequents": (0, _consequents),
-    "rules": (0, _rules),
-    "table": (0, _table),
-    "matrix": (0, _matrix),
-    "check": (0, _check),
-    "history": (0, _history),
-    "viewer": (1, _viewer),
-    "surface": (1, _surface),
-    "relief": (1, _relief),
-    "pairs": (1, _pairs),
-    "new-from": (DIALOG, _new_from),
-    "compared": (1, _compared),
-    "data": (1, _data),
-    "step": (1, _step),
-    "try-it": (1, _try_it),
-    "moments": (1, _moments),
-    "seeds": (1, _seeds),
-    "editing": (1, _editing),
-    "team": (1, _team),
-    "train": (1, _train),
+# By name: how one comes to a view from the one before
+VIEWS: dict[str, Callable[[Any], None]] = {
+    "memberships": _memberships,
+    "consequents": _consequents,
+    "rules": _rules,
+    "table": _table,
+    "matrix": _matrix,
+    "check": _check,
+    "history": _history,
+    "viewer": _viewer,
+    "surface": _surface,
+    "relief": _relief,
+    "pairs": _pairs,
+    "new-from": _new_from,
+    "compared": _compared,
+    "data": _data,
+    "step": _step,
+    "try-it": _try_it,
+    "moments": _moments,
+    "seeds": _seeds,
+    "editing": _editing,
+    "team": _team,
+    "train": _train,
+    "tune": _tune,
 }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("folder", type=Path, help="where the pictures go, such as docs/designer")
+    parser.add_argument("folder", type=Path, help="where the pictures go, such as docs/howto/designer")
     arguments = parser.parse_args()
     why = missing()
     if why is not None:
         sys.exit(why)
-    arguments.folder.mkdir(parents=True, exist_ok=True)
     taken = take(arguments.folder)
     print(f"{len(taken)} pictures, {sum(path.stat().st_size for path in taken) / 1e6:.2f} MB")
 

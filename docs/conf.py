@@ -104,16 +104,26 @@ def setup(app) -> None:  # type: ignore[no-untyped-def]
     import interactive
     import pages
 
+    from benchmarks.designerpictures import take_if_changed
+
+    made = HERE / "howto" / "designer" / "made"
+
     def escaped(app, what, name, thing, options, lines) -> None:  # type: ignore[no-untyped-def]
         lines[:] = [pages.escaped(line) for line in lines]
+
+    def picture(name: str) -> str:
+        """Where a picture of the designer is: taken for this site or, without a browser, beside the page."""
+        return f"designer/made/{name}" if (made / name).exists() else f"designer/{name}"
 
     def inside(app, page, lines) -> None:  # type: ignore[no-untyped-def]
         """Links of pages that are also read beside the code: what is no page here is named and not linked."""
         text = lines[0].replace("](../CONTRIBUTING.md)", "](contributing.md)")
+        text = re.sub(r"\]\(designer/([\w-]+\.webp)\)", lambda found: f"]({picture(found[1])})", text)
         lines[0] = re.sub(r"\[([^\]]+)\]\(\.\./examples/[^)]*\)", r"`docs/\1`", text)
 
     app.connect("source-read", inside)
     app.connect("config-inited", lambda app, config: pages.write(HERE / "reference"))
     app.connect("config-inited", lambda app, config: interactive.write(HERE / "interactive"))
     app.connect("config-inited", lambda app, config: article.write(HERE / "paper"))
+    app.connect("config-inited", lambda app, config: take_if_changed(made))
     app.connect("autodoc-process-docstring", escaped)
