@@ -44,8 +44,8 @@ STAIRS = {
         formations own leading teams emergencies avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions population certificate compensation lemma recovery scaling together comparison stress
-        forewarnings inspection sweeps learning tuning arena
+        executors pieces versions chunks population certificate compensation lemma recovery scaling together comparison
+        keptcomparison stress forewarnings inspection sweeps learning tuning arena
     """,
     "robotics.show": "figures playback report designer",
 }

@@ -11,8 +11,8 @@ from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios
-from robotics.commands.shared import Laws, Metric, print_forewarnings, print_outside, report_divergences
-from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
+from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, print_outside, report_divergences
+from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
@@ -58,14 +58,15 @@ def compare(
         ),
     ] = None,
     report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
+    fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run every controller on every scenario with the same seeds, and write tables, figures and a report.
 
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), configuration.json, figures/ and
-    report.html. The suite thesis also learns formation networks, drives teams, also among obstacles, judges every claim
-    of the thesis and writes claims.csv.
+    report.html. After a stop the same command goes on. The suite thesis also learns formation networks, drives teams,
+    also among obstacles, judges every claim of the thesis and writes claims.csv.
 
     \b
     Example:
@@ -103,12 +104,13 @@ def compare(
         chapters = _thesis_chapters(thorough, save_runs) if judged else None
         front = _small_arena if (thesis is not None if arena is None else arena) else None
         told: Any = {"front": front, "begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
+        told |= {"fresh": fresh, "resumed": already_there(out, quiet)}
         if judged and thesis is not None:
             study = run_study(thesis, out, chapters=chapters, **told)
         else:
             every = range(seed, seed + seeds)
             study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
-    left = print_outside(run for each in study.comparisons for run in each.runs.values())
+    left = print_outside(note.outside for each in study.comparisons for note in each.notes.values())
     if json:
         print_json(
             {

@@ -18,6 +18,7 @@ from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from robotics.commands.run_files import RunFiles
+    from robotics.measures.outside import OutsideInput
     from robotics.measures.tracking import Metric as Measured
     from robotics.simulation.run import Run
     from robotics.studies.stress.crew import Stressed
@@ -40,6 +41,7 @@ Metric = Annotated[
     option("Also measure your own metric, mymetric.py:comfort.", "--metric", "FILE.py:NAME", autocompletion=metrics),
 ]
 Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
+Fresh = Annotated[bool, option("Discard what FOLDER has of a study that was interrupted.")]
 Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles")]
 Wrong = Annotated[
     "Disturbance",
@@ -68,13 +70,12 @@ def print_forewarnings(sentences: Iterable[str]) -> None:
         print(f"robotics: warning: {sentence}", file=sys.stderr)
 
 
-def print_outside(runs: "Iterable[Run]") -> list[dict[str, Any]]:
+def print_outside(runs: "Iterable[Sequence[OutsideInput]]") -> list[dict[str, Any]]:
     """Print on stderr, one sentence a run, which learnt systems were asked outside their data; return every input."""
-    from robotics.measures.outside import outside, outside_sentence
+    from robotics.measures.outside import outside_sentence
 
     rows = []
-    for run in runs:
-        found = outside(run)
+    for found in runs:
         rows += [one.row() for one in found]
         if found:
             print(f"robotics: warning: {outside_sentence(found)}", file=sys.stderr)
@@ -99,10 +100,11 @@ def print_run(
         metrics: The user's own metrics, by name.
         noise: What was drawn at random, in words; None if that is not said.
     """
+    from robotics.measures.outside import outside
     from robotics.measures.registry import ALL_METRICS, measure_all
 
     values = measure_all(run, metrics)
-    left = print_outside([run])
+    left = print_outside([outside(run)])
     if json:
         print_json(
             {

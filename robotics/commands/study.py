@@ -9,8 +9,8 @@ from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
-from robotics.commands.shared import print_forewarnings, print_outside
-from robotics.commands.study_printing import contact_rows, print_comparisons, print_verdicts, rows_kept
+from robotics.commands.shared import Fresh, print_forewarnings, print_outside
+from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.studies.versions import versions
 
 
@@ -25,13 +25,14 @@ def study(
         int, option("Number of processes that simulate; the numbers do not depend on it.", min=1, max=1000)
     ] = 1,
     report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
+    fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run a study: scenarios × controllers × seeds, claims judged, a report with your title. The file says which.
 
     Writes results.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and report.html. The exit
-    code is 0 whatever the verdicts are, and 2 for a file that cannot be used.
+    code is 0 whatever the verdicts are, and 2 for a file that cannot be used. After a stop the same command goes on.
 
     \b
     Example:
@@ -74,8 +75,18 @@ def study(
     command = ["robotics", "study", name, f"--seeds={plan.seeds}"]
 
     with rows_kept(wanted, folder / "results.csv") as kept, progress_bar(quiet) as begin:
-        made = run_study(plan, folder, jobs=workers, report=report, begin=begin, command=shlex.join(command), kept=kept)
-    left = print_outside(run for each in made.comparisons for run in each.runs.values())
+        made = run_study(
+            plan,
+            folder,
+            jobs=workers,
+            report=report,
+            begin=begin,
+            command=shlex.join(command),
+            kept=kept,
+            fresh=fresh,
+            resumed=already_there(folder, quiet),
+        )
+    left = print_outside(note.outside for each in made.comparisons for note in each.notes.values())
     if json:
         print_json(
             {

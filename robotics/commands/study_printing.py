@@ -43,9 +43,21 @@ def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
     try:
         yield kept
     except KeyboardInterrupt:
-        interrupted(f"{done} of {wanted} rows are in {file}")
+        interrupted(f"{done} of {wanted} rows are in {file}; the same command goes on from there")
     except WorkerError as error:
-        raise WorkerError(f"{error}; {done} of {wanted} rows are in {file}") from None
+        raise WorkerError(
+            f"{error}; {done} of {wanted} rows are in {file}; the same command goes on from there"
+        ) from None
+
+
+def already_there(folder: Path, quiet: bool) -> Callable[[int, int], None]:
+    """Give what is told how many pieces of the work are in the folder already, and says it on stderr."""
+
+    def resumed(done: int, pieces: int) -> None:
+        if not quiet:
+            print(f"{folder}: {done} of {pieces} pieces are there already", file=sys.stderr)
+
+    return resumed
 
 
 def print_verdicts(study: "Study") -> None:

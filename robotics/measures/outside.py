@@ -7,6 +7,7 @@ one of data where all its terms are bells, which are positive everywhere and fad
 learning make them.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,6 +57,24 @@ def outside(run: Run) -> list[OutsideInput]:
     return sorted(found, key=_how_far, reverse=True)
 
 
+def merged(found: Sequence[Sequence[OutsideInput]], runs: Sequence[int]) -> tuple[OutsideInput, ...]:
+    """What :func:`outside` found of several parts of the ``runs`` of one controller and scenario, as of one run.
+
+    An input that left its universe too seldom in a part counts there as if it had not.
+    """
+    if len(found) == 1:
+        return tuple(found[0])
+    by_input: dict[Any, list[tuple[OutsideInput, int]]] = {}
+    for part, count in zip(found, runs, strict=True):
+        for one in part:
+            by_input.setdefault((one.task, one.input, one.robot), []).append((one, count))
+    whole = (
+        max((one for one, _ in ones), key=_how_far)._replace(share=sum(one.share * n for one, n in ones) / sum(runs))
+        for ones in by_input.values()
+    )
+    return tuple(sorted(whole, key=_how_far, reverse=True))
+
+
 def is_of_data(variable: Variable) -> bool:
     """Whether an input's universe is where something is known, and not one that is meant to be left."""
     low, high = variable.universe
@@ -89,7 +108,7 @@ def _how_far(one: OutsideInput) -> float:
     return max(low - one.farthest, one.farthest - high) / (high - low)
 
 
-def outside_sentence(found: list[OutsideInput]) -> str:
+def outside_sentence(found: Sequence[OutsideInput]) -> str:
     """One sentence of what :func:`outside` found of a run: the input that went farthest, and how many others did."""
     one = found[0]
     low, high = one.universe

@@ -1,6 +1,7 @@
 """The quantities that decide claims: functions from a run to one number for each seed and robot."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.contacts import Judgement, can_touch, judge, until_contact
 from robotics.measures.once import CachedPerRun
+from robotics.measures.own import measured as measured_own
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
@@ -117,6 +119,15 @@ MEASURED_QUANTITIES: Mapping[str, MeasuredQuantity] = {
 
 
 Measured = MeasuredQuantity | Metric
+
+
+def quantity_called(name: str, own: Mapping[str, Metric]) -> Measured:
+    """What a claim calls ``name``: a metric of the user's ``own``, or else one of MEASURED_QUANTITIES."""
+    if name not in own:
+        return MEASURED_QUANTITIES[name]
+    return own[name]._replace(measure=partial(measured_own, name, own[name]))
+
+
 _WHOLE = ("contacts", "min_clearance_m", "untouched")  # these are of the whole run, the others end with a contact
 
 

@@ -1,10 +1,11 @@
 """The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from fuzzy.sketch import table, titled
 from fuzzy.words import counted
 from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_title, named_laws, shown_gain
 from robotics.laws.law import Law
+from robotics.measures.outside import OutsideInput, outside
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.registry import ALL_METRICS, headlines, measure_all, own_metrics
 from robotics.measures.statistics.intervals import student
@@ -31,9 +33,65 @@ DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
     "team": ("cooperation", "graph-esm", "virtual-structure"),
 }
 
+DRAWN_SEEDS = 100  # seeds that are simulated in one go, and of which pictures show the runs, at most
+
 
 class ComparisonError(InputError):
     """Scenarios or controllers that cannot be compared with each other."""
+
+
+class RunNotes(NamedTuple):
+    """What is to be said of the runs of a controller on a scenario, beside their numbers."""
+
+    divergences: tuple[str, ...]  # a sentence for every robot that was stopped
+    outside: tuple[OutsideInput, ...]  # the inputs of learnt systems that left their data, the farthest first
+
+    @classmethod
+    def of(cls, run: Run) -> "RunNotes":
+        """The notes on a run."""
+        return cls(tuple(run.divergences()), tuple(outside(run)))
+
+
+class RunsAgain(Mapping[tuple[str, str], Run]):
+    """The runs of a comparison whose numbers are known: simulated again when asked for, the same to the last bit.
+
+    Those of one scenario stay at hand. Of many seeds the first DRAWN_SEEDS are simulated, so that memory does not grow
+    with their number.
+    """
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        laws: Mapping[str, Law[Any] | str],
+        seeds: Sequence[int],
+        there: Mapping[tuple[str, str], Run] = MappingProxyType({}),
+    ) -> None:
+        """``there`` are runs that are in memory already."""
+        self.scenarios, self.laws = {scenario.name: scenario for scenario in scenarios}, laws
+        self.seeds, self.there = tuple(seeds[:DRAWN_SEEDS]), there
+        self.last: dict[tuple[str, str], Run] = {}
+
+    def __getitem__(self, key: tuple[str, str]) -> Run:
+        """The runs of a controller on a scenario."""
+        if key in self.there:
+            return self.there[key]
+        if key not in self.last:
+            self.last = {known: run for known, run in self.last.items() if known[0] == key[0]}
+            self.last[key] = self.simulated(key, self.seeds)
+        return self.last[key]
+
+    def simulated(self, key: tuple[str, str], seeds: Sequence[int]) -> Run:
+        """The runs of a controller on a scenario with some seeds."""
+        scenario, law = key
+        return simulate(self.scenarios[scenario], as_law(self.laws[law]), seeds, name=law)
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        """The names of scenarios and controllers."""
+        return ((scenario, law) for scenario in self.scenarios for law in self.laws)
+
+    def __len__(self) -> int:
+        """The number of scenarios times that of controllers."""
+        return len(self.scenarios) * len(self.laws)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +105,18 @@ class Comparison:
         table: One row a seed and robot: scenario, controller, seed and robot, the metrics, diverged and contact (bool).
         runs: The runs by the names of scenario and controller.
         metrics: The user's own metrics, by name.
+        notes: What is to be said of the runs, by the same names.
+        values: The numbers (seeds,) of claims, by scenario, controller, metric and whose number of a run it is.
     """
 
     scenarios: tuple[Scenario, ...]
     controllers: dict[str, Law[Any]]
     seeds: tuple[int, ...]
     table: pd.DataFrame
-    runs: dict[tuple[str, str], Run]
+    runs: Mapping[tuple[str, str], Run]
     metrics: Mapping[str, Metric] = field(default_factory=dict)
+    notes: Mapping[tuple[str, str], RunNotes] = field(default_factory=dict)
+    values: Mapping[tuple[str, str, str, str], np.ndarray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         names = ", ".join(scenario.name for scenario in self.scenarios)
@@ -76,9 +138,14 @@ class Comparison:
         return titled("Comparison", f"means over {counted(len(self.seeds), 'seed')}", *parts)
 
     @property
+    def drawn_seeds(self) -> int:
+        """Of how many seeds pictures show runs."""
+        return len(self.runs.seeds if isinstance(self.runs, RunsAgain) else self.seeds)
+
+    @property
     def divergences(self) -> list[str]:
         """A sentence for every robot that was stopped."""
-        return [line for run in self.runs.values() for line in run.divergences()]
+        return [line for note in self.notes.values() for line in note.divergences]
 
 
 def compare(
@@ -89,7 +156,6 @@ def compare(
     metrics: OwnMetrics = NO_METRICS,
     workers: Workers | None = None,
     advance: Callable[[], None] | None = None,
-    finished: Callable[[pd.DataFrame], None] | None = None,
 ) -> Comparison:
     """Run every controller on every scenario with the same seeds: same plant, sensors, noise and limits.
 
@@ -102,8 +168,6 @@ def compare(
             a run; or these by name. They are measured and shown as the others are.
         workers: Simulate in other processes, with the same numbers; by default in this one.
         advance: Called after every simulated period; with ``workers`` after every scenario and controller.
-        finished: Called with the table so far after every scenario and controller, so that an interrupted comparison
-            loses nothing that is done.
 
     Returns:
         The table, a row a seed and robot, and the runs.
@@ -130,9 +194,8 @@ def compare(
     ):
         runs[scenario.name, name] = run
         rows.append(rows_of(run, own))
-        if finished is not None:
-            finished(pd.concat(rows, ignore_index=True))
-    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own)
+    notes = {key: RunNotes.of(run) for key, run in runs.items()}
+    return Comparison(tuple(scenarios), laws, tuple(seeds), pd.concat(rows, ignore_index=True), runs, own, notes)
 
 
 def _run_of(

@@ -11,6 +11,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from matplotlib.figure import Figure
+
 from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.files.atomic import write_whole
 from robotics.laws.catalogue import law_title
@@ -150,7 +152,7 @@ def draw_sections(
         place = places[scenario.name]
         plates = plates_of(_pictures(each, scenario, place, first), advance)
         table = summary_table(each, scenario.name, first)
-        stops = [line for name in each.controllers for line in each.runs[scenario.name, name].divergences()]
+        stops = [line for name in each.controllers for line in each.notes[scenario.name, name].divergences]
         sections.append(ScenarioSection(scenario, place, _facts(scenario), table, stops, plates))
     return sections
 
@@ -192,7 +194,13 @@ def _places(names: Sequence[str]) -> dict[str, str]:
 def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequence[str] = ()) -> list[Picture]:
     name, seed = scenario.name, comparison.seeds[0]
     looked = looks(comparison.controllers)
-    runs = [comparison.runs[name, specification] for specification in comparison.controllers]
+    most = comparison.drawn_seeds
+    seeds = "all seeds" if most == len(comparison.seeds) else f"the first {most} seeds"
+
+    def drawn(plot: Callable[..., Figure], **options: Any) -> Callable[[], Figure]:
+        runs = [(name, law) for law in comparison.controllers]  # looked up when the picture's turn comes
+        return lambda: plot([comparison.runs[key] for key in runs], looks=looked, width=PAGE_WIDTH, **options)
+
     who = ", ".join(law_title(controller) for controller in comparison.controllers)
     several = len(scenario.robots) > 1
     shown = shown_metrics(comparison, scenario, first, scenario.setting.has_others)
@@ -208,9 +216,9 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
         Picture(
             f"{slug}-paths",
             f"Driven paths on {name}, seed {seed}; below, how far each controller was off the path over time: median "
-            "and band of all seeds. ▲, ▼: so far beyond the axis.",
+            f"and band of {seeds}. ▲, ▼: so far beyond the axis.",
             f"Top view of the reference and of the paths that {who} drove on {name}, and cross-track errors over time.",
-            partial(plot_paths, runs, looks=looked, width=PAGE_WIDTH),
+            drawn(plot_paths),
         ),
     ]
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
@@ -221,14 +229,14 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
                 f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
                 "in the robot's frame.",
                 f"Errors in x, y and heading over time of {who} on {name}{of}.",
-                partial(plot_errors, runs, robot=i, looks=looked, width=PAGE_WIDTH),
+                drawn(plot_errors, robot=i),
             ),
             Picture(
                 f"{slug}-speeds{suffix}",
                 f"Speeds on {name}{of}, seed {seed}, with the reference's. Changes: total variation of the demanded "
                 "turn rate a second, without the start. ▲, ▼: so far beyond the axis.",
                 f"Speed, turn rate and demanded turn rate over time of {who} on {name}{of}, one row a controller.",
-                partial(plot_velocities, runs, robot=i, machine=member.robot, looks=looked, width=PAGE_WIDTH),
+                drawn(plot_velocities, robot=i, machine=member.robot),
             ),
         ]
     return pictures

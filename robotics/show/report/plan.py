@@ -5,7 +5,7 @@ All that is wrong with a file is a StudyError that names the file, the line, the
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,8 +16,8 @@ from robotics.laws.catalogue import located, make_controller, presets
 from robotics.laws.law import Law, check_needs
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS
-from robotics.measures.own import installed_metrics, measured, metric_at
-from robotics.measures.quantities import MEASURED_QUANTITIES, Measured
+from robotics.measures.own import installed_metrics, metric_at
+from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
@@ -159,13 +159,26 @@ class StudyPlan:
             for (kind, able), rows in found.items()
         )
 
-    def measured_by(self, metric: str) -> Measured:
-        """What ``metric``, as a claim calls it, measures."""
-        name = self._metric(metric, dict(self.own_metrics), ())
-        if name not in self.own_metrics:
-            return MEASURED_QUANTITIES[name]
-        about = self.own_metrics[name]
-        return about._replace(measure=partial(measured, name, about))
+    @property
+    def metrics_located(self) -> dict[str, str]:
+        """The user's own metrics by name, as specifications seen from the current folder."""
+        files = {name: str(Specification.of(text).located(self.folder)) for name, text in self.metric_files.items()}
+        return {name: files.get(name, name) for name in self.own_metrics}
+
+    def metric_called(self, metric: str) -> str:
+        """What tables call a ``metric`` of a claim."""
+        return self._metric(metric, dict(self.own_metrics), ())
+
+    @property
+    def quantities(self) -> dict[tuple[str, str], list[tuple[str, str]]]:
+        """What claims ask for, by scenario and controller: what is measured, and whose number of a run it is."""
+        found: dict[tuple[str, str], list[tuple[str, str]]] = {}
+        for condition in (part for claim in self.claims for part in claim.parts):
+            asked = self.metric_called(condition.metric), condition.robots
+            for scenario in self.scenarios_of(condition):
+                for _, law in condition.named:
+                    found.setdefault((scenario.name, self.law_called(law)), []).append(asked)
+        return found
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
         """The scenarios on which ``condition``, a part of a claim, is measured."""

@@ -1,43 +1,48 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, cast
+from uuid import uuid4
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from fuzzy.files.atomic import write_json
+from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Advance, Begin, unwatched
+from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
-from robotics.measures.contacts import can_touch
 from robotics.measures.evidence import FEWEST_RUNS, Part
 from robotics.measures.own import NO_METRICS, OwnMetrics
-from robotics.measures.quantities import measured, runs_touched
+from robotics.measures.quantities import quantity_called
 from robotics.measures.registry import own_metrics
 from robotics.show.report.chapter import Chapter, Claim, Front
 from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.show.report.plan import ScenarioGroup, StudyError, StudyPlan
-from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
-from robotics.studies.comparison import Comparison, check_comparison, compare, summarise
-from robotics.studies.executors import Workers, uninterrupted, workers_at
-from robotics.studies.versions import digest_of, versions
+from robotics.studies.chunks import discard_chunks, has_chunks
+from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
+from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
+from robotics.studies.keptcomparison import KeptComparisons
+from robotics.studies.versions import digest, digest_of, versions
 from robotics.tables.text import parse_table
 
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
+_PLAN = "configuration.json"
 MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a progress display and the folder
 
 
@@ -87,11 +92,14 @@ def write_study(
     report: bool = True,
     command: str | None = None,
     kept: Callable[[int], None] = lambda rows: None,
+    fresh: bool = False,
+    resumed: Callable[[int, int], None] = lambda done, pieces: None,
 ) -> Study:
     """Compare controllers on scenarios, and write all results into a folder.
 
     The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv and
-    evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/.
+    evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/. What is done is kept in
+    the folder until all is written; after a stop the same work goes on from there, with the same bytes in the end.
 
     Args:
         folder: The folder of the results.
@@ -104,9 +112,12 @@ def write_study(
         front: Makes what opens the report, such as :func:`robotics.show.report.arena.small_arena`.
         report: Whether figures and the report are made.
         command: The command line that the report names.
-        kept: Called with the number of rows that are written, after every scenario and controller.
+        kept: Called with the number of rows that are written, also where the work is interrupted.
+        fresh: Whether to discard what the folder has of a study that was interrupted.
+        resumed: Called with how many pieces are there already, and of how many.
 
-    Raises ComparisonError, ControllerError, MetricError and OSError.
+    Raises ComparisonError, ControllerError, MetricError, StudyError where the folder holds another study that was
+    interrupted, and OSError.
     """
     check_comparison(scenarios, controllers, metrics)
     laws = dict(named_laws(controllers))
@@ -118,10 +129,13 @@ def write_study(
         "seeds": list(seeds),
         "versions": versions(),
     }
-    compared = _compared(
-        folder, [ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})], seeds, metrics, begin, None, kept
+    named = all(isinstance(law, str) for law in laws.values()) and all(
+        isinstance(metric, str) for metric in (metrics.values() if isinstance(metrics, Mapping) else metrics)
     )
-    return _written(folder, configuration, compared, begin, chapters, front, report, command, seeds[0])
+    groups = [ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})]
+    work = _work(folder, configuration, groups, seeds, metrics, report, named=named)
+    watch = _Watch(begin, kept, resumed)
+    return _written(work, configuration, watch, chapters, front, report, command, fresh=fresh)
 
 
 def run_study(
@@ -135,6 +149,8 @@ def run_study(
     front: MakeFront | None = None,
     command: str | None = None,
     kept: Callable[[int], None] = lambda rows: None,
+    fresh: bool = False,
+    resumed: Callable[[int, int], None] = lambda done, pieces: None,
 ) -> Study:
     """Run a study: scenarios × controllers × seeds, its claims judged, all results in a folder.
 
@@ -151,13 +167,15 @@ def run_study(
         chapters: Makes chapters beside the comparison. Default: those that the plan names.
         front: Makes what opens the report, such as :func:`robotics.show.report.arena.small_arena`.
         command: The command line that the report names.
-        kept: Called with the number of rows that are written, after every scenario and controller.
+        kept: Called with the number of rows that are written, also where the work is interrupted.
+        fresh: Whether to discard what the folder has of a study that was interrupted.
+        resumed: Called with how many pieces are there already, and of how many.
 
     Returns:
         The comparisons, the summary, the verdicts and the files.
 
     Raises:
-        StudyError: A study that cannot be run.
+        StudyError: A study that cannot be run, or a folder that holds another one, which was interrupted.
         MetricError: A metric cannot be used, or fails.
         ControllerError: A controller that is unknown, or cannot drive the scenario.
         OSError: Files cannot be written.
@@ -165,11 +183,20 @@ def run_study(
     folder = Path(out) if out is not None else default_folder(plan)
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)
     command = command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}"
-    with workers_at(jobs if jobs > 1 else None, preload=["robotics.studies.comparison"]) as workers:
-        compared = _compared(folder, plan.groups, plan.row, plan.own_metrics, begin, workers, kept)
-        return _written(
-            folder, _configuration(plan), compared, begin, chapters, front, report, command, plan.first_seed, plan
+    watch, configuration = _Watch(begin, kept, resumed), _configuration(plan)
+    with workers_at(jobs if jobs > 1 else None, preload=["robotics.studies.keptcomparison"]) as workers:
+        work = _work(
+            folder,
+            configuration,
+            plan.groups,
+            plan.row,
+            plan.own_metrics,
+            report or plan.save_runs,
+            quantities=plan.quantities,
+            metric_files=plan.metrics_located,
+            workers=workers,
         )
+        return _written(work, configuration, watch, chapters, front, report, command, plan, fresh=fresh)
 
 
 def default_folder(plan: StudyPlan) -> Path:
@@ -177,28 +204,71 @@ def default_folder(plan: StudyPlan) -> Path:
     return plan.folder / plan.out if plan.out else Path("out") / plan.name
 
 
-def _written(
+@dataclass(frozen=True)
+class _Watch:
+    """Who is told how far the work is."""
+
+    begin: Begin
+    kept: Callable[[int], None]
+    resumed: Callable[[int, int], None]
+
+
+def _work(
     folder: Path,
     configuration: Mapping[str, Any],
-    compared: Iterator[Comparison],
-    begin: Begin,
+    groups: Sequence[ScenarioGroup],
+    seeds: Sequence[int],
+    metrics: OwnMetrics,
+    drawn: bool,
+    *,
+    named: bool = True,
+    quantities: Mapping[tuple[str, str], Sequence[tuple[str, str]]] = MappingProxyType({}),
+    metric_files: OwnMetrics = NO_METRICS,
+    workers: Workers | None = None,
+) -> KeptComparisons:
+    """The runs of a study. What is not ``named`` in files cannot be told from another: nobody goes on with its runs."""
+    scenarios = [repr(scenario) + repr(scenario.robots) for group in groups for scenario in group.scenarios]
+    about = [configuration, scenarios, sorted((key, sorted(asked)) for key, asked in quantities.items())]
+    return KeptComparisons(
+        folder=folder,
+        key=digest(about) if named else uuid4().hex,
+        lasting=named,
+        groups=[(group.scenarios, group.laws) for group in groups],
+        seeds=seeds,
+        quantities=quantities,
+        metrics=metrics,
+        named=metric_files,
+        workers=workers,
+        drawn=drawn,
+    )
+
+
+def _written(
+    work: KeptComparisons,
+    configuration: Mapping[str, Any],
+    watch: _Watch,
     chapters: MakeChapters | None,
     front: MakeFront | None,
     report: bool,
     command: str | None,
-    seed: int,
     plan: StudyPlan | None = None,
+    *,
+    fresh: bool = False,
 ) -> Study:
-    """Write all that becomes of comparisons, which are made meanwhile, and of the chapters that are made beside."""
-    folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / "configuration.json", configuration, default=shown_gain)
+    """Do what is left of the work, and write all that becomes of it and of the chapters that are made beside."""
+    folder, begin = work.folder, watch.begin
     first = plan.shown_metrics if plan is not None else ()
-    # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
+    about = json.loads(json.dumps(configuration, default=shown_gain))
     with (
+        claimed(
+            folder, _PLAN, about, partial(_discard, folder), kind="study", fault=StudyError,
+            fresh=fresh or not (work.lasting and has_chunks(folder)),
+        ),
+        # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
         threadpool_limits(1, "blas"),
-        chapters(begin, folder, seed, report) if chapters is not None else nullcontext(list[Chapter]) as wait,
-    ):
-        comparisons = tuple(compared)
+        chapters(begin, folder, work.seeds[0], report) if chapters is not None else nullcontext(list[Chapter]) as wait,
+    ):  # fmt: skip
+        comparisons = _compared(work, watch)
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
@@ -210,61 +280,57 @@ def _written(
             sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
         opening = front(begin, folder) if front is not None and report else None
         made = wait()
-    all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
-    if chapters is not None or all_claims:
-        write_frame(pd.DataFrame([claim.row() for claim in all_claims]), folder / "claims.csv")
-        write_frame(pd.DataFrame([row for claim in all_claims for row in claim.evidence()]), folder / "evidence.csv")
-    shown = folder / "results.csv"
-    if report:
-        shown = write_report(
-            comparisons,
-            claims,
-            folder,
-            chapters=made,
-            command=command,
-            sections=sections,
-            heading=_heading(plan) if plan is not None else None,
-            first=first,
-            front=opening,
-        )
-    files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+        all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
+        if chapters is not None or all_claims:
+            write_frame(pd.DataFrame([claim.row() for claim in all_claims]), folder / "claims.csv")
+            rows = [row for claim in all_claims for row in claim.evidence()]
+            write_frame(pd.DataFrame(rows), folder / "evidence.csv")
+        shown = folder / "results.csv"
+        if report:
+            shown = write_report(
+                comparisons,
+                claims,
+                folder,
+                chapters=made,
+                command=command,
+                sections=sections,
+                heading=_heading(plan) if plan is not None else None,
+                first=first,
+                front=opening,
+            )
+        discard_chunks(folder)
+    files = sorted(
+        str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and path.name[0] != "."
+    )
     groups = plan.groups if plan is not None else ()
     skipped = tuple(f"{on}: {line}" for g in groups for on, lines in g.skipped.items() for line in lines)
     return Study(comparisons, summary, all_claims, shown, files, first, skipped)
 
 
-def _compared(
-    folder: Path,
-    groups: Sequence[ScenarioGroup],
-    seeds: Sequence[int],
-    metrics: OwnMetrics,
-    begin: Begin,
-    workers: Workers | None,
-    kept: Callable[[int], None],
-) -> Iterator[Comparison]:
-    """The comparisons of the groups; results.csv holds what is done so far."""
-    total = sum((1 if workers else s.ticks + 1) * len(g.laws) for g in groups for s in g.scenarios)
-    advance: Advance = begin("simulating", total)
-    tables: list[pd.DataFrame] = []
+def _discard(folder: Path) -> None:
+    """Remove the results that a folder has: none of them stands beside the plan of another study."""
+    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "report.html"):
+        (folder / name).unlink(missing_ok=True)
+    discard_chunks(folder)
+
+
+def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
+    """The comparisons; results.csv holds them, or what was done of them where the work is interrupted."""
 
     def keep(rows: pd.DataFrame) -> None:
         with uninterrupted():  # what is said to be kept is what was written
-            whole = pd.concat([*tables, rows], ignore_index=True) if tables else rows
-            write_frame(whole, folder / "results.csv")
-            kept(len(whole))
+            if len(rows):
+                write_frame(rows, work.folder / "results.csv")
+            watch.kept(len(rows))
 
-    for group in groups:
-        comparison = compare(
-            group.scenarios,
-            group.laws,
-            seeds,
-            metrics=metrics,
-            workers=workers,
-            advance=advance,
-            finished=keep,
-        )
-        tables.append(comparison.table)
-        yield comparison
+    try:
+        work.compute(watch.begin, watch.resumed)
+    except (KeyboardInterrupt, WorkerError):
+        keep(work.rows())
+        raise
+    comparisons = work.comparisons()
+    keep(pd.concat([comparison.table for comparison in comparisons], ignore_index=True))
+    return comparisons
 
 
 def _chapters_named(plan: StudyPlan) -> MakeChapters:
@@ -284,21 +350,22 @@ def _chapters_named(plan: StudyPlan) -> MakeChapters:
 
 def judged(plan: StudyPlan, comparisons: Sequence[Comparison]) -> list[Claim]:
     """The claims of a study, judged by the runs of its comparisons."""
-    runs = {key: run for comparison in comparisons for key, run in comparison.runs.items()}
     return [
-        Claim(**claim.texts, parts=tuple(part for c in claim.parts for part in _parts(plan, c, runs)))
+        Claim(**claim.texts, parts=tuple(part for c in claim.parts for part in _parts(plan, c, comparisons)))
         for claim in plan.claims
     ]
 
 
-def _parts(plan: StudyPlan, condition: Condition, runs: Mapping[tuple[str, str], Run]) -> Iterator[Part]:
+def _parts(plan: StudyPlan, condition: Condition, comparisons: Sequence[Comparison]) -> Iterator[Part]:
     """A part for each scenario on which the condition is measured."""
-    about = plan.measured_by(condition.metric)
+    metric = plan.metric_called(condition.metric)
+    about = quantity_called(metric, plan.own_metrics)
     of, *against = (plan.law_called(name) for name in (condition.of, *condition.against))
     for scenario in plan.scenarios_of(condition):
+        here = next(c for c in comparisons if scenario.name in [s.name for s in c.scenarios])
 
-        def values(law: str, on: str = scenario.name) -> np.ndarray:
-            return measured(runs[on, law], about, condition.robots)
+        def values(law: str, on: str = scenario.name, found: Comparison = here) -> np.ndarray:
+            return found.values[on, law, metric, condition.robots]
 
         yield decided(
             condition,
@@ -308,19 +375,20 @@ def _parts(plan: StudyPlan, condition: Condition, runs: Mapping[tuple[str, str],
             of=of,
             against=against,
             fewest=FEWEST_RUNS,
-            note="; ".join(filter(None, (_note(runs[scenario.name, law], law) for law in (of, *against)))),
+            note="; ".join(filter(None, (_note(here.table, scenario.name, law) for law in (of, *against)))),
         )
 
 
-def _note(run: Run, law: str) -> str:
+def _note(table: pd.DataFrame, scenario: str, law: str) -> str:
     """What became of runs that count only in part."""
-    touched = runs_touched(run) if can_touch(run) else 0
-    stopped = int(run.diverged.any(axis=1).sum())
+    touched, runs = contact_runs(table, scenario, law)
+    rows = table[(table["scenario"] == scenario) & (table["controller"] == law)]
+    stopped = int(rows.groupby("seed")["diverged"].any().sum())
     said = []
     if touched:
-        said.append(f"had a contact in {touched} of {len(run.seeds)} runs, which count up to the first")
+        said.append(f"had a contact in {touched} of {runs} runs, which count up to the first")
     if stopped:
-        said.append(f"lost its reference in {stopped} of {len(run.seeds)} runs, which count up to then")
+        said.append(f"lost its reference in {stopped} of {runs} runs, which count up to then")
     return f"✕ {law} {' and '.join(said)}" if said else ""
 
 
@@ -407,8 +475,11 @@ def _from(folder: Path, path: Path, text: str) -> str:
 def _save_runs(comparisons: Sequence[Comparison], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for comparison in comparisons:
-        for (scenario, law), run in comparison.runs.items():
-            run.save(folder / f"{run_name(scenario, law)}.npz")
+        for key in comparison.notes:
+            runs, seeds = comparison.runs, comparison.seeds
+            again = isinstance(runs, RunsAgain) and len(runs.seeds) < len(seeds)
+            run = cast(RunsAgain, runs).simulated(key, seeds) if again else runs[key]
+            run.save(folder / f"{run_name(*key)}.npz")
 
 
 def with_seeds(plan: StudyPlan, seeds: int | None = None, first: int | None = None) -> StudyPlan:

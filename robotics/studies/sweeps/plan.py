@@ -6,8 +6,6 @@ work is split, interrupted or spread over machines, the table is the same.
 """
 
 import copy
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -25,7 +23,8 @@ from robotics.laws.specification import Specification
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_from_table
 from robotics.simulation.scenario.robots import robot_files, robot_tables
-from robotics.studies.versions import digest_of, versions
+from robotics.studies.chunks import Chunk
+from robotics.studies.versions import digest, digest_of, versions
 
 if TYPE_CHECKING:
     from robotics.laws.law import Law
@@ -99,14 +98,6 @@ class Pass:
 
 
 @dataclass(frozen=True)
-class Chunk:
-    """The runs that are computed and written at a time, whole or not at all."""
-
-    number: int  # from 1
-    passes: tuple[Pass, ...]
-
-
-@dataclass(frozen=True)
 class SweepPlan:
     """A sweep with its points; ``points[i]`` holds a value for each axis."""
 
@@ -123,7 +114,7 @@ class SweepPlan:
         """The number of chunks."""
         return -(-self.runs // self.sweep.chunk)
 
-    def chunk(self, number: int) -> Chunk:
+    def chunk(self, number: int) -> Chunk[Pass]:
         """The chunk with that ``number``, from 1."""
         sweep = self.sweep
         runs = range((number - 1) * sweep.chunk, min(number * sweep.chunk, self.runs))
@@ -292,12 +283,6 @@ def touchable(sweep: Sweep) -> bool:
     """Whether robots may touch something in any of the runs of ``sweep``: several robots, or obstacles."""
     whole = {axis.name for axis in sweep.axes if axis.target == "scenario"} & {"robots", "obstacles"}
     return len(sweep.table.get("robots", ())) > 1 or bool(sweep.table.get("obstacles")) or bool(whole)
-
-
-def digest(value: Any) -> str:
-    """The SHA-256 of a value in JSON's types, in hexadecimal."""
-    text = json.dumps(value, sort_keys=True, ensure_ascii=False, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _files(sweep: Sweep) -> Iterator[tuple[str, Path]]:

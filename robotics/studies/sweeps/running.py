@@ -1,12 +1,7 @@
-"""Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table.
-
-Only the process that plans writes; a chunk's file appears whole or not at all and carries its number, the sweep's
-digest and a checksum. A sweep that was killed at any moment and is begun again computes the chunks that have no file
-yet, or one that is not as it was written.
-"""
+"""Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -15,18 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fuzzy.errors import InputError
-from fuzzy.files.atomic import replacing, write_whole
+from fuzzy.files.atomic import replacing
 from fuzzy.files.claim import claimed
-from fuzzy.files.sealed import UNSIGNED, intact, sealed
-from fuzzy.shell.progress import Advance, Begin, unwatched
+from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.catalogue import make_controller
 from robotics.measures.registry import measure_all, own_metrics
 from robotics.simulation.loop import simulate
+from robotics.studies.chunks import KeptChunks, discard_chunks, run_chunk
 from robotics.studies.executors import Workers
-from robotics.studies.pieces import kept_piece, run_pieces
 from robotics.studies.sweeps.plan import (
-    Chunk,
     Pass,
     Sweep,
     SweepError,
@@ -40,14 +32,12 @@ from robotics.studies.sweeps.plan import (
     scenario_at,
     touchable,
 )
-from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-_PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
+_PLAN, RESULTS = "plan.json", "results.parquet"
 ROW_GROUP = 65_536  # rows
-_TRIES = 3  # times that a chunk is read, and computed again, when what was written cannot be read back
 
 
 @dataclass(frozen=True)
@@ -63,33 +53,7 @@ class SweepOutcome:
     computed: int  # chunks of this time; the others were there
 
 
-# One chunk --------------------------------------------------------------------------------------------------------
-
-
-def run_chunk(sweep: Sweep, expected: dict[str, str], chunk: Chunk) -> "pa.Table":
-    """Simulate and measure a chunk, as a worker does, into a table with one row for each run and robot.
-
-    Args:
-        sweep: The sweep.
-        expected: The versions with which the sweep was planned.
-        chunk: The chunk.
-
-    Raises SweepError, naming point and seeds, where a run fails, and where the versions differ.
-    """
-    import pyarrow as pa
-
-    for name, own in versions(*expected).items():
-        if own != expected[name]:
-            raise SweepError(f"a worker has {name} {own} where the sweep was planned with {expected[name]}")
-    tables = []
-    for part in chunk.passes:
-        try:
-            tables.append(_run_pass(sweep, part))
-        except Exception as error:
-            # A worker's traceback is of little use far away; what was run can be run again by hand.
-            message = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-            raise SweepError(f"{_place(sweep, part)}: {message}") from error
-    return pa.concat_tables(tables).combine_chunks()
+# One pass --------------------------------------------------------------------------------------------------------
 
 
 def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
@@ -134,11 +98,6 @@ def _place(sweep: Sweep, part: Pass) -> str:
     return f"{described(sweep, part.point, part.values)}, controller {part.controller!r}, {seeds}"
 
 
-def _places(sweep: Sweep, chunk: Chunk) -> str:
-    first, *others = chunk.passes
-    return _place(sweep, first) + (" and what follows in its chunk" if others else "")
-
-
 # All of them ------------------------------------------------------------------------------------------------------
 
 
@@ -164,81 +123,36 @@ def run_sweep(
     Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
     """
     about = identity(plan)
-    key, computed = digest(about), list[int]()
+    chunks = _chunks(plan, folder, about, workers)
 
     def prepare() -> None:
         check_plan(plan, begin("checking every point", len(plan.points)))
-        for old in (folder / RESULTS, *(folder / CHUNKS).glob("chunk-*.parquet")):
-            old.unlink(missing_ok=True)
-
-    def compute(numbers: Iterable[int], advance: Advance | None = None) -> None:
-        work, called = partial(run_chunk, plan.sweep, about["versions"]), partial(_places, plan.sweep)
-        chunks = map(plan.chunk, numbers)
-        for chunk, table in run_pieces(work, chunks, workers, called=called, kept=SweepError, advance=advance):
-            _write(table, _file(folder, chunk.number), key, chunk.number)
-            computed.append(chunk.number)
-
-    def content(number: int) -> bytes:
-        for _ in range(_TRIES):
-            if (found := _content(folder, key, number)) is not None:
-                return found
-            compute([number])
-        raise SweepError(f"{_file(folder, number)}: what is written here cannot be read back")
+        (folder / RESULTS).unlink(missing_ok=True)
+        discard_chunks(folder)
 
     with claimed(folder, _PLAN, about, prepare, kind="sweep", fault=SweepError, fresh=fresh):
-        (folder / CHUNKS).mkdir(exist_ok=True)
-        for left in (folder / CHUNKS).glob(".chunk-*"):  # what a killed process was just writing
-            left.unlink()
-        todo = [number for number in range(1, plan.chunks + 1) if _content(folder, key, number) is None]
+        todo = chunks.missing()
         if len(todo) < plan.chunks:
             resumed(plan.chunks - len(todo), plan.chunks)
         if todo:
-            compute(todo, begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)))
-        rows, diverged, contacts = _gather(plan, folder, key, content)
-    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, len(computed))
+            chunks.compute(todo, begin(f"{plan.sweep.name}: {plan.chunks} chunks", len(todo)))
+        rows, diverged, contacts = _gather(chunks, folder)
+    return SweepOutcome(folder / RESULTS, rows, plan.runs, diverged, contacts, plan.chunks, len(chunks.computed))
 
 
 def landed_chunks(plan: SweepPlan, folder: Path) -> int:
     """The number of chunks of the sweep that ``folder`` holds."""
-    key = digest(identity(plan))
-    return sum(_content(folder, key, number) is not None for number in range(1, plan.chunks + 1))
+    chunks = _chunks(plan, folder, identity(plan))
+    return sum(chunks.content(number) is not None for number in range(1, plan.chunks + 1))
 
 
-# The folder -------------------------------------------------------------------------------------------------------
+def _chunks(plan: SweepPlan, folder: Path, about: dict[str, Any], workers: Workers | None = None) -> KeptChunks[Pass]:
+    place = partial(_place, plan.sweep)
+    one = partial(run_chunk, partial(_run_pass, plan.sweep), place, about["versions"], SweepError)
+    return KeptChunks(folder, "sweep", digest(about), plan.chunks, plan.chunk, one, place, SweepError, workers)
 
 
-def _file(folder: Path, number: int) -> Path:
-    return folder / CHUNKS / f"chunk-{number:06}.parquet"
-
-
-def _content(folder: Path, key: str, number: int) -> bytes | None:
-    """The bytes of a chunk's file, if they are as they were written, and of that chunk of that sweep."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    def read(path: Path) -> bytes | None:
-        try:
-            content = path.read_bytes()
-            metadata = pq.read_metadata(pa.BufferReader(content)).metadata if intact(content) else {}
-        except (OSError, pa.ArrowInvalid):
-            return None
-        own = metadata.get(b"sweep"), metadata.get(b"chunk")
-        return content if own == (key.encode(), str(number).encode()) else None
-
-    return kept_piece(_file(folder, number), read, "sweep")
-
-
-def _write(table: "pa.Table", path: Path, key: str, number: int) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    content = pa.BufferOutputStream()
-    about = {"sweep": key, "chunk": str(number), "sha256": UNSIGNED}
-    pq.write_table(table.replace_schema_metadata(about), content)
-    write_whole(path, sealed(content.getvalue().to_pybytes()))
-
-
-def _gather(plan: SweepPlan, folder: Path, key: str, content: Callable[[int], bytes]) -> tuple[int, int, int]:
+def _gather(chunks: KeptChunks[Pass], folder: Path) -> tuple[int, int, int]:
     """All chunks in one file, in the plan's order; how many rows, rows of stopped robots, and runs with contacts."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -247,10 +161,9 @@ def _gather(plan: SweepPlan, folder: Path, key: str, content: Callable[[int], by
     with replacing(folder / RESULTS) as temporary, ExitStack() as stack:
         writer: pq.ParquetWriter | None = None
         batch: list[pa.Table] = []
-        for number in range(1, plan.chunks + 1):
-            table = pq.ParquetFile(pa.BufferReader(content(number))).read()
-            batch.append(table.replace_schema_metadata({"sweep": key}))
-            if sum(t.num_rows for t in batch) >= ROW_GROUP or number == plan.chunks:
+        for number, table in enumerate(chunks.tables(), start=1):
+            batch.append(table.replace_schema_metadata({"sweep": chunks.key}))
+            if sum(t.num_rows for t in batch) >= ROW_GROUP or number == chunks.count:
                 table = pa.concat_tables(batch).combine_chunks()
                 rows, batch = rows + table.num_rows, []
                 diverged += int(np.count_nonzero(table["diverged"].to_numpy()))

@@ -54,7 +54,7 @@ def test_a_file_that_cannot_be_used_is_one_sentence(study: Path, capsys: pytest.
 def test_an_interrupt_keeps_the_rows_that_are_done(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from robotics.studies import comparison
+    from robotics.studies import keptcomparison
 
     done: list[str] = []
 
@@ -64,8 +64,8 @@ def test_an_interrupt_keeps_the_rows_that_are_done(
         done.append(options["name"])
         return real(*arguments, **options)
 
-    real = comparison.simulate
-    monkeypatch.setattr(comparison, "simulate", simulate)
+    real = keptcomparison.simulate
+    monkeypatch.setattr(keptcomparison, "simulate", simulate)
     assert main(["study", str(study), "--out", str(tmp_path / "out"), "-q"]) == 130
     assert "interrupted; 12 of 24 rows are in" in capsys.readouterr().err
     rows = pd.read_csv(tmp_path / "out" / "results.csv")
@@ -74,6 +74,16 @@ def test_an_interrupt_keeps_the_rows_that_are_done(
         ["short", "gentle"],
         ["lanes", "rival"],
     ]
+    monkeypatch.undo()
+    assert main(["study", str(study), "--out", str(tmp_path / "out"), "--no-report", "-q", "--seeds", "2"]) == 2
+    told = capsys.readouterr().err
+    assert "out holds another study: seeds changed; give another --out, or --fresh to throw it away" in told
+    for out in ("out", "whole"):
+        assert main(["study", str(study), "--out", str(tmp_path / out), "--no-report"]) == 0
+    assert f"{tmp_path / 'out'}: 3 of 5 pieces are there already" in capsys.readouterr().err
+    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "configuration.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    assert not (tmp_path / "out" / "chunks").exists()
 
 
 def test_studies_are_listed_and_begun_anew(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,6 @@
 import contextlib
 import json
 import os
-import select
 import shutil
 import signal
 import subprocess
@@ -18,6 +17,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.studies import executors
+from tests.robotics.commands.warmstart import PATIENCE, Warm, landed, wait_for_the_end_of, wait_until
 
 SCENARIO = """
 duration = 1.0
@@ -46,7 +46,6 @@ seed = 7
 latency = { low = 0.0, high = 0.1, step = 0.05 }
 """
 CHUNKS, RUNS = 60, 120
-PATIENCE = 120  # s, for a machine that is busy with other things
 
 
 @pytest.fixture(scope="module")
@@ -67,81 +66,12 @@ def command(place, out, *options):
     return ["sweep", str(place / "spec.toml"), "--out", str(out), "--json", "-q", *options]
 
 
-# Command lines in forks of a process that has everything imported: it is sweeps at work that are killed, not imports
-WARM = """
-import json, os, sys
-import pandas, pyarrow.parquet, robotics.simulation.scenario.description, robotics.simulation.loop
-import robotics.studies.sweeps.reading, robotics.studies.sweeps.running
-from robotics.commands.application import main
-from robotics.laws.catalogue import make_controller
-law, scenario = make_controller("fuzzy"), robotics.simulation.scenario.reading.load_scenario(sys.argv[1])
-robotics.studies.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law))
-for line in sys.stdin:
-    arguments, out, err = json.loads(line)
-    child = os.fork()
-    if child == 0:
-        for number, path in enumerate((os.devnull, out, err)):
-            os.dup2(os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC), number)
-        status = main(arguments)
-        sys.stdout.flush()
-        os._exit(status)
-    print(child, flush=True)
-    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
-"""
-
-
-class Warm:
-    """Starts sweeps, one at a time, in processes of their own."""
-
-    def __init__(self, folder):
-        self.out, self.err = folder / "stdout", folder / "stderr"
-        command = [sys.executable, "-c", WARM, str(folder / "short.toml")]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-    def line(self):
-        assert select.select([self.process.stdout], [], [], PATIENCE)[0]
-        return self.process.stdout.readline()
-
-    def start(self, arguments):
-        self.process.stdin.write(json.dumps([arguments, str(self.out), str(self.err)]) + "\n")
-        self.process.stdin.flush()
-        return psutil.Process(int(self.line()))
-
-    def end(self):
-        """The exit code, stdout and stderr."""
-        return int(self.line()), self.out.read_text(encoding="utf-8"), self.err.read_text(encoding="utf-8")
-
-
 @pytest.fixture(scope="module")
 def warm(place):
-    parent = Warm(place)
+    parent = Warm(place, place / "short.toml")
     with parent.process:
         yield parent
         parent.process.stdin.close()
-
-
-def landed(out):
-    return {f.name: (f.stat().st_ino, f.stat().st_mtime_ns) for f in (out / "chunks").glob("chunk-*.parquet")}
-
-
-def wait_until(condition, running):
-    deadline = time.monotonic() + PATIENCE
-    while running() and not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-
-
-def ended(process):
-    """Is it gone, or a corpse that nobody has fetched yet?"""
-    try:
-        return process.status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return True
-
-
-def wait_for_the_end_of(processes):
-    assert len(processes) > 0
-    wait_until(lambda: all(map(ended, processes)), lambda: True)
 
 
 def test_the_table_and_what_is_said(place, capsys):
@@ -317,7 +247,7 @@ def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 2
-    assert done.stderr == f"robotics: a worker has numpy {np.__version__} where the sweep was planned with 1.0\n"
+    assert done.stderr == f"robotics: a worker has numpy {np.__version__} where this was planned with 1.0\n"
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import parse_scenario
-from robotics.studies import pieces
+from robotics.studies import chunks, pieces
 from robotics.studies.executors import InProcess, Workers
 from robotics.studies.sweeps import running as sweeprun
 from robotics.studies.sweeps.plan import (
@@ -338,36 +338,36 @@ def test_a_run_that_fails_names_its_point_and_seeds(folder, plan, monkeypatch):
 def test_a_damaged_or_foreign_chunk_is_done_again(folder, plan):
     first = run_sweep(plan, folder / "out")
     expected = first.results.read_bytes()
-    chunks = folder / "out" / "chunks"
-    (chunks / "chunk-000003.parquet").write_bytes((chunks / "chunk-000003.parquet").read_bytes()[:-100])
-    (chunks / "chunk-000004.parquet").write_bytes(b"")
-    table = pq.ParquetFile(chunks / "chunk-000005.parquet").read()
-    pq.write_table(table.replace_schema_metadata({"sweep": "another"}), chunks / "chunk-000005.parquet")
-    seventh = bytearray((chunks / "chunk-000007.parquet").read_bytes())
+    there = folder / "out" / "chunks"
+    (there / "chunk-000003.parquet").write_bytes((there / "chunk-000003.parquet").read_bytes()[:-100])
+    (there / "chunk-000004.parquet").write_bytes(b"")
+    table = pq.ParquetFile(there / "chunk-000005.parquet").read()
+    pq.write_table(table.replace_schema_metadata({"sweep": "another"}), there / "chunk-000005.parquet")
+    seventh = bytearray((there / "chunk-000007.parquet").read_bytes())
     seventh[len(seventh) // 3] ^= 1
-    (chunks / "chunk-000007.parquet").write_bytes(seventh)
-    (chunks / "chunk-000008.parquet").write_bytes((chunks / "chunk-000009.parquet").read_bytes())  # whole, but another
-    (chunks / ".chunk-000009-0123abcd.parquet").write_bytes(b"half")  # as a killed process leaves it
+    (there / "chunk-000007.parquet").write_bytes(seventh)
+    (there / "chunk-000008.parquet").write_bytes((there / "chunk-000009.parquet").read_bytes())  # whole, but another
+    (there / ".chunk-000009-0123abcd.parquet").write_bytes(b"half")  # as a killed process leaves it
     with pytest.warns(UserWarning, match="is not of this sweep; it is computed again") as told:
         again = run_sweep(plan, folder / "out")
     assert [re.search(r"chunk-00000(\d)", str(each.message))[1] for each in told] == ["3", "4", "5", "7", "8"]
     assert again.computed == 5
     assert again.results.read_bytes() == expected
-    assert len(list(chunks.iterdir())) == 27
+    assert len(list(there.iterdir())) == 27
 
 
 def test_a_chunk_that_is_spoilt_before_it_is_joined_is_done_again(folder, plan, monkeypatch):
     plan = plan_sweep(replace(plan.sweep, axes=(), chunk=1))
     expected = run_sweep(plan, folder / "first").results.read_bytes()
-    write, left = sweeprun._write, [2]
+    write, left = chunks._write, [2]
 
-    def spoil(table, path, key, number):
-        write(table, path, key, number)
+    def spoil(table, path, kind, key, number):
+        write(table, path, kind, key, number)
         if number in left:
             left.remove(number)
             path.write_bytes(path.read_bytes()[:-9])
 
-    monkeypatch.setattr(sweeprun, "_write", spoil)
+    monkeypatch.setattr(chunks, "_write", spoil)
     with pytest.warns(UserWarning, match=r"chunk-000002\.parquet is damaged"):
         again = run_sweep(plan, folder / "out")
     assert again.results.read_bytes() == expected
@@ -454,8 +454,8 @@ def test_a_rule_base_that_a_controller_reads_belongs_to_the_sweep(folder):
 
 
 def test_a_worker_with_other_versions_is_refused(folder, plan):
-    with pytest.raises(SweepError, match=r"a worker has numpy .* where the sweep was planned with 1\.0"):
-        sweeprun.run_chunk(plan.sweep, versions(*PACKAGES) | {"numpy": "1.0"}, plan.chunk(1))
+    with pytest.raises(SweepError, match=r"a worker has numpy .* where this was planned with 1\.0"):
+        chunks.run_chunk(len, str, versions(*PACKAGES) | {"numpy": "1.0"}, SweepError, plan.chunk(1))
 
 
 def test_a_folder_belongs_to_one_sweep_at_a_time(folder, plan):
