@@ -35,7 +35,8 @@ Take to a robot:
     write_c_law, a law's control step in C (CLawFiles), and verify_c_law, the proof that it is the same (VerifiedLaw)
 Your own laws, metrics and studies:
     Law, Setting, Observation, Command, Heard, Preset, ControllerError; metric, Metric; a file or an object is accepted
-    wherever a controller or a metric is named: docs/howto/own-law.md; load_study, run_study, study_names
+    wherever a controller or a metric is named: docs/howto/own-law.md; load_study, run_study, study_names; Answer, to a
+    question of your own: docs/howto/own-question.md
 
 Each name is imported from its module when it is first used, so that the command line starts quickly. Modules can be
 imported by the names that they had up to version 0.2, and Python says by which they are now.

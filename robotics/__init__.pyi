@@ -68,6 +68,7 @@ from robotics.show.report.plan import StudyError as StudyError
 from robotics.show.report.plan import StudyPlan as StudyPlan
 from robotics.show.report.plan import load_study as load_study
 from robotics.show.report.plan import study_names as study_names
+from robotics.show.report.questions import Answer as Answer
 from robotics.show.report.study import Study as Study
 from robotics.show.report.study import run_study as run_study
 from robotics.simulation.loop import SimulationError as SimulationError

@@ -47,6 +47,7 @@ def study(
       names = ["mine", "rules", "rival"]  # optional
       seeds = 20                          # first_seed = 0
       metrics = ["mylaw.py:swerve"]       # optional: your own, or packaged ones to put in front
+      questions = ["leads", "mine.py:clearance"]  # optional: a function from the table of all runs to an Answer
       [[claims]]
       name = "Mine is more precise"
       metric = "rms_cross_track_m"        # on = "sine", robot = 1, mean = true
@@ -94,6 +95,7 @@ def study(
                 "claims": [claim.row() for claim in made.claims],
                 "evidence": [row for claim in made.claims for row in claim.evidence()],
                 "summary": made.summary.to_dict(orient="records"),
+                "answers": {name: answer.row() for name, answer in made.answers.items()},
                 "contacts": contact_rows(made),
                 "diverged": made.divergences,
                 "outside": left,

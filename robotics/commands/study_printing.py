@@ -61,7 +61,7 @@ def already_there(folder: Path, quiet: bool) -> Callable[[int, int], None]:
 
 
 def print_verdicts(study: "Study") -> None:
-    """Print every claim with its verdict and what decides it, and the file to open."""
+    """Print every claim with its verdict and what decides it, every answer, and the file to open."""
     from robotics.show.report.wording import sentence
 
     for claim in study.claims:
@@ -70,6 +70,8 @@ def print_verdicts(study: "Study") -> None:
         for part in claim.parts:
             form = f"{part.form}: " if part.form else ""
             print(f"  {form}{sentence(part)}")
+    for name, answer in study.answers.items():
+        print(f"\n{answer.title or name}\n  {answer.sentence}")
     print(f"\n{study.shown}")
 
 

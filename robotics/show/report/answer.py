@@ -39,10 +39,10 @@ def answer(
         claims: The claims.
         first: The metrics that come first, as of :func:`robotics.show.report.page.write_report`.
     """
-    return [*_leading(leads), *_lowest(comparisons, tables, first), *_judged(claims)]
+    return [*leading_sentences(leads), *_lowest(comparisons, tables, first), *_judged(claims)]
 
 
-def _leading(leads: Sequence[Lead]) -> list[str]:
+def leading_sentences(leads: Sequence[Lead]) -> list[str]:
     """Who leads in how many scenarios: by sides where all laws have one and there are two, otherwise by laws."""
     laws = list(dict.fromkeys(s.law for lead in leads for s in lead.standings))
     if len(laws) < 2:

@@ -21,6 +21,7 @@ from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
+from robotics.show.report.questions import QUESTIONS, question_called
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.tables.build import Builder, Keys
@@ -87,6 +88,11 @@ class StudyPlan:
         example=["max_cross_track_m"],
     )
     claims: tuple[Statement, ...] = described("The claims, tables [[claims]].", ())
+    questions: tuple[str, ...] = described(
+        f"Questions to the table of all runs: of {', '.join(QUESTIONS)}, or file.py:function of your own.",
+        (),
+        example=["leads", "rates"],
+    )
     chapters: str = described(
         "Python that makes chapters after the comparison: package.module:function.",
         "",
@@ -119,6 +125,12 @@ class StudyPlan:
             for j, condition in enumerate(claim.parts):
                 self._check(condition, own, ("claims", i) if claim.direct else ("claims", i, "parts", j))
         _refuse_twice("claims", [claim.name for claim in self.claims])
+        _refuse_twice("questions", self.questions)
+        for i, name in enumerate(self.questions):
+            try:
+                question_called(name, self.folder)
+            except InputError as error:
+                raise StudyError(f"questions: {error}").about("questions", i) from None
         _ = self.groups
 
     @property

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
@@ -29,6 +30,8 @@ from robotics.show.report.chapter import Chapter, Claim, Front
 from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.show.report.plan import ScenarioGroup, StudyError, StudyPlan
+from robotics.show.report.questions import Answer, answer_chapters, asked, described_table
+from robotics.show.report.summarytable import shown_metrics
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
@@ -58,6 +61,7 @@ class Study:
         files: All files that were written, relative to the folder.
         first: Metrics that come before the others.
         skipped: A sentence for each controller and scenario that it does not drive.
+        answers: The answers to the study's questions, by their names.
     """
 
     comparisons: tuple[Comparison, ...]
@@ -67,6 +71,7 @@ class Study:
     files: list[str]
     first: tuple[str, ...] = ()
     skipped: tuple[str, ...] = ()
+    answers: Mapping[str, Answer] = field(default_factory=dict)
 
     @property
     def comparison(self) -> Comparison:
@@ -275,6 +280,7 @@ def _written(
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
+        answers = _answers(plan, comparisons, folder) if plan is not None and plan.questions else {}
         sections = []
         if report:
             sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
@@ -291,7 +297,7 @@ def _written(
                 comparisons,
                 claims,
                 folder,
-                chapters=made,
+                chapters=[*answer_chapters(answers), *made],
                 command=command,
                 sections=sections,
                 heading=_heading(plan) if plan is not None else None,
@@ -304,12 +310,23 @@ def _written(
     )
     groups = plan.groups if plan is not None else ()
     skipped = tuple(f"{on}: {line}" for g in groups for on, lines in g.skipped.items() for line in lines)
-    return Study(comparisons, summary, all_claims, shown, files, first, skipped)
+    return Study(comparisons, summary, all_claims, shown, files, first, skipped, answers)
+
+
+def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], folder: Path) -> dict[str, Answer]:
+    """The answers to the study's questions, which answers.json has, too."""
+    table = pd.concat([comparison.table for comparison in comparisons], ignore_index=True)
+    one = comparisons[0]
+    shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
+    table = described_table(table, plan.own_metrics, next(name for name, about in shown.items() if not about.larger))
+    answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
+    write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
+    return answers
 
 
 def _discard(folder: Path) -> None:
     """Remove the results that a folder has: none of them stands beside the plan of another study."""
-    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "report.html"):
+    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html"):
         (folder / name).unlink(missing_ok=True)
     discard_chunks(folder)
 
@@ -451,9 +468,9 @@ def _files(plan: StudyPlan) -> dict[str, Path]:
     for law in plan.laws.values():
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
-    for text in plan.metric_files.values():
-        named = Specification.of(text).file
-        found[named] = plan.folder / named
+    for text in (*plan.metric_files.values(), *plan.questions):
+        if (named := Specification.of(text).file).endswith(".py"):
+            found[named] = Path(Specification.of(text).located(plan.folder).file)
     return found
 
 
