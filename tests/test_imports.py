@@ -45,7 +45,7 @@ STAIRS = {
     """,
     "robotics.studies": """
         executors pieces versions chunks population certificate compensation lemma recovery scaling together comparison
-        keptcomparison stress forewarnings inspection sweeps learning tuning arena
+        stress forewarnings inspection sweeps keptcomparison learning tuning arena
     """,
     "robotics.show": "figures playback report designer",
 }

@@ -1,5 +1,6 @@
 """The command ``robotics check``: whether a scenario can go well, before anything runs."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,6 +26,8 @@ def check(
 ) -> None:
     """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors.
 
+    A study's file, or that of a sweep, an arena or a tuning, is read, and its plan drawn in text.
+
     All that is wrong in the file is told at once, with line, key, value and what is accepted. The exit code is 1 if
     there are errors or warnings; notes do not count.
 
@@ -34,9 +37,19 @@ def check(
       robotics check mine.toml -o mine.png
     """
     from fuzzy.figures.drawing import save_figure
+    from robotics.show.report.planfile import drawn_plan, note_on, plan_kind
     from robotics.simulation.scenario.survey import survey
     from robotics.studies.inspection import inspect_survey
 
+    if kind := plan_kind(scenario):
+        plan_text = drawn_plan(kind, scenario)
+        if json:
+            print_json({"file": scenario, "kind": kind, "ok": True, "plan": plan_text})
+            return
+        print(plan_text)
+        if kind != "study":
+            print(f"robotics: note: {note_on(kind, scenario)}", file=sys.stderr)
+        return
     check_plot(out)
     read = survey(scenario)
     found = inspect_survey(read, controller or "")

@@ -1,16 +1,20 @@
 """The command ``robotics study``: scenarios × controllers × seeds with claims of one's own, from a file to a report."""
 
 import shlex
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
+from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from robotics.commands.arena import arena
 from robotics.commands.completion import studies
 from robotics.commands.shared import Fresh, print_forewarnings, print_outside
 from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
+from robotics.commands.sweep import sweep
 from robotics.studies.versions import versions
 
 
@@ -48,6 +52,12 @@ def study(
       seeds = 20                          # first_seed = 0
       metrics = ["mylaw.py:swerve"]       # optional: your own, or packaged ones to put in front
       questions = ["leads", "mine.py:clearance"]  # optional: a function from the table of all runs to an Answer
+      [conditions]                        # optional: every scenario under each
+      calm = {}
+      noisy = { sensing.position_noise = 0.01 }
+      [[axes]]                            # optional: every scenario at every point
+      key = "latency"                     # or gain = "ky"
+      values = [0.0, 0.1]                 # or { low = 0, high = 0.2, step = 0.05 }
       [[claims]]
       name = "Mine is more precise"
       metric = "rms_cross_track_m"        # on = "sine", robot = 1, mean = true
@@ -59,9 +69,20 @@ def study(
     from robotics.laws.catalogue import as_law
     from robotics.measures.evidence import FEWEST_RUNS
     from robotics.show.report.plan import load_study
+    from robotics.show.report.planfile import note_on, plan_kind
     from robotics.show.report.study import default_folder, run_study, with_seeds
     from robotics.studies.forewarnings import forewarnings
 
+    if (kind := plan_kind(name)) in ("sweep", "arena", "tuning"):
+        note = note_on(kind, name)
+        if kind == "tuning":
+            raise InputError(f"{note}; or robotics tune LAW SCENARIO --space {name}")
+        print(f"robotics: note: {note}", file=sys.stderr)
+        common: Any = {"out": out, "fresh": fresh, "json": json, "quiet": quiet}
+        count = workers if workers > 1 else None
+        run = sweep if kind == "sweep" else arena
+        run(name, workers=count, **common)
+        return
     plan = with_seeds(load_study(name), seeds)
     folder = out if out is not None else default_folder(plan)
     check_folder(folder)
@@ -72,10 +93,9 @@ def study(
         print_forewarnings(f"{on}: {line}" for on, lines in group.skipped.items() for line in lines)
     if plan.claims and plan.seeds < FEWEST_RUNS:
         print_forewarnings([f"a verdict needs {FEWEST_RUNS} seeds; with {plan.seeds} the claims cannot be told"])
-    wanted = sum(len(s.robots) * len(g.laws) * plan.seeds for g in plan.groups for s in g.scenarios)
     command = ["robotics", "study", name, f"--seeds={plan.seeds}"]
 
-    with rows_kept(wanted, folder / "results.csv") as kept, progress_bar(quiet) as begin:
+    with rows_kept(plan.rows, folder / "results.csv") as kept, progress_bar(quiet) as begin:
         made = run_study(
             plan,
             folder,

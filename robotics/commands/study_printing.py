@@ -20,7 +20,8 @@ def print_comparisons(study: "Study") -> None:
     for comparison in study.comparisons:
         _print_tables(comparison, study)
     count = len(study.comparison.seeds)
-    print("one seed" if count == 1 else f"mean over {count} seeds ± half the 95 % confidence interval")
+    over = study.comparison.counted_runs
+    print("one seed" if count == 1 else f"mean over {over} ± half the 95 % confidence interval")
     if any(row["with_contact"] for row in contact_rows(study)):
         print(UNTIL_CONTACT)
 

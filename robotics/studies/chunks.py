@@ -82,7 +82,7 @@ def run_chunk(
             # A worker's traceback is of little use far away; what was run can be run again by hand.
             message = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             raise fault(f"{place(part)}: {message}") from error
-    return pa.concat_tables(tables).combine_chunks()
+    return pa.concat_tables(tables, promote_options="default").combine_chunks()
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,7 @@ class Comparison:
         runs: The runs by the names of scenario and controller.
         metrics: The user's own metrics, by name.
         notes: What is to be said of the runs, by the same names.
+        points: At how many points of a design each seed drove: seeds then number the runs of all of them.
         values: The numbers (seeds,) of claims, by scenario, controller, metric and whose number of a run it is.
     """
 
@@ -117,6 +118,7 @@ class Comparison:
     metrics: Mapping[str, Metric] = field(default_factory=dict)
     notes: Mapping[tuple[str, str], RunNotes] = field(default_factory=dict)
     values: Mapping[tuple[str, str, str, str], np.ndarray] = field(default_factory=dict)
+    points: int = 1
 
     def __repr__(self) -> str:
         names = ", ".join(scenario.name for scenario in self.scenarios)
@@ -136,6 +138,12 @@ class Comparison:
             heads = [f"{found[name].short or found[name].title} [{found[name].unit}]" for name in names]
             parts.append(f"<p>{escape(scenario.name)}</p>" + table(("controller", *heads), rows))
         return titled("Comparison", f"means over {counted(len(self.seeds), 'seed')}", *parts)
+
+    @property
+    def counted_runs(self) -> str:
+        """Of how many runs numbers are, in words."""
+        seeds = counted(len(self.seeds) // self.points, "seed")
+        return seeds if self.points == 1 else f"{counted(self.points, 'point')} × {seeds}"
 
     @property
     def drawn_seeds(self) -> int:

@@ -1,6 +1,7 @@
 """Comparisons in a folder: what is done is kept as it goes, and the same work goes on from there after a stop.
 
-A chunk holds the runs of one controller on one scenario, DRAWN_SEEDS of them at most. While the work goes on, or where
+A chunk holds the runs of one controller on one scenario, DRAWN_SEEDS of them at most; of a design, of several points.
+While the work goes on, or where
 it was stopped, the folder of the results holds its chunks; they are discarded when all that is made of them is written.
 """
 
@@ -8,7 +9,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from itertools import groupby
+from itertools import groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,8 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.studies.chunks import Chunk, KeptChunks, run_chunk
 from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, rows_of
 from robotics.studies.executors import Workers
+from robotics.studies.sweeps.plan import Sweep, SweepPlan, column_value, controller_at, described, scenario_at
+from robotics.studies.versions import digest
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -37,36 +40,97 @@ _NOTES, _VALUE = "notes ", "value of "  # columns of chunks, beside those of the
 
 
 @dataclass(frozen=True)
-class RunsPass:
-    """The runs of a controller on a scenario with some seeds, and what of them claims ask for."""
+class Case:
+    """A scenario of a comparison with the controllers that drive it, perhaps at many points of a design.
+
+    Attributes:
+        scenario: The scenario, as it is without the design; its name is that of the case.
+        laws: The controllers, or their specifications, by their names.
+        plain: What the table calls the scenario, where it is not the case's name.
+        condition: Under which condition.
+        design: The points at which scenario and gains are changed.
+    """
 
     scenario: Scenario
+    laws: Mapping[str, Law[Any] | str]
+    plain: str = ""
+    condition: str = ""
+    design: SweepPlan | None = None
+
+    @property
+    def points(self) -> int:
+        """The number of points."""
+        return 1 if self.design is None else len(self.design.points)
+
+    @property
+    def about(self) -> list[Any]:
+        """All that determines its runs, but for the laws."""
+        design = self.design and [repr(self.design.sweep.axes), digest(self.design.sweep.table), self.design.points]
+        return [repr(self.scenario), repr(self.scenario.robots), self.condition, design]
+
+    def chunks(self, seeds: Sequence[int], asked: Mapping[str, Iterable[Quantity]]) -> Iterator[tuple["RunsPass", ...]]:
+        """The passes of every controller with the same seeds, in chunks: of a design several at a time.
+
+        ``asked`` are what claims ask for, by controller.
+        """
+        stretches = [tuple(seeds[first : first + DRAWN_SEEDS]) for first in range(0, len(seeds), DRAWN_SEEDS)]
+        points = self.design.points if self.design is not None else ((),)
+        every = (
+            RunsPass(
+                self.scenario,
+                name,
+                law,
+                stretch,
+                quantities=tuple(dict.fromkeys(asked.get(name, ()))),
+                plain=self.plain,
+                condition=self.condition,
+                sweep=None if self.design is None else self.design.sweep,
+                point=point,
+                values=values,
+            )
+            for point, values in enumerate(points, start=1)
+            for name, law in self.laws.items()
+            for stretch in stretches
+        )
+        size = 1 if self.design is None else max(1, DRAWN_SEEDS // len(seeds))
+        while chunk := tuple(islice(every, size)):
+            yield chunk
+
+
+@dataclass(frozen=True)
+class RunsPass:
+    """The runs of a controller in a case, at one point of its design, and what of them claims ask for."""
+
+    scenario: Scenario = field(repr=False)  # of the case
     controller: str  # what it is called
     law: Law[Any] | str = field(repr=False)
     seeds: tuple[int, ...]
     quantities: tuple[Quantity, ...] = ()
+    plain: str = ""
+    condition: str = ""
+    sweep: Sweep | None = field(default=None, repr=False)  # of the design
+    point: int = 1
+    values: tuple[Any, ...] = ()
 
     @property
     def key(self) -> tuple[str, str]:
-        """The names of scenario and controller."""
+        """The names of case and controller."""
         return self.scenario.name, self.controller
 
+    @property
+    def columns(self) -> dict[str, Any]:
+        """The columns that stand beside the scenario's."""
+        found: dict[str, Any] = {"condition": self.condition} if self.condition else {}
+        if self.sweep is not None:
+            axes = zip(self.sweep.axes, self.values, strict=True)
+            found |= {"point": self.point} | {axis.name: column_value(value) for axis, value in axes}
+        return found
 
-def passes(
-    scenarios: Sequence[Scenario],
-    laws: Mapping[str, Law[Any] | str],
-    seeds: Sequence[int],
-    quantities: Mapping[tuple[str, str], Iterable[Quantity]],
-) -> Iterator[RunsPass]:
-    """The passes of every controller on every scenario with the same seeds.
-
-    ``quantities`` are what claims ask for, by the names of scenario and controller.
-    """
-    for scenario in scenarios:
-        for name, law in laws.items():
-            asked = tuple(dict.fromkeys(quantities.get((scenario.name, name), ())))
-            for first in range(0, len(seeds), DRAWN_SEEDS):
-                yield RunsPass(scenario, name, law, tuple(seeds[first : first + DRAWN_SEEDS]), asked)
+    def driven(self) -> tuple[Scenario, Law[Any] | str]:
+        """The scenario and the controller at the point."""
+        if self.sweep is None:
+            return self.scenario, self.law
+        return scenario_at(self.sweep, self.values), controller_at(self.sweep, str(self.law), self.values)
 
 
 def run_pass(
@@ -86,14 +150,19 @@ def run_pass(
     import pyarrow as pa
 
     own = own_metrics(metrics)
-    run = simulate(part.scenario, as_law(part.law), part.seeds, name=part.controller, progress=progress)
-    if kept is not None:
+    scenario, law = part.driven()
+    run = simulate(scenario, as_law(law), part.seeds, name=part.controller, progress=progress)
+    if kept is not None and part.sweep is None:
         kept(part.key, run)
     rows = rows_of(run, own)
     robots = run.stopped.shape[1]
     for metric, whose in part.quantities:
         values = measured(run, quantity_called(metric, own), whose)
         rows[f"{_VALUE}{metric}, {whose}"] = np.repeat(values, robots)
+    if part.plain:
+        rows["scenario"] = part.plain
+    for place, (name, value) in enumerate(part.columns.items(), start=1):
+        rows.insert(place, name, value)
     notes = RunNotes.of(run)
     said = json.dumps([notes.divergences, [list(one) for one in notes.outside]])
     rows[_NOTES] = [said, *[""] * (len(rows) - 1)]
@@ -101,7 +170,8 @@ def run_pass(
 
 
 def _place(part: RunsPass) -> str:
-    return f"scenario {part.scenario.name!r}, controller {part.controller!r}"
+    point = "" if part.sweep is None else f", {described(part.sweep, part.point, part.values)}"
+    return f"scenario {part.scenario.name!r}{point}, controller {part.controller!r}"
 
 
 @dataclass(frozen=True)
@@ -112,7 +182,7 @@ class KeptComparisons:
         folder: The folder of the results.
         key: The digest of all that the numbers depend on.
         lasting: Whether the key tells, after a stop, that the chunks are of the same work.
-        groups: The scenarios of a kind, each with the controllers that drive them.
+        groups: The cases of each comparison: scenarios of a kind, that the same controllers drive.
         seeds: The seeds.
         quantities: What claims ask for, by the names of scenario and controller.
         metrics: The user's own metrics, by name.
@@ -124,7 +194,7 @@ class KeptComparisons:
     folder: Path
     key: str
     lasting: bool
-    groups: Sequence[tuple[Sequence[Scenario], Mapping[str, Law[Any] | str]]]
+    groups: Sequence[Sequence[Case]]
     seeds: Sequence[int]
     quantities: Mapping[tuple[str, str], Iterable[Quantity]] = field(default_factory=dict)
     metrics: OwnMetrics = field(default_factory=dict)
@@ -134,18 +204,23 @@ class KeptComparisons:
     runs: dict[tuple[str, str], Run] = field(default_factory=dict)  # that stayed in memory
 
     @cached_property
-    def passes(self) -> list[RunsPass]:
-        """The work, a chunk each."""
-        return [p for scenarios, laws in self.groups for p in passes(scenarios, laws, self.seeds, self.quantities)]
+    def work(self) -> list[tuple[RunsPass, ...]]:
+        """The work, in chunks, each of one case."""
+        cases = [case for group in self.groups for case in group]
+        asked = {
+            case.scenario.name: {n: self.quantities.get((case.scenario.name, n), ()) for n in case.laws}
+            for case in cases
+        }
+        return [chunk for case in cases for chunk in case.chunks(self.seeds, asked[case.scenario.name])]
 
     def compute(self, begin: Callable[[str, int], Advance], resumed: Callable[[int, int], None]) -> None:
         """Do what is left. ``resumed`` is called with how many chunks are there already, and of how many."""
         todo = self.chunks().missing()
-        if len(todo) < len(self.passes):
-            resumed(len(self.passes) - len(todo), len(self.passes))
+        if len(todo) < len(self.work):
+            resumed(len(self.work) - len(todo), len(self.work))
         if not todo:
             return
-        ticks = (self.passes[number - 1].scenario.ticks + 1 for number in todo)
+        ticks = (part.scenario.ticks + 1 for number in todo for part in self.work[number - 1])
         advance = begin("simulating", len(todo) if self.workers else sum(ticks))
         self.chunks(advance).compute(todo, advance if self.workers else None)
 
@@ -161,8 +236,8 @@ class KeptComparisons:
             folder=self.folder,
             kind="study",
             key=self.key,
-            count=len(self.passes),
-            chunk=lambda number: Chunk(number, (self.passes[number - 1],)),
+            count=len(self.work),
+            chunk=lambda number: Chunk(number, self.work[number - 1]),
             one=partial(run_chunk, one, _place, {}, None),
             place=_place,
             workers=self.workers,
@@ -170,60 +245,61 @@ class KeptComparisons:
 
     def rows(self) -> pd.DataFrame:
         """The rows of all chunks that are there, in the order of the whole table."""
-        chunks, tables = self.chunks(), []
-        for number in range(1, chunks.count + 1):
-            if chunks.content(number) is not None:
-                tables.append(_opened(chunks.table(number)).table)
+        chunks = self.chunks()
+        there = (number for number in range(1, chunks.count + 1) if chunks.content(number) is not None)
+        tables = [_shown(chunks.table(number).to_pandas()) for number in there]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
     def comparisons(self) -> tuple[Comparison, ...]:
-        """The comparisons, one for each group, when all is done."""
-        chunks, found = self.chunks().tables(), []
-        parts = zip(self.passes, chunks, strict=True)
-        whole = {key: [_opened(table) for _, table in rows] for key, rows in groupby(parts, key=lambda p: p[0].key)}
-        for scenarios, laws in self.groups:
-            mine = {(s.name, law): whole[s.name, law] for s in scenarios for law in laws}
-            found.append(
-                Comparison(
-                    scenarios=tuple(scenarios),
-                    controllers=chosen_laws(laws),
-                    seeds=tuple(self.seeds),
-                    table=pd.concat([part.table for parts in mine.values() for part in parts], ignore_index=True),
-                    runs=RunsAgain(scenarios, laws, self.seeds, self.runs),
-                    metrics=own_metrics(self.metrics),
-                    notes={key: _joined(parts) for key, parts in mine.items()},
-                    values={
-                        (*key, *asked): np.concatenate([part.values[asked] for part in parts])
-                        for key, parts in mine.items()
-                        for asked in parts[0].values
-                    },
-                )
-            )
-        return tuple(found)
+        """The comparisons, one for each group, when all is done; the runs of all points of a design count alike."""
+        named = zip(self.work, self.chunks().tables(), strict=True)
+        whole = {
+            name: pd.concat([table.to_pandas() for _, table in parts], ignore_index=True)
+            for name, parts in groupby(named, key=lambda part: part[0][0].scenario.name)
+        }
+        return tuple(self._comparison(group, [whole[case.scenario.name] for case in group]) for group in self.groups)
+
+    def _comparison(self, group: Sequence[Case], tables: Sequence[pd.DataFrame]) -> Comparison:
+        laws = group[0].laws
+        notes, values = dict[tuple[str, str], RunNotes](), dict[tuple[str, str, str, str], np.ndarray]()
+        for case, table in zip(group, tables, strict=True):
+            for law in laws:
+                key, mine = (case.scenario.name, law), table[table["controller"] == law]
+                notes[key] = _notes(mine)
+                for metric, whose in self.quantities.get(key, ()):
+                    column = mine.loc[mine["robot"] == 1, f"{_VALUE}{metric}, {whose}"]
+                    values[(*key, metric, whose)] = np.array(column.tolist())
+        pooled = [self._pooled(case, _shown(table)) for case, table in zip(group, tables, strict=True)]
+        return Comparison(
+            scenarios=tuple(case.scenario for case in group),
+            controllers=chosen_laws(laws),
+            seeds=tuple(self.seeds) if group[0].design is None else tuple(range(group[0].points * len(self.seeds))),
+            table=pd.concat(pooled, ignore_index=True),
+            runs=RunsAgain([case.scenario for case in group], laws, self.seeds, self.runs),
+            metrics=own_metrics(self.metrics),
+            notes=notes,
+            values=values,
+            points=group[0].points,
+        )
+
+    def _pooled(self, case: Case, table: pd.DataFrame) -> pd.DataFrame:
+        """The table of a case by its name; the runs of a design are numbered through."""
+        if case.plain:
+            table["scenario"] = case.scenario.name
+        if case.design is not None:
+            table["seed"] += (table["point"] - 1) * len(self.seeds) - self.seeds[0]
+            table = table.drop(columns=["point", *(axis.name for axis in case.design.sweep.axes)])
+        return table.drop(columns="condition", errors="ignore")
 
 
-@dataclass(frozen=True)
-class _Opened:
-    """What a chunk's table holds."""
-
-    table: pd.DataFrame
-    notes: RunNotes
-    values: dict[Quantity, np.ndarray]
+def _shown(table: pd.DataFrame) -> pd.DataFrame:
+    """What a user sees of the table of chunks."""
+    return table.drop(columns=[name for name in map(str, table) if name.startswith((_NOTES, _VALUE))])
 
 
-def _opened(table: "pa.Table") -> _Opened:
-    rows = table.to_pandas()
-    divergences, left = json.loads(rows.pop(_NOTES)[0])
-    first = rows["robot"].to_numpy() == 1
-    values = {}
-    for name in [name for name in rows if name.startswith(_VALUE)]:
-        metric, _, whose = name.removeprefix(_VALUE).rpartition(", ")
-        values[metric, whose] = rows.pop(name).to_numpy()[first]
-    outside = tuple(OutsideInput(*one)._replace(universe=tuple(one[6])) for one in left)
-    return _Opened(rows, RunNotes(tuple(divergences), outside), values)
-
-
-def _joined(parts: Sequence[_Opened]) -> RunNotes:
-    seeds = [part.table["seed"].nunique() for part in parts]
-    left = merged([part.notes.outside for part in parts], seeds)
-    return RunNotes(tuple(line for part in parts for line in part.notes.divergences), left)
+def _notes(rows: pd.DataFrame) -> RunNotes:
+    """The notes on the runs of one controller in one case."""
+    said = [json.loads(text) for text in rows[_NOTES] if text]
+    found = [[OutsideInput(*one)._replace(universe=tuple(one[6])) for one in left] for _, left in said]
+    counts = np.diff([*np.flatnonzero(rows[_NOTES] != ""), len(rows)]).tolist()
+    return RunNotes(tuple(line for lines, _ in said for line in lines), merged(found, counts))

@@ -17,7 +17,19 @@ from fuzzy.naming import expected
 from fuzzy.quantity import accepted
 
 Holds = Literal[
-    "number", "whole number", "text", "word", "truth", "point", "pose", "points", "pairs", "texts", "table", "tables"
+    "number",
+    "whole number",
+    "text",
+    "word",
+    "truth",
+    "point",
+    "pose",
+    "points",
+    "pairs",
+    "texts",
+    "table",
+    "tables",
+    "any",
 ]
 ACCEPTED: dict[Holds, str] = {  # in words
     "number": "a finite number",
@@ -31,6 +43,7 @@ ACCEPTED: dict[Holds, str] = {  # in words
     "texts": "a list of texts in quotes",
     "table": "a table",
     "tables": "tables, one for each",
+    "any": "a value",
 }
 HOLDS_OF: dict[Any, Holds] = {  # by the type of a dataclass's field
     bool: "truth",
@@ -68,6 +81,11 @@ class Key:
     table: "KeyTable | None" = None  # of a "table", and of each of "tables"
     or_list: bool = False  # whether a list of values may stand there instead
     or_text: str = ""  # what a text that may stand there instead is, in words
+
+    @property
+    def inline(self) -> bool:
+        """Whether a line of a file sets it."""
+        return self.table is None or (self.or_list and self.example is not None)
 
     @property
     def accepted(self) -> str:
@@ -159,7 +177,7 @@ def key_of(f: Field[Any], hint: Any, specials: Specials) -> Key:
 def _held(name: str, hint: Any, specials: Specials) -> dict[str, Any]:
     if hint in specials:
         special = specials[hint](name)
-        return {"holds": special.holds, "table": special.table}
+        return {"holds": special.holds, "table": special.table, "or_list": special.or_list}
     if is_dataclass(hint):
         assert isinstance(hint, type)
         return {"holds": "table", "table": table_of(hint, name, specials)}

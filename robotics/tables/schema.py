@@ -87,6 +87,7 @@ def _type(key: Key) -> dict[str, Any]:
     simple: dict[str, Any] = {
         "number": {"type": "number"} | bounds,
         "whole number": {"type": "integer"} | bounds,
+        "any": {},
         "text": {"type": "string"},
         "word": {"enum": list(key.words)},
         "truth": {"type": "boolean"},

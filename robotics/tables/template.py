@@ -98,18 +98,20 @@ class _Writer:
         keys = [*table.keys, *table.shapes.get(shape, ())]
         instead = _alternatives(table, given)
         for key in keys:
-            if key.table is None and (key.name in given or full):
+            if key.inline and (key.name in given or full):
                 value = shape if key.name == table.by else given.get(key.name)
                 mark = "#or " if key.name in instead else "" if key.name in given else "#"
                 self.key(key, value, mark, remark=full)
         if full:
             self.other_shapes(table, shape)
         for key in keys:
-            if key.table is not None and (key.name in given or full) and key.name not in instead:
+            if not key.inline and (key.name in given or full) and key.name not in instead:
                 self.inner(key, given.get(key.name), f"{path}{key.name}")
         for name, value in given.items() if table.any_key is not None else ():
             self.add(f"{json.dumps(name) if '.' in name else name} = {toml_value(value)}")
-        if table.any_key is not None and full and not given:
+        if table.any_key is not None and table.any_key.example is not None and full and not given:
+            self.add(f"other = {toml_value(table.any_key.example)}  # {table.any_key.doc}", "#")
+        elif table.any_key is not None and full and not given:
             self.add(f"latency = [0.0, 0.1]  # {table.any_key.doc}" if "field" in path else "ky = [5.0, 10.0]", "#")
 
     def key(self, key: Key, value: Any, mark: str, remark: bool) -> None:

@@ -195,7 +195,7 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
     name, seed = scenario.name, comparison.seeds[0]
     looked = looks(comparison.controllers)
     most = comparison.drawn_seeds
-    seeds = "all seeds" if most == len(comparison.seeds) else f"the first {most} seeds"
+    seeds = "all seeds" if most == len(comparison.seeds) // comparison.points else f"the first {most} seeds"
 
     def drawn(plot: Callable[..., Figure], **options: Any) -> Callable[[], Figure]:
         runs = [(name, law) for law in comparison.controllers]  # looked up when the picture's turn comes
@@ -208,7 +208,7 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
     pictures = [
         Picture(
             f"{slug}-metrics",
-            f"Metrics on {name}: a dot for each of the {len(comparison.seeds)} seeds, and the mean with its 95 % "
+            f"Metrics on {name}: a dot for each of the {comparison.counted_runs}, and the mean with its 95 % "
             f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
             partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),

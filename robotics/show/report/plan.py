@@ -3,8 +3,9 @@
 All that is wrong with a file is a StudyError that names the file, the line, the key, the value and what is accepted.
 """
 
+import copy
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.quantity import check_quantities, described, whole
+from fuzzy.shell.progress import Begin
 from robotics.laws.catalogue import located, make_controller, presets
 from robotics.laws.law import Law, check_needs
 from robotics.laws.specification import Specification
@@ -24,8 +26,13 @@ from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, St
 from robotics.show.report.questions import QUESTIONS, question_called
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
+from robotics.simulation.scenario.robots import robot_tables
+from robotics.studies.keptcomparison import Case
+from robotics.studies.sweeps.plan import Axis, Method, Sweep, assign, check_plan, plan_sweep, scenario_at
+from robotics.studies.sweeps.reading import AXIS_VALUES, StudyAxis, check_design, scenario_source, study_axes
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
+from robotics.tables.lines import line_of
 from robotics.tables.text import reading
 
 
@@ -59,6 +66,7 @@ class StudyPlan:
         own_metrics: The user's own metrics, by name.
         metric_files: Their files as they are written, by those names.
         shown_metrics: The metrics that come first, by their names in tables.
+        axis_list: The axes, with their values.
 
     Raises:
         StudyError: A study that cannot be run.
@@ -88,6 +96,17 @@ class StudyPlan:
         example=["max_cross_track_m"],
     )
     claims: tuple[Statement, ...] = described("The claims, tables [[claims]].", ())
+    conditions: Mapping[str, Mapping[str, Any]] = described(
+        "Sets of keys of the scenarios' files, by their dotted names: every scenario is driven under each.",
+        default_factory=dict,
+    )
+    axes: tuple[StudyAxis, ...] = described("What is varied: every scenario is driven at every point.", ())
+    method: Method = described(
+        "How points are chosen: all combinations of the axes' values (grid), at random, or as a Latin hypercube.",
+        "grid",
+    )
+    samples: int | None = whole(None, least=1, doc="How many points a random design has.", example=50)
+    seed: int | None = whole(None, least=0, doc="The seed of a random design; left out: 0.", example=0)
     questions: tuple[str, ...] = described(
         f"Questions to the table of all runs: of {', '.join(QUESTIONS)}, or file.py:function of your own.",
         (),
@@ -110,6 +129,7 @@ class StudyPlan:
     own_metrics: Mapping[str, Metric] = field(init=False, repr=False, compare=False)
     metric_files: dict[str, str] = field(init=False, repr=False, compare=False)
     shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    axis_list: tuple[Axis, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, StudyError)
@@ -125,13 +145,15 @@ class StudyPlan:
             for j, condition in enumerate(claim.parts):
                 self._check(condition, own, ("claims", i) if claim.direct else ("claims", i, "parts", j))
         _refuse_twice("claims", [claim.name for claim in self.claims])
+        check_design(self.method, self.samples, self.seed)
+        object.__setattr__(self, "axis_list", study_axes(self.axes, self.method, self.content))
         _refuse_twice("questions", self.questions)
         for i, name in enumerate(self.questions):
             try:
                 question_called(name, self.folder)
             except InputError as error:
                 raise StudyError(f"questions: {error}").about("questions", i) from None
-        _ = self.groups
+        _ = self.cases
 
     @property
     def row(self) -> range:
@@ -171,6 +193,67 @@ class StudyPlan:
             for (kind, able), rows in found.items()
         )
 
+    @cached_property
+    def cases(self) -> tuple[tuple[Case, ...], ...]:
+        """The scenarios of each group under every condition, with the points of the design."""
+        return tuple(tuple(self._cases(group)) for group in self.groups)
+
+    def _cases(self, group: ScenarioGroup) -> Iterator[Case]:
+        for scenario in group.scenarios:
+            place = self.settings.index(scenario)
+            for condition, changes in self.conditions.items() or [("", {})]:
+                name = _case_name(scenario.name, condition)
+                if not (changes or self.axes):
+                    yield Case(
+                        replace(scenario, name=name) if condition else scenario, group.laws, scenario.name, condition
+                    )
+                    continue
+                source, table, _, home = scenario_source(self.scenarios[place], self.folder)
+                sweep = Sweep(
+                    scenario=name,
+                    table=robot_tables(copy.deepcopy(table)),
+                    controllers=tuple(map(str, group.laws.values())),
+                    seeds=self.seeds,
+                    first_seed=self.first_seed,
+                    method=self.method,
+                    samples=self.samples or 0,
+                    seed=self.seed or 0,
+                    name=self.name,
+                    file=self.file,
+                    line=line_of(self.content, ("axes",)),
+                    home=home,
+                )
+                for key, value in changes.items():
+                    try:
+                        assign(sweep.table, key.split("."), value, key)
+                        changed = scenario_at(sweep, ())
+                    except InputError as error:
+                        about = StudyError(f"conditions: {condition}: {source}: {error}")
+                        raise about.about("conditions", condition, key) from None
+                changed = scenario_at(sweep, ())
+                design = plan_sweep(replace(sweep, axes=self.axis_list)) if self.axes else None
+                yield Case(changed, group.laws, scenario.name, condition, design)
+
+    def case_names(self, scenario: str) -> list[str]:
+        """What a ``scenario`` is called under each condition."""
+        return [_case_name(scenario, condition) for condition in self.conditions or [""]]
+
+    def check_points(self, begin: Begin) -> None:
+        """Build the scenarios and the controllers of every point, with a bar that ``begin`` starts.
+
+        Raises SweepError where one is refused.
+        """
+        designs = [case.design for group in self.cases for case in group if case.design is not None]
+        advance = begin("checking every point", sum(len(d.points) for d in designs)) if designs else None
+        for design in designs:
+            check_plan(design, advance)
+
+    @property
+    def rows(self) -> int:
+        """The number of rows of its table."""
+        every = (case for group in self.cases for case in group)
+        return sum(len(c.scenario.robots) * len(c.laws) * c.points * self.seeds for c in every)
+
     @property
     def metrics_located(self) -> dict[str, str]:
         """The user's own metrics by name, as specifications seen from the current folder."""
@@ -188,8 +271,9 @@ class StudyPlan:
         for condition in (part for claim in self.claims for part in claim.parts):
             asked = self.metric_called(condition.metric), condition.robots
             for scenario in self.scenarios_of(condition):
-                for _, law in condition.named:
-                    found.setdefault((scenario.name, self.law_called(law)), []).append(asked)
+                for case in self.case_names(scenario.name):
+                    for _, law in condition.named:
+                        found.setdefault((case, self.law_called(law)), []).append(asked)
         return found
 
     def scenarios_of(self, condition: Condition) -> list[Scenario]:
@@ -339,11 +423,34 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
     """
     with reading(text, file, StudyError) as table:
         claims = statements(table.pop("claims", []), ("claims",), StudyError)
-        made = Builder(StudyError, NAME_LISTS).build(
+        made = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, CONDITIONS: _conditions}).build(
             StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text
         )
     assert isinstance(made, StudyPlan)
     return made
+
+
+CONDITIONS = Mapping[str, Mapping[str, Any]]  # the type of such a field
+
+
+def _conditions(value: Any, keys: Keys) -> dict[str, dict[str, Any]]:
+    builder, found = Builder(StudyError), dict[str, dict[str, Any]]()
+    for name, changes in builder.table(value, keys).items():
+        found[name] = dict(_flat(builder.table(changes, (*keys, name))))
+    return found
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by their dotted keys; a key may be quoted as a whole, or dotted as TOML has it."""
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _case_name(scenario: str, condition: str) -> str:
+    return f"{scenario}, {condition}" if condition else scenario
 
 
 def _refusal(scenario: Scenario, law: Law[Any]) -> str:

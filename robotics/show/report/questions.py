@@ -71,7 +71,7 @@ class Answer:
             raise QuestionError(f"the picture of an answer must be {what}")
 
     def row(self) -> dict[str, Any]:
-        """It in JSON's types, without the picture."""
+        """The answer in JSON's types, without the picture."""
         rows = None if self.table is None else self.table.to_dict(orient="records")
         return {"title": self.title, "sentence": self.sentence, "table": rows}
 
@@ -121,7 +121,9 @@ def asked(
     return {name: question_called(name, folder, own)(table) for name in names}
 
 
-def described_table(table: pd.DataFrame, own: Mapping[str, Metric], first: str) -> pd.DataFrame:
+def described_table(
+    table: pd.DataFrame, own: Mapping[str, Metric], first: str, axes: Sequence[str] = ()
+) -> pd.DataFrame:
     """The table of a study for questions: its ``attrs`` describe the columns; ``first`` is the metric that leads."""
     known = {name: about for name, about in {**ALL_METRICS, **own}.items() if name in table}
     table = table.copy(deep=False)
@@ -129,6 +131,7 @@ def described_table(table: pd.DataFrame, own: Mapping[str, Metric], first: str) 
         "units": {name: about.unit for name, about in known.items()},
         "titles": {name: about.title for name, about in known.items()},
         "first": first,
+        "axes": list(axes),
     }
     return table
 

@@ -19,6 +19,7 @@ from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
+from fuzzy.words import counted, listed
 from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
@@ -29,7 +30,7 @@ from robotics.measures.registry import own_metrics
 from robotics.show.report.chapter import Chapter, Claim, Front
 from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
-from robotics.show.report.plan import ScenarioGroup, StudyError, StudyPlan
+from robotics.show.report.plan import StudyError, StudyPlan
 from robotics.show.report.questions import Answer, answer_chapters, asked, described_table
 from robotics.show.report.summarytable import shown_metrics
 from robotics.simulation.scenario.description import Scenario
@@ -38,7 +39,7 @@ from robotics.simulation.scenario.robots import robot_files
 from robotics.studies.chunks import discard_chunks, has_chunks
 from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
-from robotics.studies.keptcomparison import KeptComparisons
+from robotics.studies.keptcomparison import Case, KeptComparisons
 from robotics.studies.versions import digest, digest_of, versions
 from robotics.tables.text import parse_table
 
@@ -137,8 +138,8 @@ def write_study(
     named = all(isinstance(law, str) for law in laws.values()) and all(
         isinstance(metric, str) for metric in (metrics.values() if isinstance(metrics, Mapping) else metrics)
     )
-    groups = [ScenarioGroup(scenarios[0].kind, tuple(scenarios), laws, {})]
-    work = _work(folder, configuration, groups, seeds, metrics, report, named=named)
+    cases = [Case(scenario, laws) for scenario in scenarios]
+    work = _work(folder, configuration, [cases], seeds, metrics, report, named=named)
     watch = _Watch(begin, kept, resumed)
     return _written(work, configuration, watch, chapters, front, report, command, fresh=fresh)
 
@@ -189,11 +190,12 @@ def run_study(
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)
     command = command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}"
     watch, configuration = _Watch(begin, kept, resumed), _configuration(plan)
+    plan.check_points(begin)
     with workers_at(jobs if jobs > 1 else None, preload=["robotics.studies.keptcomparison"]) as workers:
         work = _work(
             folder,
             configuration,
-            plan.groups,
+            plan.cases,
             plan.row,
             plan.own_metrics,
             report or plan.save_runs,
@@ -221,7 +223,7 @@ class _Watch:
 def _work(
     folder: Path,
     configuration: Mapping[str, Any],
-    groups: Sequence[ScenarioGroup],
+    groups: Sequence[Sequence[Case]],
     seeds: Sequence[int],
     metrics: OwnMetrics,
     drawn: bool,
@@ -232,13 +234,13 @@ def _work(
     workers: Workers | None = None,
 ) -> KeptComparisons:
     """The runs of a study. What is not ``named`` in files cannot be told from another: nobody goes on with its runs."""
-    scenarios = [repr(scenario) + repr(scenario.robots) for group in groups for scenario in group.scenarios]
-    about = [configuration, scenarios, sorted((key, sorted(asked)) for key, asked in quantities.items())]
+    cases = [case.about for group in groups for case in group]
+    about = [configuration, cases, sorted((key, sorted(asked)) for key, asked in quantities.items())]
     return KeptComparisons(
         folder=folder,
         key=digest(about) if named else uuid4().hex,
         lasting=named,
-        groups=[(group.scenarios, group.laws) for group in groups],
+        groups=groups,
         seeds=seeds,
         quantities=quantities,
         metrics=metrics,
@@ -280,7 +282,7 @@ def _written(
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
-        answers = _answers(plan, comparisons, folder) if plan is not None and plan.questions else {}
+        answers = _answers(plan, comparisons, work) if plan is not None and plan.questions else {}
         sections = []
         if report:
             sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
@@ -313,14 +315,14 @@ def _written(
     return Study(comparisons, summary, all_claims, shown, files, first, skipped, answers)
 
 
-def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], folder: Path) -> dict[str, Answer]:
+def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], work: KeptComparisons) -> dict[str, Answer]:
     """The answers to the study's questions, which answers.json has, too."""
-    table = pd.concat([comparison.table for comparison in comparisons], ignore_index=True)
     one = comparisons[0]
     shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
-    table = described_table(table, plan.own_metrics, next(name for name, about in shown.items() if not about.larger))
+    first = next(name for name, about in shown.items() if not about.larger)
+    table = described_table(work.rows(), plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
-    write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
+    write_json(work.folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
     return answers
 
 
@@ -345,9 +347,8 @@ def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
     except (KeyboardInterrupt, WorkerError):
         keep(work.rows())
         raise
-    comparisons = work.comparisons()
-    keep(pd.concat([comparison.table for comparison in comparisons], ignore_index=True))
-    return comparisons
+    keep(work.rows())
+    return work.comparisons()
 
 
 def _chapters_named(plan: StudyPlan) -> MakeChapters:
@@ -378,21 +379,21 @@ def _parts(plan: StudyPlan, condition: Condition, comparisons: Sequence[Comparis
     metric = plan.metric_called(condition.metric)
     about = quantity_called(metric, plan.own_metrics)
     of, *against = (plan.law_called(name) for name in (condition.of, *condition.against))
-    for scenario in plan.scenarios_of(condition):
-        here = next(c for c in comparisons if scenario.name in [s.name for s in c.scenarios])
+    for case in (name for scenario in plan.scenarios_of(condition) for name in plan.case_names(scenario.name)):
+        here = next(c for c in comparisons if case in [s.name for s in c.scenarios])
 
-        def values(law: str, on: str = scenario.name, found: Comparison = here) -> np.ndarray:
+        def values(law: str, on: str = case, found: Comparison = here) -> np.ndarray:
             return found.values[on, law, metric, condition.robots]
 
         yield decided(
             condition,
             Measure(about.title or condition.metric, about.unit, about.larger),
             values,
-            on=scenario.name,
+            on=case,
             of=of,
             against=against,
             fewest=FEWEST_RUNS,
-            note="; ".join(filter(None, (_note(here.table, scenario.name, law) for law in (of, *against)))),
+            note="; ".join(filter(None, (_note(here.table, case, law) for law in (of, *against)))),
         )
 
 
@@ -418,7 +419,7 @@ def _heading(plan: StudyPlan) -> Heading:
     return Heading(
         title=plan.title or plan.name,
         author=plan.author,
-        text=plan.paragraphs,
+        text=(*plan.paragraphs, *_pooling(plan)),
         program=(
             "import robotics\n\n"
             f'plan = robotics.load_study("{plan.name if packaged else Path(file).as_posix()}")\n'
@@ -428,6 +429,15 @@ def _heading(plan: StudyPlan) -> Heading:
         written=dict(zip(plan.laws, plan.controllers, strict=True)),
         skipped={scenario: lines for group in plan.groups for scenario, lines in group.skipped.items()},
     )
+
+
+def _pooling(plan: StudyPlan) -> list[str]:
+    """What a reader must know of numbers over the points of a design."""
+    if not plan.axes:
+        return []
+    names, points = listed([axis.name for axis in plan.axis_list]), counted(plan.cases[0][0].points, "point")
+    said = f"Every scenario was driven at {points} of {names}: numbers are of the runs at all points alike, and the "
+    return [f"{said}pictures of runs show the scenario as its file has it."]
 
 
 def _configuration(plan: StudyPlan) -> dict[str, Any]:

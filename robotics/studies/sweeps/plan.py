@@ -6,6 +6,7 @@ work is split, interrupted or spread over machines, the table is the same.
 """
 
 import copy
+import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -160,11 +161,11 @@ def scenario_at(sweep: Sweep, values: Sequence[Any]) -> Scenario:
     for axis, value in zip(sweep.axes, values, strict=True):
         if axis.target == "scenario":
             keys = axis.name.split(".")
-            _assign(table, keys, value, axis.name)
+            assign(table, keys, value, axis.name)
     return scenario_from_table(table, sweep.scenario, sweep.home)
 
 
-def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
+def assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
     """Put ``value`` where ``keys`` lead in tables and lists; "*" is every entry of a list."""
     key, rest = keys[0], keys[1:]
     places: Sequence[Any] = [key]
@@ -178,7 +179,14 @@ def _assign(node: Any, keys: Sequence[str], value: Any, name: str) -> None:
         if not rest:
             node[place] = copy.deepcopy(value)
         else:
-            _assign(node.setdefault(place, {}) if isinstance(node, dict) else node[place], rest, value, name)
+            assign(node.setdefault(place, {}) if isinstance(node, dict) else node[place], rest, value, name)
+
+
+def column_value(value: Any) -> bool | int | float | str:
+    """A level of an axis as its column has it: JSON text for what is neither number, text nor truth value."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    return json.dumps(value, ensure_ascii=False, default=str)
 
 
 def controller_at(sweep: Sweep, controller: str, values: Sequence[Any]) -> str:

@@ -112,15 +112,63 @@ class SweepFile:
             value = getattr(self, f.name)
             if "whole" in f.metadata and value is not None and value >= _MOST:
                 raise SweepError(f"{f.name} must be {accepted(f.metadata)}; {got(value)}").about(f.name)
-        grid = self.method == "grid"
-        for key, hint in (
-            ("samples", "the axes' values make a grid's points"),
-            ("seed", "first_seed is that of the runs"),
-        ):
-            if grid and getattr(self, key) is not None:
-                raise SweepError(f"{key} belongs to method = 'random' or 'latin-hypercube'; {hint}").about(key)
-        if not grid and self.samples is None:
-            raise SweepError(f"method = {self.method!r} needs samples = N, the number of points").about("method")
+        check_design(self.method, self.samples, self.seed)
+
+
+def check_design(method: Method, samples: int | None, seed: int | None) -> None:
+    """Raise SweepError where the keys of a design do not go together."""
+    if method != "grid" and samples is None:
+        raise SweepError(f"method = {method!r} needs samples = N, the number of points").about("method")
+    for key, value, hint in (
+        ("samples", samples, "the axes' values make a grid's points"),
+        ("seed", seed, "first_seed is that of the runs"),
+    ):
+        if method == "grid" and value is not None:
+            raise SweepError(f"{key} belongs to method = 'random' or 'latin-hypercube'; {hint}").about(key)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyAxis:
+    """An axis of a study: a key of the scenarios' files, or a gain of the controllers, that is varied."""
+
+    key: str = described(
+        'A key of the scenarios\' files by its dotted name; robots.0 is the first robot, "robots.*" every one.',
+        "",
+        example="latency",
+    )
+    gain: str = described("Instead of a key: a gain, of every controller.", "", example="ky")
+    values: Range = described(
+        "Its values: a list, or a range { low, high } with count, step, or scale, as a sweep has it.",
+        example=[0.0, 0.1],
+    )
+
+    def __post_init__(self) -> None:
+        if bool(self.key) == bool(self.gain):
+            raise SweepError('an axis needs key = "...", of the scenarios, or gain = "...", of the controllers')
+
+
+AXIS_VALUES = {Range: lambda value, keys: value}  # how the values of a study's axes are read
+
+
+def axis_values_key(name: str) -> Key:
+    """The description of the key of an axis's values."""
+    return Key(name=name, doc="", holds="table", table=table_of(Range, "range"), or_list=True)
+
+
+def study_axes(axes: Sequence[StudyAxis], method: Method, text: str) -> tuple[Axis, ...]:
+    """The axes of a study's file, whose ``text`` says their lines. Raises SweepError about what is wrong."""
+    found = []
+    for i, axis in enumerate(axes):
+        name, target = axis.key or axis.gain, _SECTIONS["scenario_fields" if axis.key else "controller_parameters"]
+        try:
+            found.append(_axis(name, target, axis.values, method, line_of(text, ("axes", i))))
+        except InputError as error:
+            raise SweepError(f"axes: {name}: {error}").about("axes", i, "values") from None
+        if name in {*ROW_KEYS, "diverged", "contact", "condition", *(other.name for other in found[:-1])}:
+            raise SweepError(f"axes: the table would have two columns {name!r}").about("axes", i)
+    if method != "grid" and not axes:
+        raise SweepError("a random design needs [[axes]]").about("method")
+    return tuple(found)
 
 
 @cache
@@ -164,7 +212,7 @@ def parse_sweep(text: str, name: str = "sweep", file: str = "<text>", folder: Pa
     """
     with reading(text, file, SweepError) as table:
         said: SweepFile = _BUILDER.build(SweepFile, table, ())
-        scenario, content, default, home = _scenario(said.scenario, folder)
+        scenario, content, default, home = scenario_source(said.scenario, folder)
         axes = tuple(axis for section in _SECTIONS for axis in _axes(said, section, text))
         _check_columns(axes)
         if said.method != "grid" and not axes:
@@ -204,7 +252,7 @@ def with_own(sweep: Sweep, laws: Sequence[str], metrics: Sequence[str]) -> Sweep
     return sweep
 
 
-def _scenario(name: str, folder: Path) -> tuple[str, dict[str, Any], str, Path]:
+def scenario_source(name: str, folder: Path) -> tuple[str, dict[str, Any], str, Path]:
     """The scenario's name, its TOML table, the controller that it names itself, if any, and its folder."""
     try:
         found = scenario_file(name, folder)

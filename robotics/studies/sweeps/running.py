@@ -1,6 +1,5 @@
 """Running a sweep: chunks through any ``concurrent.futures.Executor``, into one Parquet file each, then one table."""
 
-import json
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from robotics.studies.sweeps.plan import (
     SweepError,
     SweepPlan,
     check_plan,
+    column_value,
     controller_at,
     described,
     digest,
@@ -69,7 +69,9 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
         "seed": np.repeat(np.array(run.seeds, dtype=np.int64), robots),
         "robot": np.tile(np.arange(1, robots + 1), runs),
     }
-    columns |= {a.name: _column(v, runs * robots) for a, v in zip(sweep.axes, part.values, strict=True)}
+    columns |= {
+        a.name: pa.array([column_value(v)] * (runs * robots)) for a, v in zip(sweep.axes, part.values, strict=True)
+    }
     own = own_metrics(metrics_at(sweep), scenario.kind)
     values = dict.fromkeys(own, np.full((runs, robots), np.nan)) | measure_all(run, own)
     # Whether there are contacts may differ from point to point, the columns may not.
@@ -82,15 +84,6 @@ def _run_pass(sweep: Sweep, part: Pass) -> "pa.Table":
         columns |= {"contacts": touched.ravel(), "min_clearance_m": clearance.ravel()}
         columns["contact"] = np.repeat((touched > 0).any(axis=1), robots)
     return pa.table(columns)
-
-
-def _column(value: Any, rows: int) -> "pa.Array":
-    """An axis's column: of its levels' type, or JSON text for what is neither number, text nor truth value."""
-    import pyarrow as pa
-
-    if isinstance(value, (bool, int, float, str)):
-        return pa.array([value] * rows)
-    return pa.array([json.dumps(value, ensure_ascii=False, default=str)] * rows)
 
 
 def _place(sweep: Sweep, part: Pass) -> str:

@@ -18,7 +18,16 @@ from tests.robotics.commands.warmstart import PATIENCE, Warm, landed, wait_for_t
 STUDY = """
 scenarios = ["short.toml", "other.toml"]
 controllers = ["lyapunov", "csm", "esm"]
-seeds = 130
+seeds = 40
+questions = ["leads", "axes"]
+
+[conditions]
+calm = {}
+noisy = { sensing.position_noise = 0.01 }
+
+[[axes]]
+key = "latency"
+values = [0.0, 0.05]
 
 [[claims]]
 name = "One"
@@ -27,8 +36,9 @@ of = "lyapunov"
 against = ["csm", "esm"]
 less = true
 """
-TABLES = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "configuration.json")
-CHUNKS = 12  # 2 scenarios × 3 laws × 130 seeds, 100 at most in one
+TABLES = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "configuration.json")
+# Of a comparison 2 scenarios × 3 laws × 130 seeds; of the study 2 scenarios × 2 conditions × 6 passes, by 2
+CHUNKS = 12
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +74,7 @@ def whole(out):
 
 def check_end(place, name, out):
     assert whole(out) == whole(place / name)
-    assert len(whole(out)) == (5 if name == "study" else 3)
+    assert len(whole(out)) == (6 if name == "study" else 3)
     assert not (out / "chunks").exists()
 
 

@@ -1,0 +1,128 @@
+"""Files of plans, whatever their kind: told apart by their keys, and drawn in text before anything runs."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from fuzzy.errors import InputError
+from fuzzy.words import counted
+from robotics.show.report.plan import StudyPlan, load_study, study_names
+from robotics.studies.arena.description import BLOCKS, load_arena
+from robotics.studies.sweeps.plan import Axis, plan_sweep
+from robotics.studies.sweeps.reading import load_sweep
+from robotics.studies.tuning.file import load_tuning
+from robotics.tables.text import parse_table, read_text
+
+KINDS = {  # the keys that only such a file has
+    "study": {"scenarios"},
+    "sweep": {"scenario", "scenario_fields", "controller_parameters"},
+    "arena": {"laws", "like", "testing_runs", "choosing_runs"},
+    "tuning": {"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"},
+}
+NEW_FORM = {
+    "sweep": "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
+    "arena": "a study with [tune], in which every law is tuned with the same budget",
+    "tuning": "the key space of a study's [tune]",
+}
+
+
+def plan_kind(name: str) -> str:
+    """Which kind of plan a file is, by its keys: "study", "sweep", "arena" or "tuning"; "" for none, as a scenario."""
+    if name in study_names():
+        return "study"
+    path = Path(name)
+    if path.suffix != ".toml" or not path.is_file():
+        return ""
+    keys = {*parse_table(read_text(path, InputError), name, InputError)}
+    return next((kind for kind, own in KINDS.items() if keys & own), "")
+
+
+def note_on(kind: str, name: str) -> str:
+    """What is said of a file that is no study's, but readable as what it is."""
+    article = "an" if kind[0] in "aeiou" else "a"
+    return f"{name} is {article} {kind}'s file, and is read as one; its new form: {NEW_FORM[kind]} (robotics new study)"
+
+
+def drawn_plan(kind: str, name: str) -> str:
+    """The plan in a file, in text: what is multiplied with what, how many runs and pieces that makes, what is asked.
+
+    Raises an InputError for a file that makes no plan.
+    """
+    title, rows, tail = {"study": _study, "sweep": _sweep, "arena": _arena, "tuning": _tuning}[kind](name)
+    heads = [f"{'× ' if place else '':2}{counted(count, word)}" for place, (count, word, _) in enumerate(rows)]
+    width = max(map(len, heads), default=0)
+    drawn = [f"{head:{width}}  {text}" for head, (_, _, text) in zip(heads, rows, strict=True)]
+    return "\n".join([f"{name}: {title}" if title else name, *drawn, *tail])
+
+
+_Drawing = tuple[str, list[tuple[int, str, str]], list[str]]
+
+
+def _study(name: str) -> _Drawing:
+    plan = load_study(name)
+    points, design = (plan.cases[0][0].points, _design(plan.axis_list, plan.method)) if plan.axes else (1, "")
+    rows = [
+        (len(plan.settings), "scenario", ", ".join(s.name for s in plan.settings)),
+        *([(len(plan.conditions), "condition", ", ".join(plan.conditions))] if plan.conditions else []),
+        *([(points, "point", design)] if design else []),
+        (len(plan.laws), "controller", ", ".join(plan.laws)),
+        (plan.seeds, "seed", _seeds(plan.row)),
+    ]
+    return plan.title, rows, [*_amount(plan), *_asked(plan)]
+
+
+def _amount(plan: StudyPlan) -> Iterator[str]:
+    cases = [case for group in plan.cases for case in group]
+    runs = sum(len(case.laws) * case.points * plan.seeds for case in cases)
+    pieces = sum(1 for case in cases for _ in case.chunks(plan.row, {}))
+    yield f" = {counted(runs, 'run')} in {counted(pieces, 'piece')}, {counted(plan.rows, 'row')}"
+    for group in plan.groups:
+        yield from (f"   without {on}: {line}" for on, lines in group.skipped.items() for line in lines)
+
+
+def _asked(plan: StudyPlan) -> Iterator[str]:
+    for word, names in (("claim", [claim.name for claim in plan.claims]), ("question", plan.questions)):
+        if names:
+            yield f"   {counted(len(names), word)}: {', '.join(names)}"
+
+
+def _sweep(name: str) -> _Drawing:
+    plan = plan_sweep(load_sweep(name))
+    sweep = plan.sweep
+    seeds = range(sweep.first_seed, sweep.first_seed + sweep.seeds)
+    rows = [
+        (1, "scenario", sweep.scenario),
+        (len(plan.points), "point", _design(sweep.axes, sweep.method)),
+        (len(sweep.controllers), "controller", ", ".join(sweep.controllers)),
+        (sweep.seeds, "seed", _seeds(seeds)),
+    ]
+    return "", rows, [f" = {counted(plan.runs, 'run')} in {counted(plan.chunks, 'piece')}"]
+
+
+def _arena(name: str) -> _Drawing:
+    plan = load_arena(name)
+    rows = [
+        (len(plan.laws), "law", ", ".join(plan.laws)),
+        (len(plan.engines) * plan.repeats, "search", f"{', '.join(plan.engines)}, {plan.evaluations} evaluations each"),
+    ]
+    blocks = ", ".join(f"{counted(len(plan.scenarios(block)), 'scenario')} to {block}" for block in BLOCKS)
+    return plan.title, rows, [f"   {blocks}; {plan.testing_runs} seeds of each that is tested on"]
+
+
+def _tuning(name: str) -> _Drawing:
+    found = load_tuning(name)
+    terms = " + ".join(f"{term.metric} / {term.scale:g}" for term in found.cost)
+    return found.title, [], [f"   moves {', '.join(found.move)}", f"   cost {terms}"]
+
+
+def _seeds(row: Sequence[int]) -> str:
+    return f"{row[0]} to {row[-1]}" if len(row) > 1 else str(row[0])
+
+
+def _design(axes: Sequence[Axis], method: str) -> str:
+    spans = [
+        f"{axis.name} {', '.join(map(str, axis.levels))}"
+        if axis.levels
+        else f"{axis.name} {axis.low:g} to {axis.high:g}"
+        for axis in axes
+    ]
+    return f"{method}: {' × '.join(spans)}"
