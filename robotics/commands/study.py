@@ -58,6 +58,8 @@ def study(
       [[axes]]                            # optional: every scenario at every point
       key = "latency"                     # or gain = "ky"
       values = [0.0, 0.1]                 # or { low = 0, high = 0.2, step = 0.05 }
+      [tune]                              # optional: tuned first, "mine (tuned)" takes part beside "mine"
+      evaluations = 300                   # space = "my-tuning.toml"
       [[claims]]
       name = "Mine is more precise"
       metric = "rms_cross_track_m"        # on = "sine", robot = 1, mean = true

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 Quantity = tuple[str, str]  # of a claim: what is measured, and whose number of a run it is
 _NOTES, _VALUE = "notes ", "value of "  # columns of chunks, beside those of the table
+_PASSES = 10  # of a design in a chunk, at most, so that several workers have something to do
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Case:
             for name, law in self.laws.items()
             for stretch in stretches
         )
-        size = 1 if self.design is None else max(1, DRAWN_SEEDS // len(seeds))
+        size = 1 if self.design is None else max(1, min(DRAWN_SEEDS // len(seeds), _PASSES))
         while chunk := tuple(islice(every, size)):
             yield chunk
 

@@ -30,6 +30,8 @@ from robotics.simulation.scenario.robots import robot_tables
 from robotics.studies.keptcomparison import Case
 from robotics.studies.sweeps.plan import Axis, Method, Sweep, assign, check_plan, plan_sweep, scenario_at
 from robotics.studies.sweeps.reading import AXIS_VALUES, StudyAxis, check_design, scenario_source, study_axes
+from robotics.studies.tuning.file import StudyTuning
+from robotics.studies.tuning.space import NothingMovesError
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.lines import line_of
@@ -58,6 +60,7 @@ class StudyPlan:
 
     Attributes:
         name: What it is called: its file's name.
+        found: The specifications of tuned controllers, by the names of the published ones.
         folder: Where files are looked for.
         file: The file, in messages and in the record of what was run.
         content: The text of the file.
@@ -107,6 +110,7 @@ class StudyPlan:
     )
     samples: int | None = whole(None, least=1, doc="How many points a random design has.", example=50)
     seed: int | None = whole(None, least=0, doc="The seed of a random design; left out: 0.", example=0)
+    tune: StudyTuning | None = described("Controllers are tuned first, and take part in both forms.", None)
     questions: tuple[str, ...] = described(
         f"Questions to the table of all runs: of {', '.join(QUESTIONS)}, or file.py:function of your own.",
         (),
@@ -121,6 +125,7 @@ class StudyPlan:
     out: str = described(
         "The folder of the results, relative to this file. Default: out/NAME where you are.", "", example="results"
     )
+    found: Mapping[str, str] = field(default_factory=dict)
     folder: Path = field(default=Path(), compare=False)
     file: str = field(default="", compare=False)
     content: str = field(default="", compare=False, repr=False)
@@ -323,7 +328,51 @@ class StudyPlan:
             if name != text and (name in presets() or not name.strip()):
                 why = "is the name of another controller" if name.strip() else "is empty"
                 raise StudyError(f"names: {name!r}, for {text}, {why}; choose another").about("names")
-        return dict(zip(names, laws, strict=True))
+        published = dict(zip(names, laws, strict=True))
+        tuned = {tuned_name(n): self.found.get(n, published[n]) for n in self._tunable(published)}
+        if twice := {*published} & {*tuned}:
+            raise StudyError(f"names: {min(twice)!r} is what a tuned controller will be called").about("names")
+        return published | tuned
+
+    def _tunable(self, published: Mapping[str, str]) -> list[str]:
+        """The names of the controllers that are tuned."""
+        if self.tune is None:
+            return []
+        for i, name in enumerate(self.tune.controllers):
+            if name not in published:
+                raise StudyError(expected(name, published, "controller of the study")).about("tune", "controllers", i)
+        for i, name in enumerate(self.tune.on):
+            if name not in {*self.scenarios, *(s.name for s in self.settings)}:
+                known = [s.name for s in self.settings]
+                raise StudyError(expected(name, known, "scenario of the study")).about("tune", "on", i)
+        moving, found = self.tune.file(self.folder), []
+        for name in self.tune.controllers or published:
+            try:
+                moving.space(make_controller(published[name]))
+            except NothingMovesError as error:
+                if self.tune.controllers:
+                    raise StudyError(f"tune: {name}: {error}").about("tune", "controllers") from None
+            else:
+                found.append(name)
+        return found
+
+    @property
+    def tuned(self) -> list[str]:
+        """The names of the controllers that are tuned."""
+        return [name for name in self.laws if tuned_name(name) in self.laws]
+
+    @property
+    def written(self) -> dict[str, str]:
+        """The controllers as the file has them, by their names."""
+        published = dict(zip(self.laws, self.controllers, strict=False))
+        return published | {tuned_name(name): f"{published[name]}, tuned" for name in self.tuned}
+
+    def tuned_on(self, name: str) -> list[Scenario]:
+        """The scenarios on which the controller called ``name`` is tuned, of those that it drives."""
+        wanted = {*self.tune.on} if self.tune is not None else set()
+        pairs = zip(self.settings, self.scenarios, strict=True)
+        law = make_controller(self.laws[name])
+        return [s for s, text in pairs if (not wanted or wanted & {s.name, text}) and not _refusal(s, law)]
 
     def _metric(self, text: str, own: dict[str, Metric], keys: Keys) -> str:
         """The name of a metric in tables; one of a file is added to ``own``."""
@@ -447,6 +496,11 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value
+
+
+def tuned_name(name: str) -> str:
+    """What the tuned form of a controller is called."""
+    return f"{name} (tuned)"
 
 
 def _case_name(scenario: str, condition: str) -> str:

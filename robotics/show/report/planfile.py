@@ -80,6 +80,12 @@ def _amount(plan: StudyPlan) -> Iterator[str]:
 
 
 def _asked(plan: StudyPlan) -> Iterator[str]:
+    if plan.tune is not None:
+        tuned, on = plan.tune, sorted({s.name for name in plan.tuned for s in plan.tuned_on(name)})
+        yield (
+            f"   tuned first: {', '.join(plan.tuned)}, {counted(tuned.evaluations, 'evaluation')} each on "
+            f"{', '.join(on)} × {counted(tuned.runs, 'seed')}"
+        )
     for word, names in (("claim", [claim.name for claim in plan.claims]), ("question", plan.questions)):
         if names:
             yield f"   {counted(len(names), word)}: {', '.join(names)}"

@@ -152,11 +152,11 @@ def _chapter(place: int, name: str, answer: Answer) -> Chapter:
 
 
 def _drawn(picture: Figure | Callable[[], Figure]) -> Figure:
-    if isinstance(picture, Figure):
-        return picture
-    found = picture()
+    found = picture if isinstance(picture, Figure) else picture()
     if not isinstance(found, Figure):
         raise QuestionError(f"the picture of an answer must be a matplotlib.figure.Figure; got {type(found).__name__}")
+    if found.get_layout_engine() is None:
+        found.set_layout_engine("constrained")
     return found
 
 

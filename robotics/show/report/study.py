@@ -1,6 +1,7 @@
 """A whole study in a folder: comparisons, claims, chapters that may be added, and the report."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -18,7 +19,8 @@ from threadpoolctl import threadpool_limits
 from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
-from fuzzy.shell.progress import Begin, unwatched
+from fuzzy.shell.progress import Begin, Mover, unwatched
+from fuzzy.tuning.search import Evaluations
 from fuzzy.words import counted, listed
 from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
 from robotics.laws.law import Law
@@ -40,6 +42,8 @@ from robotics.studies.chunks import discard_chunks, has_chunks
 from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
 from robotics.studies.keptcomparison import Case, KeptComparisons
+from robotics.studies.tuning.results import write_tuned
+from robotics.studies.tuning.tune import tune
 from robotics.studies.versions import digest, digest_of, versions
 from robotics.tables.text import parse_table
 
@@ -189,6 +193,7 @@ def run_study(
     folder = Path(out) if out is not None else default_folder(plan)
     chapters = chapters or (_chapters_named(plan) if plan.chapters else None)
     command = command or f"robotics study {plan.file or plan.name} --seeds {plan.seeds}"
+    plan = _tuned(plan, folder, begin, fresh) if plan.tune is not None else plan
     watch, configuration = _Watch(begin, kept, resumed), _configuration(plan)
     plan.check_points(begin)
     with workers_at(jobs if jobs > 1 else None, preload=["robotics.studies.keptcomparison"]) as workers:
@@ -204,6 +209,35 @@ def run_study(
             workers=workers,
         )
         return _written(work, configuration, watch, chapters, front, report, command, plan, fresh=fresh)
+
+
+def _tuned(plan: StudyPlan, folder: Path, begin: Begin, fresh: bool) -> StudyPlan:
+    """The study with its controllers tuned, each in a folder of its own, where its search goes on after a stop."""
+    assert plan.tune is not None
+    asked, about, found = plan.tune, plan.tune.file(plan.folder), {}
+    for place, name in enumerate(plan.tuned, start=1):
+        law, moved = plan.laws[name], Mover(begin(f"tuning {name}", asked.evaluations))
+        where = folder / "tuned" / f"{place}-{re.sub(r'[^A-Za-z0-9.=-]+', '-', name)}"
+        where.mkdir(parents=True, exist_ok=True)
+        tuned = tune(
+            about.space(make_controller(law)),
+            plan.tuned_on(name),
+            specification=law,
+            runs=asked.runs,
+            evaluations=asked.evaluations,
+            seed=asked.seed,
+            engine=asked.engine,
+            cost=about.made_cost(),
+            folder=where,
+            fresh=fresh,
+            progress=partial(_tell, moved),
+        )
+        found[name] = write_tuned(tuned, law, where)
+    return replace(plan, found=found)
+
+
+def _tell(moved: Mover, tried: Evaluations) -> None:
+    moved(len(tried))
 
 
 def default_folder(plan: StudyPlan) -> Path:
@@ -426,7 +460,7 @@ def _heading(plan: StudyPlan) -> Heading:
             'study = robotics.run_study(plan, out="out")\n'
         ),
         folder=_prefix(plan),
-        written=dict(zip(plan.laws, plan.controllers, strict=True)),
+        written=plan.written,
         skipped={scenario: lines for group in plan.groups for scenario, lines in group.skipped.items()},
     )
 
@@ -446,8 +480,7 @@ def _configuration(plan: StudyPlan) -> dict[str, Any]:
         "study": plan.name,
         "scenarios": [scenario.name for scenario in plan.settings],
         "controllers": {
-            name: {"specification": written, "gains": _gains(plan, law)}
-            for (name, law), written in zip(plan.laws.items(), plan.controllers, strict=True)
+            name: {"specification": plan.written[name], "gains": _gains(plan, law)} for name, law in plan.laws.items()
         },
         "metrics": [*plan.own_metrics],
         "seeds": list(plan.row),

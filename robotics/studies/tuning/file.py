@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.naming import expected
-from fuzzy.quantity import check_quantities, described, quantity
+from fuzzy.quantity import check_quantities, described, quantity, whole
+from fuzzy.tuning.engines import ENGINES
 from fuzzy.tuning.parameter import TuningError
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
@@ -62,6 +63,37 @@ class TuningFile:
         """What a run costs; functions in files are looked for beside the file first."""
         terms = (replace(term, metric=_located(term.metric, self.folder)) for term in self.cost)
         return Cost(terms=tuple(terms), failed=self.failed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyTuning:
+    """What is tuned before a study is run: the tuned form of a controller takes part beside the published one."""
+
+    controllers: tuple[str, ...] = described(
+        "The controllers that are tuned, as the study calls them. Default: all of which something moves.",
+        (),
+        example=["fuzzy"],
+    )
+    on: tuple[str, ...] = described(
+        "The scenarios that they are tuned on. Default: those of the study, with other seeds.",
+        (),
+        example=["lyapunov-sine"],
+    )
+    space: str = described("What may move, and what a run costs: a tuning's name or file.", "", example="tracking")
+    evaluations: int = whole(300, least=1, most=1_000_000, doc="How many candidates are tried of each.")
+    runs: int = whole(20, least=1, most=10_000, doc="Seeds of each candidate on each scenario.")
+    seed: int = whole(1, least=0, most=10**9, doc="The seed of the searches.")
+    engine: str = described("What searches: cmaes, or random.", "cmaes")
+
+    def __post_init__(self) -> None:
+        check_quantities(self, TuningError)
+        if self.engine not in ENGINES:
+            raise TuningError(expected(self.engine, ENGINES, "engine")).about("engine")
+
+    def file(self, folder: Path) -> TuningFile:
+        """What may move, and what a run costs. Raises TuningError."""
+        beside = folder / self.space
+        return load_tuning(beside if beside.is_file() else self.space) if self.space else TuningFile()
 
 
 _FILES = TomlFiles("tunings", "tuning", TuningError)

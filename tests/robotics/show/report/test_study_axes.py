@@ -2,7 +2,11 @@
 
 import json
 import re
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +14,9 @@ import pytest
 
 import robotics
 from robotics.commands.application import main
-from robotics.show.report.plan import load_study
+from robotics.show.report.chapter import Chapter
+from robotics.show.report.keys import study_table
+from robotics.show.report.plan import StudyError, load_study
 from robotics.show.report.study import run_study
 from tests.robotics.commands.test_sweep_command import SCENARIO, SPEC
 
@@ -155,3 +161,160 @@ def test_check_draws_plans_of_every_kind_and_notes_the_new_form(
         packaged = Path(robotics.__file__).parent / "data" / f"{kind}.toml"
         assert main(["check", str(packaged)]) == 0
         assert f"{kind.split('s/')[0]}'s file, and is read as one" in capsys.readouterr().err
+
+
+TUNED = """
+scenarios = ["short.toml", "other.toml"]
+controllers = ["lyapunov", "fuzzy"]
+names = ["lyap", "rules"]
+seeds = 2
+
+[tune]
+controllers = ["lyap"]
+on = ["other.toml"]
+evaluations = 14
+runs = 2
+
+[[claims]]
+name = "Better"
+metric = "rms_cross_track_m"
+of = "lyap (tuned)"
+against = "lyap"
+less = true
+"""
+
+
+def test_a_tuned_controller_takes_part_beside_the_published_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The law is what `robotics tune` finds, and a study stopped while it tunes goes on."""
+    from robotics.studies.tuning import tune as tuning
+
+    (folder / "study.toml").write_text(TUNED, encoding="utf-8")
+    plan = load_study(folder / "study.toml")
+    assert list(plan.laws) == ["lyap", "rules", "lyap (tuned)"]
+    costs, calls = tuning.mean_costs, [3]
+
+    def stopping(*arguments: object, **options: object) -> object:
+        calls[0] -= 1
+        if calls[0] == 0:
+            raise KeyboardInterrupt
+        return costs(*arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(tuning, "mean_costs", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(plan, folder / "out", report=False)
+    for out in ("out", "whole"):
+        run_study(plan, folder / out, report=False)
+    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv"):
+        assert (folder / "out" / name).read_bytes() == (folder / "whole" / name).read_bytes()
+    found = robotics.tune("lyapunov", [folder / "other.toml"], runs=2, evaluations=14)
+    run = robotics.simulate(robotics.load_scenario(folder / "short.toml"), found.law, (0, 1))
+    table = pd.read_csv(folder / "out" / "results.csv")
+    mine = table[(table["scenario"] == "short") & (table["controller"] == "lyap (tuned)")]
+    np.testing.assert_allclose(
+        mine["rms_cross_track_m"], robotics.measure_all(run)["rms_cross_track_m"][:, 0], rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        ('["lyap"]\non', '["lyp"]\non', "did you mean 'lyap'"),
+        ('["other.toml"]', '["others"]', "did you mean 'other'"),
+        ("runs = 2", 'engine = "cmae"', "did you mean 'cmaes'"),
+        ("runs = 2", 'space = "trackin"', "did you mean 'tracking'"),
+        ('of = "lyap (tuned)"', 'of = "rules (tuned)"', "rules (tuned)"),
+    ],
+)
+def test_what_is_wrong_with_a_tuning_is_told_with_its_line(folder: Path, before: str, after: str, says: str) -> None:
+    assert before in TUNED
+    (folder / "study.toml").write_text(TUNED.replace(before, after), encoding="utf-8")
+    with pytest.raises(StudyError, match=re.escape(says)) as caught:
+        load_study(folder / "study.toml")
+    assert re.match(rf"{re.escape(str(folder / 'study.toml'))}:\d+: ", str(caught.value))
+
+
+EVERY = """
+title = "Everything"
+author = "A. Author"
+text = "What I ask."
+scenarios = ["short.toml"]
+controllers = ["lyapunov", "csm"]
+names = ["mine", "rival"]
+seeds = 2
+first_seed = 3
+metrics = ["max_cross_track_m"]
+method = "random"
+samples = 2
+seed = 4
+questions = ["leads", "axes"]
+chapters = "tests.robotics.show.report.test_study_axes:chapters"
+save_runs = true
+out = "results"
+
+[conditions]
+calm = {}
+late = { latency = 0.05 }
+
+[tune]
+controllers = ["mine"]
+on = ["short"]
+space = "tracking"
+evaluations = 3
+runs = 1
+seed = 2
+engine = "random"
+
+[[axes]]
+key = "sensing.position_noise"
+values = { low = 1e-4, high = 1e-2, scale = "log" }
+
+[[axes]]
+gain = "kx"
+values = [1.0, 2.0]
+
+[[claims]]
+name = "Mine"
+says = "It is better."
+source = "A paper"
+untested = "Much."
+
+[[claims.parts]]
+metric = "rms_cross_track_m"
+on = ["short"]
+of = "mine (tuned)"
+against = ["rival"]
+less = true
+margin_percent = 1.0
+mean = true
+says = "It is much better."
+"""
+
+
+@contextmanager
+def chapters(begin: Any, folder: Path, seed: int, draw: bool) -> Iterator[Any]:
+    yield lambda: [Chapter("mine", f"From seed {seed}")]
+
+
+def test_a_file_with_every_key_runs_and_says_all(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
+    assert {key.name for key in study_table().keys} == {*tomllib.loads(EVERY)}
+    (folder / "every.toml").write_text(EVERY, encoding="utf-8")
+    assert main(["study", str(folder / "every.toml"), "-q", "--workers", "2"]) == 0
+    out = folder / "results"
+    table = pd.read_csv(out / "results.csv")
+    assert len(table) == 2 * 2 * 3 * 2
+    assert set(table["controller"]) == {"mine", "rival", "mine (tuned)"}
+    words = re.sub(r"<[^>]+>", "", (out / "report.html").read_text(encoding="utf-8"))
+    for said in (
+        "Everything",
+        "A. Author",
+        "What I ask.",
+        "From seed 3",
+        "It is much better.",
+        "Every scenario was driven at 2 points of sensing.position_noise and kx",
+        "Who leads where",
+    ):
+        assert said in words
+    assert {f.name for f in (out / "runs").iterdir()} == {
+        f"short_{condition}--{law}.npz" for condition in ("calm", "late") for law in ("mine", "rival", "mine_tuned_")
+    }
