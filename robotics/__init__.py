@@ -49,9 +49,22 @@ _MOVED = """
     measures.statistics studies.tuning studies.arena show.figures show.playback show.report show.designer
     show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
 """
+_PLUGINS = {
+    "laws.predictive": "predictive",
+    "show.designer": "designer",
+    "show.figures.arena": "arena.figures",
+    "show.figures.certificate": "certificates.figures",
+    "show.report.arena": "arena.report",
+    "studies.arena": "arena",
+    "studies.certificate": "certificates.certificate",
+    "studies.compensation": "certificates.compensation",
+    "studies.learning.drivedata": "logs.drivedata",
+    "studies.lemma": "thesis.lemma",
+}
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+    | {f"robotics.{name}": f"robotics.plugins.{now}" for name, now in _PLUGINS.items()}
     | {"robotics.experiments": "robotics.studies"},
     lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import
 )

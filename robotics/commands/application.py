@@ -18,7 +18,7 @@ app = application(
     commands={
         "look": "list scenario robot check plot explain animate",
         "run": "new run repeat",
-        "compare": "compare sweep stress arena study",
+        "compare": "compare sweep stress study",
         "tune": "tune",
         "learn": "dataset learn",
         "more": "copy team",

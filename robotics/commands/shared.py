@@ -40,7 +40,14 @@ Metric = Annotated[
     option("Also measure your own metric, mymetric.py:comfort.", "--metric", "FILE.py:NAME", autocompletion=metrics),
 ]
 Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
-Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles")]
+Files = Annotated[
+    "RunFiles",
+    FieldOptions(
+        "robotics.commands.run_files:RunFiles",
+        *("plot", "save", "table", "events", "player"),
+        added="fuzzyfleet.runfiles",
+    ),
+]
 Wrong = Annotated[
     "Disturbance",
     FieldOptions(

@@ -19,8 +19,6 @@ from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
-from robotics.laws.predictive.mppi import PathIntegral
-from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -42,7 +40,8 @@ from robotics.world.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
-LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which other packages add laws
+LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which plug-ins and other packages add laws
+_OWN = "fuzzyfleet"  # the distribution whose laws are the catalogue's
 
 
 _PUBLISHED: dict[str, Preset] = {
@@ -88,18 +87,6 @@ _PUBLISHED: dict[str, Preset] = {
         {},
         "PID",
         "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s",
-    ),
-    "mppi": Preset(
-        PathIntegral,
-        {},
-        "MPPI",
-        "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
-    ),
-    "nmpc": Preset(
-        PredictiveControl,
-        {},
-        "Predictive control",
-        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
     ),
     "ppo": Preset(
         NeuralPolicy,
@@ -230,6 +217,44 @@ _PUBLISHED: dict[str, Preset] = {
 }
 
 
+def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], dict[str, str]]:
+    """The presets that entry points name, and a sentence for each that cannot be used, by their names.
+
+    Args:
+        own: Whether those of this distribution are meant, or those of all others.
+        taken: Presets whose names no other has.
+    """
+    good: dict[str, Preset] = {}
+    bad: dict[str, str] = {}
+    entries = [entry for entry in entry_points(group=LAW_ENTRY_POINTS) if _is_own(entry) == own]
+    for entry in sorted(entries, key=lambda e: e.name):
+        what = f"the law {entry.name!r} of {_origin(entry)}"
+        if entry.name in taken:
+            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
+            continue
+        try:
+            thing = entry.load()
+        except Exception as error:  # another package's module may raise anything when it is imported
+            bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
+            continue
+        if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
+            thing = Preset(thing, {}, entry.name, (thing.__doc__ or "").partition("\n")[0])
+        if isinstance(thing, Preset):
+            good[entry.name] = thing
+        else:
+            bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
+    return good, bad
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    return entry.dist is not None and entry.dist.name == _OWN
+
+
+def _origin(entry: EntryPoint) -> str:
+    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
+
+
+_PUBLISHED |= _loaded(True, _PUBLISHED)[0]
 CATALOGUE: dict[str, Preset] = _PUBLISHED | tuned_presets(_PUBLISHED)
 
 
@@ -250,29 +275,7 @@ def unusable_laws() -> dict[str, str]:
 
 @cache
 def _installed() -> tuple[dict[str, Preset], dict[str, str]]:
-    good: dict[str, Preset] = {}
-    bad: dict[str, str] = {}
-    for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
-        what = f"the law {entry.name!r} of {_origin(entry)}"
-        if entry.name in CATALOGUE:
-            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
-            continue
-        try:
-            thing = entry.load()
-        except Exception as error:  # another package's module may raise anything when it is imported
-            bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
-            continue
-        if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
-            thing = Preset(thing, {}, entry.name, (thing.__doc__ or "").partition("\n")[0])
-        if isinstance(thing, Preset):
-            good[entry.name] = thing
-        else:
-            bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
-    return good, bad
-
-
-def _origin(entry: EntryPoint) -> str:
-    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
+    return _loaded(False, CATALOGUE)
 
 
 def preset_of(specification: str) -> Preset:

@@ -1,24 +1,22 @@
 """The designer in a notebook: the page's modules as one anywidget."""
 
 import asyncio
-import contextlib
 import itertools
-from base64 import b64encode
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.esmodule import ModuleError, composed
-from fuzzy.extras import install_command
+from fuzzy.esmodule import composed
 from fuzzy.figures.palette import stylesheet
 from fuzzy.plugins.designer.design import Design, design_of
 from fuzzy.plugins.designer.document import DEPTH
 from fuzzy.plugins.designer.edits import edited
 from fuzzy.plugins.designer.views import design_data, functions_data, or_none, refusal_data, surface_data, viewer_data
 from fuzzy.system import Sugeno, sizes
+from fuzzy.widget import widget_library, with_still
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
 _STILL = 96  # dots per inch of the picture that stays in a saved notebook
@@ -170,36 +168,9 @@ def editor(fis: Sugeno) -> Any:
     return Editor()
 
 
-def with_still(bundle: Any, shown: str, draw: Callable[[], bytes]) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """What a notebook keeps of a widget: beside the widget itself a sentence and a picture, for where nothing runs.
-
-    Args:
-        bundle: What the widget says of itself, by MIME type; None where it is not to be shown.
-        shown: The sentence.
-        draw: Gives the picture, as the bytes of a .png file; where it raises an InputError there is none.
-    """
-    if bundle is None:
-        return None
-    data, about = bundle if isinstance(bundle, tuple) else (bundle, {})
-    data = {**data, "text/plain": shown}
-    with contextlib.suppress(InputError):  # there is nothing to draw
-        data["image/png"] = b64encode(draw()).decode("ascii")
-    return data, about
-
-
 def _still(fis: Sugeno) -> bytes:
     from fuzzy.figures.plot import plot_memberships
 
     picture = BytesIO()
     plot_memberships(fis).savefig(picture, format="png", dpi=_STILL)
     return picture.getvalue()
-
-
-def widget_library() -> tuple[Any, Any]:
-    """The modules anywidget and traitlets. Raises ModuleError without the extra ``notebook``."""
-    try:
-        import anywidget
-        import traitlets
-    except ImportError:
-        raise ModuleError(f"a notebook's widgets need anywidget: {install_command('notebook')}") from None
-    return anywidget, traitlets

@@ -6,7 +6,7 @@ from typing import Any
 
 from fuzzy.esmodule import composed
 from fuzzy.figures.palette import stylesheet
-from fuzzy.plugins.designer.notebook import widget_library, with_still
+from fuzzy.widget import widget_library, with_still
 from robotics.show.playback.animation import still
 from robotics.show.playback.player import player_data
 from robotics.simulation.run import Run
