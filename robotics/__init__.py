@@ -53,13 +53,17 @@ _PLUGINS = {
     "laws.predictive": "predictive",
     "show.designer": "designer",
     "show.figures.arena": "arena.figures",
+    "show.figures.formations": "learning.figures",
     "show.figures.certificate": "certificates.figures",
     "show.report.arena": "arena.report",
+    "show.report.learning": "learning.report",
     "studies.arena": "arena",
     "studies.certificate": "certificates.certificate",
     "studies.compensation": "certificates.compensation",
+    "studies.learning": "learning",
     "studies.learning.drivedata": "logs.drivedata",
     "studies.lemma": "thesis.lemma",
+    "studies.stress": "stress",
 }
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(

@@ -28,8 +28,9 @@ STAIRS = {
         pruning estimator plot designer commands
     """,
     "robotics": """
-        tables world laws simulation measures studies show commands plugins.predictive plugins.arena
-        plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement plugins.thesis
+        tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
+        plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
+        plugins.thesis
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -44,8 +45,8 @@ STAIRS = {
         formations own leading teams emergencies avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions population recovery scaling together comparison stress
-        forewarnings inspection sweeps learning tuning
+        executors pieces versions population recovery scaling together comparison forewarnings
+        inspection sweeps tuning
     """,
     "robotics.show": "figures playback report",
 }
@@ -60,11 +61,13 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "arena": (),
         "ccode": (),
         "certificates": (),
-        "designer": (),
-        "logs": (),
+        "designer": ("learning",),
+        "learning": ("stress",),
+        "logs": ("learning",),
         "predictive": (),
         "reinforcement": ("arena",),
-        "thesis": (),
+        "stress": (),
+        "thesis": ("learning", "stress"),
     },
 }
 

@@ -2,7 +2,7 @@
 
 A parameter of a command,
 
-    wrong: Annotated["Disturbance", FieldOptions("robotics.studies.stress.disturbance:Disturbance", "loss")]
+    wrong: Annotated["Disturbance", FieldOptions("robotics.plugins.stress.disturbance:Disturbance", "loss")]
 
 stands for an option for each of the named fields, and the command gets the finished dataclass. Fields are described as
 :mod:`fuzzy.quantity` does, or by a ``typer.Option`` of their own. The dataclass is imported when its command is asked

@@ -24,6 +24,8 @@ MOVED = {
     "robotics.experiments.learning.drivedata": "robotics.plugins.logs.drivedata",
     "robotics.laws.predictive.nmpc": "robotics.plugins.predictive.nmpc",
     "robotics.show.report.arena": "robotics.plugins.arena.report",
+    "robotics.report.learning": "robotics.plugins.learning.report",
+    "robotics.studies.stress.crossings": "robotics.plugins.stress.crossings",
     "robotics.studies.certificate": "robotics.plugins.certificates.certificate",
     "robotics.studies.lemma": "robotics.plugins.thesis.lemma",
     "robotics.tuning.cost": "robotics.studies.tuning.cost",

@@ -37,9 +37,9 @@ def formation_data() -> Sequence[Any]:
 
 def _formation(kind: str) -> Any:
     from fuzzy.plugins.designer.columns import LoadedTable
-    from robotics.studies.learning.formationdata import FILES
-    from robotics.studies.learning.formationdata import formation_data as made
-    from robotics.studies.learning.formationlearning import UNITS
+    from robotics.plugins.learning.formationdata import FILES
+    from robotics.plugins.learning.formationdata import formation_data as made
+    from robotics.plugins.learning.formationlearning import UNITS
 
     table = made(FILES[f"formation-{kind}.csv"])
     units = tuple(UNITS[name] for name in table.names)
@@ -72,7 +72,7 @@ def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     from robotics.plugins.designer.conditions import scenario_of
     from robotics.plugins.designer.folderfiles import read_text_file
     from robotics.plugins.designer.uses import TryoutError
-    from robotics.studies.learning.scenariodata import ScenarioRecipe, column, scenario_data
+    from robotics.plugins.learning.scenariodata import ScenarioRecipe, column, scenario_data
 
     name, robot = chosen["scenario"], int(chosen["robot"])
     text = read_text_file(open_folder(folder), name).text if name.endswith(".toml") else None

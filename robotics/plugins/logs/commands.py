@@ -54,10 +54,10 @@ def from_bag(
     """
     import numpy as np
 
+    from robotics.plugins.learning.datacard import write_card
+    from robotics.plugins.learning.datatable import write_data
     from robotics.plugins.logs.drive import read_drive
     from robotics.plugins.logs.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
-    from robotics.studies.learning.datacard import write_card
-    from robotics.studies.learning.datatable import write_data
 
     check_target(out, ".csv")
     check_target(check, ".csv")

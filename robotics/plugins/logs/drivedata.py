@@ -23,10 +23,10 @@ from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_o
 from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
 from robotics.plugins.logs.drive import Drive, Track
 from robotics.plugins.logs.resampling import DrivePiece, pieces
 from robotics.simulation.scenario.robots import load_robot
-from robotics.studies.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
 from robotics.world.paths.joined import PathTable, join_paths
 from robotics.world.paths.path import Line, PathError, Waypoints, compile_path
 from robotics.world.paths.references import Reference, References

@@ -10,6 +10,7 @@ from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import measured, runs_touched
+from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.thesis.avoidance_runs import (
     AVOIDANCE_TESTS,
     CASES,
@@ -33,7 +34,6 @@ from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.outcome import StressOutcome
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 

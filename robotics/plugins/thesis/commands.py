@@ -21,10 +21,10 @@ def regenerate(
       robotics dataset regenerate --out datasets
     """
     from fuzzy.files.fisfile import write_fis
+    from robotics.plugins.learning.datacard import thesis_facts, write_card
+    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.formationdata import FILES, formation_data
     from robotics.plugins.thesis.printed_systems import NETWORKS, thesis_comment, thesis_system
-    from robotics.studies.learning.datacard import thesis_facts, write_card
-    from robotics.studies.learning.datatable import write_data
-    from robotics.studies.learning.formationdata import FILES, formation_data
 
     out.mkdir(parents=True, exist_ok=True)
     written = []

@@ -69,7 +69,7 @@ def rendered(
 
 
 def program(name: str, **values: Any) -> str:
-    """The Python program that the template of that ``name`` makes of the values."""
+    """The Python program that the template of that ``name`` makes of the values; of another folder by its path."""
     return _environment().get_template(f"{name}.py.j2").render(**values) + "\n"
 
 

@@ -37,11 +37,11 @@ from robotics.plugins.designer.tryout import (
     shown,
 )
 from robotics.plugins.designer.uses import TryoutError, law_of
+from robotics.plugins.learning.formationdata import FILES, FormationRecipe
+from robotics.plugins.learning.formationdata import formation_data as formation_table
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from robotics.studies.forewarnings import forewarnings
-from robotics.studies.learning.formationdata import FILES, FormationRecipe
-from robotics.studies.learning.formationdata import formation_data as formation_table
 from tests.robotics.plugins.designer.tried import beside, on_page
 
 TEAM = "crossing-in-turn"

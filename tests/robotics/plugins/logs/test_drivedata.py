@@ -15,6 +15,7 @@ from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.laws.law import ControllerError
 from robotics.measures.tracking import cross_track_error, measure
+from robotics.plugins.learning.datatable import write_data
 from robotics.plugins.logs.drive import read_drive
 from robotics.plugins.logs.drivedata import (
     DRIVEN,
@@ -27,7 +28,6 @@ from robotics.plugins.logs.drivedata import (
 from robotics.plugins.logs.writing import write_mcap
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.learning.datatable import write_data
 from tests.robotics.plugins.logs import bags
 
 KNOWN = (
