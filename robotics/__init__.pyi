@@ -60,6 +60,10 @@ from robotics.plugins.reinforcement.team import TeamEnv as TeamEnv
 from robotics.plugins.reinforcement.vector import TrackingVectorEnv as TrackingVectorEnv
 from robotics.plugins.stress.crossing_runs import stress_crossing as stress_crossing
 from robotics.plugins.stress.obstaclecourse import stress_obstacles as stress_obstacles
+from robotics.plugins.thesis.figures import plot_recovery as plot_recovery
+from robotics.plugins.thesis.figures import plot_scaling as plot_scaling
+from robotics.plugins.thesis.recovery import Recovery as Recovery
+from robotics.plugins.thesis.recovery import recovery_curve as recovery_curve
 from robotics.show.figures.avoidance import plot_avoidance as plot_avoidance
 from robotics.show.figures.avoidance import plot_trajectories as plot_trajectories
 from robotics.show.figures.comparison import plot_comparison as plot_comparison
@@ -73,8 +77,6 @@ from robotics.show.figures.leads import plot_leads as plot_leads
 from robotics.show.figures.meetings import plot_meetings as plot_meetings
 from robotics.show.figures.modes import plot_modes as plot_modes
 from robotics.show.figures.progress import plot_progress as plot_progress
-from robotics.show.figures.recovery import plot_recovery as plot_recovery
-from robotics.show.figures.recovery import plot_scaling as plot_scaling
 from robotics.show.figures.rules import plot_rules_at as plot_rules_at
 from robotics.show.figures.run import plot_run as plot_run
 from robotics.show.figures.scenario import plot_scenario as plot_scenario
@@ -112,8 +114,6 @@ from robotics.studies.comparison import summarise as summarise
 from robotics.studies.population import Population as Population
 from robotics.studies.population import PopulationError as PopulationError
 from robotics.studies.population import simulate_many as simulate_many
-from robotics.studies.recovery import Recovery as Recovery
-from robotics.studies.recovery import recovery_curve as recovery_curve
 from robotics.studies.tuning.cost import Cost as Cost
 from robotics.studies.tuning.cost import Term as Term
 from robotics.studies.tuning.file import load_tuning as load_tuning

@@ -45,7 +45,7 @@ STAIRS = {
         formations own leading teams emergencies avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions population recovery scaling together comparison forewarnings
+        executors pieces versions population together comparison forewarnings
         inspection sweeps tuning
     """,
     "robotics.show": "figures playback report",

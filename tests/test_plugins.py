@@ -1,5 +1,6 @@
 """Plug-ins: the core stands without each of them, and a stranger's is as good as ours."""
 
+import ast
 import json
 import os
 import re
@@ -56,6 +57,25 @@ def users_of(package, plugin):
     while more := {name for name, used in PLUGINS_OF[package].items() if found & {*used}} - found:
         found |= more
     return sorted(found - {plugin})
+
+
+def other_tests_of(package, plugin):
+    """The files outside its own folder that test a plug-in, too: they import it, or name what it brings."""
+    plugins = [plugin, *users_of(package, plugin)]
+    folder, module = ROOT / package / "plugins" / plugin, f"{package}.plugins.{plugin}"
+    laws = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"][
+        "fuzzyfleet.laws"
+    ]
+    names = {name for name, value in laws.items() if value.startswith(f"{module}.")}
+    names |= {file.stem for kind in ("scenarios", "studies") for file in folder.glob(f"data/{kind}/*.toml")}
+    named = re.compile(rf"[\"'/](?:{'|'.join(sorted(names)) or '(?!)'})[\"':/,]")
+    gone = tuple(f"{package}.plugins.{each}." for each in plugins)
+    found = {arrow.source for arrow in arrows(ROOT, f"tests.{package}") if arrow.target.startswith(gone)}
+    files = {f"{name.replace('.', '/')}.py" for name in found}
+    for file in (ROOT / "tests" / package).rglob("test_*.py"):
+        if named.search(file.read_text(encoding="utf-8")):
+            files.add(file.relative_to(ROOT).as_posix())
+    return sorted(files)
 
 
 def entry_points_without(module):
@@ -117,10 +137,25 @@ def test_the_core_stands_without(package, plugin, tmp_path):
 @pytest.mark.long  # a minute each; the small version is above
 @pytest.mark.parametrize(("package", "plugin"), PLUGINS)
 def test_all_tests_of_the_core_pass_without(package, plugin, tmp_path):
-    gone = tuple(f"{package}.plugins.{name}." for name in (plugin, *users_of(package, plugin)))
-    tests = {arrow.source for arrow in arrows(ROOT, f"tests.{package}") if arrow.target.startswith(gone)}
-    ignored = [f"--ignore={name.replace('.', '/')}.py" for name in sorted(tests)]  # they test it, too
+    ignored = [f"--ignore={file}" for file in other_tests_of(package, plugin)]
     run_in(tree_without(package, plugin, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package], *ignored)
+
+
+def test_the_sentences_of_the_core_know_nothing_of_the_thesis():
+    """It is a study of the engine; where code and numbers come from is said in docstrings, comments and sources."""
+    said = []
+    for file in sorted(file for package in PACKAGES for file in (ROOT / package).rglob("*.py")):
+        if "plugins" in file.relative_to(ROOT).parts:
+            continue
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        bodies = [node.body for node in ast.walk(tree) if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))]
+        help_of_commands = file.parent.name == "commands"
+        docs = {id(body[0].value) for body in bodies if body and isinstance(body[0], ast.Expr) and not help_of_commands}
+        texts = [str(node.value) for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docs]
+        said += [f"{file}: {text}" for text in texts if re.search("(?i)thesis.* | .*thesis", text)]
+    for file in (file for package in PACKAGES for file in (ROOT / package).rglob("*.j2")):
+        said += [str(file)] * ("thesis" in file.read_text(encoding="utf-8").lower())
+    assert [line for line in said if "robotics/__init__.py" not in line] == []  # but for names of modules
 
 
 # A stranger's ----------------------------------------------------------------------------------------------------

@@ -23,15 +23,12 @@ class FilesOfPlugin(Protocol):
     @property
     def logged(self) -> bool:
         """Whether the run shall keep all that a log shows."""
-        ...
 
     def check(self, seeds: Sequence[int]) -> None:
         """See, before the run, that the files of these seeds can be written. Raises an InputError."""
-        ...
 
     def write(self, run: "Run", begin: "Begin | None" = None) -> None:
         """Write ``run`` to the files. Raises OSError."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -311,4 +311,6 @@ def test_the_thesis_systems_are_those_of_the_tables():
     root = Path(__file__).parents[4]
     for number, output in enumerate(FORMATION_OUTPUTS, start=1):
         (file,) = (root / "datasets" / "thesis").glob(f"network-{number}-*.fis")
-        assert file.read_bytes() == (root / "robotics" / "data" / "rulebases" / "thesis" / f"{output}.fis").read_bytes()
+        assert (
+            file.read_bytes() == (root / "robotics/plugins/thesis/data/rulebases/thesis" / f"{output}.fis").read_bytes()
+        )

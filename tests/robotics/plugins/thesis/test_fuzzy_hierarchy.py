@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fuzzy.inference import infer
-from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy, HierarchyMemory
 from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.equation import Memory
 from robotics.laws.law import Command, ControllerError, Observation
 from robotics.laws.modes import AVOID, LEFT_BEHIND, TRACK, YIELD
+from robotics.plugins.thesis.fuzzy_hierarchy import FuzzyHierarchy, HierarchyMemory
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.radio.channel import Heard
