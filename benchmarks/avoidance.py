@@ -1,7 +1,7 @@
 """How do robots that avoid each other compare with ORCA? Circle swaps and random goals, the same robots for all.
 
 Circle swap: N robots on a circle, each to the opposite point. Random goals: starts and goals drawn in 16 m² a robot,
-0.9 m between any two starts and any two goals, as in :mod:`robotics.studies.stress.crossings`. Everybody has the
+0.9 m between any two starts and any two goals, as in :mod:`robotics.plugins.stress.crossings`. Everybody has the
 full plant (wheel loops, motors, limits), the pose with 3 mm and 3 mrad of noise, starts 1 cm off, cruises at 0.22 m/s
 and may go twice as fast to avoid.
 
@@ -37,10 +37,10 @@ from benchmarks.reporting import heading, machine
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
+from robotics.plugins.stress.crossings import APART, AREA, ASPECT, SPEED
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
-from robotics.studies.stress.crossings import APART, AREA, ASPECT, SPEED
-from robotics.studies.stress.outcome import StressOutcome
-from robotics.studies.stress.tally import run_ensemble
 from robotics.world.paths.joined import join_tables
 from robotics.world.paths.path import Quintic
 from robotics.world.paths.quintic_table import quintic_table

@@ -34,10 +34,10 @@ from fuzzy.shell.progress import progress_bar
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.plugins.stress.crew import in_chunks
+from robotics.plugins.stress.crossing_runs import stress_crossing
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Scenario
-from robotics.studies.stress.crew import in_chunks
-from robotics.studies.stress.crossing_runs import stress_crossing
 from robotics.world.vehicle import plant as p
 
 ROBOTS, ONE_DURATION = 3, 60.0  # s

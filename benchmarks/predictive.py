@@ -22,8 +22,8 @@ from benchmarks.predictiveproblems import LAW, random_problems
 from benchmarks.predictivesolving import plans_of, solve_rows
 from benchmarks.reporting import heading, machine, start
 from robotics.laws.equation import compiled
-from robotics.laws.predictive.ilqr import SolverColumns
-from robotics.laws.predictive.nmpc import PredictiveControl
+from robotics.plugins.predictive.ilqr import SolverColumns
+from robotics.plugins.predictive.nmpc import PredictiveControl
 from robotics.simulation.loop import Simulation
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.scenario.robots import load_robot

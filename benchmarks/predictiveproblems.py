@@ -3,9 +3,9 @@
 import numpy as np
 
 from benchmarks.predictivesolving import Problem
-from robotics.laws.predictive.model import response, wheel_lag, wheel_rate
-from robotics.laws.predictive.nmpc import PredictiveControl
-from robotics.laws.predictive.terminal import tail_table
+from robotics.plugins.predictive.model import response, wheel_lag, wheel_rate
+from robotics.plugins.predictive.nmpc import PredictiveControl
+from robotics.plugins.predictive.terminal import tail_table
 from robotics.world.vehicle.plant import saturate, velocity_limits
 from robotics.world.vehicle.robot import Robot
 

@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.laws.predictive.ilqr import NODE, FixedColumns, NodeColumns, SolverColumns, solve, working
-from robotics.laws.predictive.model import response
-from robotics.laws.predictive.terminal import Weights
+from robotics.plugins.predictive.ilqr import NODE, FixedColumns, NodeColumns, SolverColumns, solve, working
+from robotics.plugins.predictive.model import response
+from robotics.plugins.predictive.terminal import Weights
 from robotics.world.vehicle.plant import MotionColumns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Problem:
-    """A plan of N periods that is to be found; see :mod:`robotics.laws.predictive.ilqr`."""
+    """A plan of N periods that is to be found; see :mod:`robotics.plugins.predictive.ilqr`."""
 
     period: float  # s
     lag: float  # s: of the wheels

@@ -17,7 +17,10 @@ def name_now(name: str) -> str | None:
     above = name
     while above and above not in _NOW:
         above = above.rpartition(".")[0]
-    return _NOW[above] + name[len(above) :] if above else None
+    if not above:
+        return None
+    now = _NOW[above] + name[len(above) :]
+    return name_now(now) or now  # what was moved twice
 
 
 class _Renamed:

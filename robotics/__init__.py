@@ -50,9 +50,19 @@ _MOVED = """
     measures.statistics studies.tuning studies.arena show.figures show.playback show.report show.designer
     show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
 """
+_APART = """
+    laws.avoidance.fuzzy_hierarchy:thesis.fuzzy_hierarchy laws.predictive:predictive show.designer:designer
+    show.figures.arena:arena.figures show.figures.certificate:certificates.figures
+    show.figures.formations:learning.figures show.figures.laws:thesis.figures show.figures.recovery:thesis.figures
+    show.report.arena:arena.report show.report.learning:learning.report studies.arena:arena
+    studies.certificate:certificates.certificate studies.compensation:certificates.compensation
+    studies.learning:learning studies.learning.drivedata:logs.drivedata studies.lemma:thesis.lemma
+    studies.recovery:thesis.recovery studies.scaling:thesis.scaling studies.stress:stress
+"""  # earlier places of what is a plug-in now, and that plug-in
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+    | {f"robotics.{name}": f"robotics.plugins.{now}" for name, _, now in (s.partition(":") for s in _APART.split())}
     | {"robotics.experiments": "robotics.studies"},
     lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import
 )

@@ -5,7 +5,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from tests.test_imports import ROOT, arrows, room_of, statements
+from tests.test_imports import APART, FLOORS, ROOT, arrows, room_of, statements
 
 PAGE = ROOT / "docs" / "architecture.md"
 BEGIN, END = "<!-- measured -->\n", "<!-- end of measured -->"
@@ -54,11 +54,13 @@ def measured() -> str:
     found = {room for pair in pairs for room in pair}
     lines = {name: sum(map(code_lines, (ROOT / name).rglob("*.py"))) for name in ("fuzzy", "anfis", "robotics", "ros")}
     said = ", ".join(f"`{name}/` {round(number, -2):,}" for name, number in lines.items())
+    apart = sum(code_lines(f) for name in FLOORS for f in (ROOT / name / APART).rglob("*.py")) + lines["ros"]
     loops = "; ".join(f"`{where}`" for where in loops_over_periods())
     return (
         f"`robotics/` has {len(found)} rooms and {len(pairs)} arrows between them, none runs up, no circle. Lines of "
-        f"code to the nearest hundred,\nwithout blanks, comments and docstrings: {said}.\nThe loop over "
-        f"periods stands in {loops}.\n"
+        f"code to the nearest hundred,\nwithout blanks, comments and docstrings: {said}; of all\n"
+        f"{round(sum(lines.values()) - apart, -2):,} are no plug-in, which `ros/` is, too.\n"
+        f"The loop over periods stands in {loops}.\n"
     )
 
 

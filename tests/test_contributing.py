@@ -26,7 +26,7 @@ from robotics.measures.clearance import clearances
 from robotics.measures.evidence import Part, exact
 from robotics.measures.registry import measure_all
 from robotics.measures.tracking import METRICS, Metric
-from robotics.show.designer.tryout import TryoutTrial, rival_data
+from robotics.plugins.designer.tryout import TryoutTrial, rival_data
 from robotics.show.playback.player import player_data
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.show.report.study import write_study

@@ -1,7 +1,9 @@
 """Plug-ins: the core stands without each of them, and a stranger's is as good as ours."""
 
+import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,18 +13,21 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import declare
-from tests.test_imports import PLUGINS_OF
+from tests.test_imports import PLUGINS_OF, arrows
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("fuzzy", "anfis", "robotics")
 PLUGINS = [(package, plugin) for package, plugins in PLUGINS_OF.items() for plugin in plugins]
 # Tests of the core that are run without a plug-in, few and quick ones, and all of them.
-CORE_TESTS = {"fuzzy": ["tests/fuzzy/insight/test_explanation.py", "tests/fuzzy/test_shown.py"]}
-ALL_CORE_TESTS = {"fuzzy": ["tests/fuzzy", "--ignore=tests/fuzzy/plugins"]}
+CORE_TESTS = {
+    "fuzzy": ["tests/fuzzy/insight/test_explanation.py", "tests/fuzzy/test_shown.py"],
+    "robotics": ["tests/robotics/measures/statistics/test_shares.py", "tests/robotics/world/paths/test_level.py"],
+}
+ALL_CORE_TESTS = {package: [f"tests/{package}", f"--ignore=tests/{package}/plugins"] for package in CORE_TESTS}
 LEFT = """
 import contextlib, importlib, io, json, pkgutil, sys
 
-package, plugin = sys.argv[1:3]
+package, plugin, *users = sys.argv[1:]
 module = importlib.import_module(package)
 for found in pkgutil.walk_packages(module.__path__, f"{package}."):
     if not found.name.startswith(f"{package}.plugins.") and not found.name.endswith("__main__"):
@@ -30,7 +35,9 @@ for found in pkgutil.walk_packages(module.__path__, f"{package}."):
 lost = {}
 with open(module.__file__ + "i") as stub:
     for line in stub:
-        name = line.split()[3]
+        _, home, _, name, *_ = line.split()
+        if home.startswith(tuple(f"{package}.plugins.{user}." for user in users)):
+            continue  # of a plug-in that uses the missing one
         try:
             assert getattr(module, name) is not None and name in module.__all__ and name in dir(module)
         except ImportError as error:
@@ -42,6 +49,33 @@ with contextlib.redirect_stdout(io.StringIO()) as shown:
 print(json.dumps([lost, shown.getvalue()]))
 """
 QUIET = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "-m", "not long and not browser"]
+
+
+def users_of(package, plugin):
+    """The plug-ins of the package that use this one, or one of those that do."""
+    found = {plugin}
+    while more := {name for name, used in PLUGINS_OF[package].items() if found & {*used}} - found:
+        found |= more
+    return sorted(found - {plugin})
+
+
+def other_tests_of(package, plugin):
+    """The files outside its own folder that test a plug-in, too: they import it, or name what it brings."""
+    plugins = [plugin, *users_of(package, plugin)]
+    folder, module = ROOT / package / "plugins" / plugin, f"{package}.plugins.{plugin}"
+    laws = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"][
+        "fuzzyfleet.laws"
+    ]
+    names = {name for name, value in laws.items() if value.startswith(f"{module}.")}
+    names |= {file.stem for kind in ("scenarios", "studies") for file in folder.glob(f"data/{kind}/*.toml")}
+    named = re.compile(rf"[\"'/](?:{'|'.join(sorted(names)) or '(?!)'})[\"':/,]")
+    gone = tuple(f"{package}.plugins.{each}." for each in plugins)
+    found = {arrow.source for arrow in arrows(ROOT, f"tests.{package}") if arrow.target.startswith(gone)}
+    files = {f"{name.replace('.', '/')}.py" for name in found}
+    for file in (ROOT / "tests" / package).rglob("test_*.py"):
+        if named.search(file.read_text(encoding="utf-8")):
+            files.add(file.relative_to(ROOT).as_posix())
+    return sorted(files)
 
 
 def entry_points_without(module):
@@ -84,7 +118,7 @@ def run_in(tree, *words):
 @pytest.mark.parametrize(("package", "plugin"), PLUGINS)
 def test_the_core_stands_without(package, plugin, tmp_path):
     tree = tree_without(package, plugin, tmp_path)
-    lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin))
+    lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin, *users_of(package, plugin)))
     module = f"{package}.plugins.{plugin}"
     for name, sentence in lost.items():
         assert sentence == f"{package}.{name} needs the plug-in {module}, which is not installed"
@@ -92,17 +126,36 @@ def test_the_core_stands_without(package, plugin, tmp_path):
     assert len(lost) == stub.count(f"from {module}.")
     left = entry_points_without(module)["fuzzyfleet.commands"]
     commands = {name.rpartition(".")[2] for name in left if name.startswith(f"{package}.")}
-    assert all(f"  {command} " in shown for command in commands)
+    listed = {*re.findall(r"^  ([\w-]+) ", shown, re.M), *re.findall(r"[\w-]+", shown.rpartition("--help):")[2])}
+    assert commands <= listed
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     for name in set(project["entry-points"]["fuzzyfleet.commands"]) - set(left):
-        assert f"  {name.rpartition('.')[2]} " not in shown
+        assert name.rpartition(".")[2] not in listed
     run_in(tree, "-m", "pytest", *QUIET, "--noconftest", *CORE_TESTS[package])
 
 
 @pytest.mark.long  # a minute each; the small version is above
 @pytest.mark.parametrize(("package", "plugin"), PLUGINS)
 def test_all_tests_of_the_core_pass_without(package, plugin, tmp_path):
-    run_in(tree_without(package, plugin, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package])
+    ignored = [f"--ignore={file}" for file in other_tests_of(package, plugin)]
+    run_in(tree_without(package, plugin, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package], *ignored)
+
+
+def test_the_sentences_of_the_core_know_nothing_of_the_thesis():
+    """It is a study of the engine; where code and numbers come from is said in docstrings, comments and sources."""
+    said = []
+    for file in sorted(file for package in PACKAGES for file in (ROOT / package).rglob("*.py")):
+        if "plugins" in file.relative_to(ROOT).parts:
+            continue
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        bodies = [node.body for node in ast.walk(tree) if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))]
+        help_of_commands = file.parent.name == "commands"
+        docs = {id(body[0].value) for body in bodies if body and isinstance(body[0], ast.Expr) and not help_of_commands}
+        texts = [str(node.value) for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docs]
+        said += [f"{file}: {text}" for text in texts if re.search("(?i)thesis.* | .*thesis", text)]
+    for file in (file for package in PACKAGES for file in (ROOT / package).rglob("*.j2")):
+        said += [str(file)] * ("thesis" in file.read_text(encoding="utf-8").lower())
+    assert [line for line in said if "robotics/__init__.py" not in line] == []  # but for names of modules
 
 
 # A stranger's ----------------------------------------------------------------------------------------------------

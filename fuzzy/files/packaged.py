@@ -91,7 +91,7 @@ def _found() -> tuple[dict[str, Path], list[str]]:
     problems = []
     entries = entry_points(group=RULE_BASE_GROUP)
     for entry in sorted(entries, key=lambda e: (_distribution(e) != _OWN, e.name, e.value)):
-        folder, origin = _folder(entry.value), _origin(entry)
+        folder, origin = folder_named(entry.value), _origin(entry)
         if folder is None:
             problems.append(f"the rule bases {entry.name!r} of {origin} are not there: no folder {entry.value}")
             continue
@@ -103,7 +103,7 @@ def _found() -> tuple[dict[str, Path], list[str]]:
     return files, problems
 
 
-def _folder(value: str) -> Path | None:
+def folder_named(value: str) -> Path | None:
     """The folder that a dotted name means, without importing anything; None where there is none."""
     package, *rest = value.strip().split(".")
     try:

@@ -5,8 +5,9 @@ A package adds a command by an entry point of the group ``fuzzyfleet.commands``,
     [project.entry-points."fuzzyfleet.commands"]
     "robotics.deploy.flash" = "mypackage.commands:flash"
 
-The value is a function, as those in ``fuzzy/commands``, or an :func:`fuzzy.shell.terminal.application`, a group of
-commands. A module is imported when its command is listed or called. What cannot be imported is a sentence in its place.
+A command of a group is named likewise, as "robotics-dataset.commands.from-bag" of ``robotics dataset``. The value is a
+function, as those in ``fuzzy/commands``, or an :func:`fuzzy.shell.terminal.application`, a group of commands. A module
+is imported when its command is listed or called. What cannot be imported is a sentence in its place.
 """
 
 from collections.abc import Mapping

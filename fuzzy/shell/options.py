@@ -2,7 +2,7 @@
 
 A parameter of a command,
 
-    wrong: Annotated["Disturbance", FieldOptions("robotics.studies.stress.disturbance:Disturbance", "loss")]
+    wrong: Annotated["Disturbance", FieldOptions("robotics.plugins.stress.disturbance:Disturbance", "loss")]
 
 stands for an option for each of the named fields, and the command gets the finished dataclass. Fields are described as
 :mod:`fuzzy.quantity` does, or by a ``typer.Option`` of their own. The dataclass is imported when its command is asked
@@ -11,6 +11,7 @@ for help or run, not with the command, so that other commands do not wait for it
 
 import inspect
 import sys
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import MISSING, Field, dataclass, fields
@@ -64,7 +65,14 @@ class FieldOptions:
     """The options that are fields of a dataclass: the annotation of a parameter of a command."""
 
     def __init__(
-        self, kind: str, *names: str, later: bool = False, given: bool = False, of: str = "", **shown: Shown
+        self,
+        kind: str,
+        *names: str,
+        later: bool = False,
+        given: bool = False,
+        of: str = "",
+        added: str = "",
+        **shown: Shown,
     ) -> None:
         """Choose the fields.
 
@@ -74,10 +82,12 @@ class FieldOptions:
             later: Whether the command completes the dataclass, of which it gets a ``functools.partial``.
             given: Whether it gets one that knows only those options that were given.
             of: What the options belong to, with which their sentences begin, such as "scenario".
+            added: A group of entry points that name further dataclasses, whose fields are options, too; the dataclass
+                gets what is made of them as its field added.
             shown: By the name of a field what its option has of its own.
         """
         self.kind, self.names, self.shown = kind, names, shown
-        self.later, self.given, self.of = later or given, given, of
+        self.later, self.given, self.of, self.added = later or given, given, of, added
 
     @cached_property
     def _class(self) -> type:
@@ -89,11 +99,30 @@ class FieldOptions:
         """The options, by the names of their fields."""
         hints = get_type_hints(self._class, include_extras=True)
         known = {f.name: f for f in fields(self._class)}
-        return {n: _FieldOption(known[n], hints[n], self.shown.get(n, Shown()), self) for n in self.names or known}
+        own = {n: _FieldOption(known[n], hints[n], self.shown.get(n, Shown()), self) for n in self.names or known}
+        return own | {name: option for part in self._parts for name, option in part.options.items()}
+
+    @cached_property
+    def _parts(self) -> "Sequence[FieldOptions]":
+        """Those of the dataclasses that entry points name; of one that cannot be imported a warning says so."""
+        from importlib.metadata import entry_points  # for which most commands need not wait
+
+        found = []
+        for point in sorted(entry_points(group=self.added), key=lambda each: each.name) if self.added else ():
+            part = FieldOptions(point.value)
+            try:
+                _ = part.options
+            except Exception as error:  # a stranger's code: whatever it raises, the command goes on without
+                warnings.warn(f"{point.value} cannot be used: {type(error).__name__}: {error}", stacklevel=2)
+            else:
+                found.append(part)
+        return found
 
     def made(self, values: Mapping[str, Any]) -> Any:
         """What the command gets for the ``values`` of options."""
-        own = {name: option.value(values[name]) for name, option in self.options.items()}
+        others = {name for part in self._parts for name in part.options}
+        own = {name: option.value(values[name]) for name, option in self.options.items() if name not in others}
+        own |= {"added": tuple(part.made(values) for part in self._parts)} if self.added else {}
         made = partial(self._made, **{name: v for name, v in own.items() if v is not None or not self.given})
         return made if self.later else made()
 

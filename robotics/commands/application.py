@@ -17,10 +17,9 @@ app = application(
     program="robotics",
     commands={
         "look": "list scenario robot check plot explain animate",
-        "run": "new run repeat",
-        "compare": "compare sweep stress arena study",
+        "run": "new run",
+        "compare": "compare sweep study",
         "tune": "tune",
-        "learn": "dataset learn",
         "more": "copy team",
     },
     version=lambda: " ".join(f"{name} {version}" for name, version in versions().items()),

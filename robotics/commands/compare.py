@@ -1,26 +1,29 @@
 """The command ``robotics compare``: every controller on every scenario, into tables, pictures and a report."""
 
 import shlex
-from functools import partial
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
+from fuzzy.naming import expected
 from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.completion import controller_list, scenarios
+from robotics.commands.completion import controller_list, scenarios, suites
 from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, print_outside, report_divergences
 from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
-    from fuzzy.shell.progress import Begin
-    from robotics.show.report.chapter import Front
-    from robotics.show.report.study import MakeChapters
+    from importlib.metadata import EntryPoint
 
-Suite = Literal["thesis", "tracking", "formation", "team"]  # scenarios where none are named
+    from robotics.show.report.study import MakeChapters, MakeFront
+
+SUITE_GROUP = "fuzzyfleet.suites"  # entry points: by the name of a packaged study, what makes its chapters
+FRONT_GROUP = "fuzzyfleet.fronts"  # entry points: what opens a report
+KINDS = ("tracking", "formation", "team")  # of scenarios
 
 
 def compare(
@@ -28,9 +31,13 @@ def compare(
         list[str] | None, argument("Names or .toml files, of one kind. Default: a suite.", autocompletion=scenarios)
     ] = None,
     suite: Annotated[
-        Suite,
-        option("Without names. thesis: the tracking scenarios and all claims of the thesis; or those of one kind."),
-    ] = "thesis",
+        str | None,
+        option(
+            "Without names: all scenarios of a kind (tracking, formation, team), or a study of a plug-in with its "
+            "claims. Default: such a study.",
+            autocompletion=suites,
+        ),
+    ] = None,
     controllers: Annotated[
         str | None,
         option(
@@ -44,7 +51,7 @@ def compare(
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     out: Annotated[Path, option("Where tables and report.html go.", "FOLDER")] = Path("out"),
     claims: Annotated[
-        bool | None, option("Judge the thesis's claims too. Default: in the suite thesis.", "--claims/--no-claims")
+        bool | None, option("Judge a plug-in's claims too. Default: in its suite.", "--claims/--no-claims")
     ] = None,
     thorough: Annotated[
         bool, option("Judge claims by 100 seeds, and rates by 1000 runs, in place of 20 and 200.")
@@ -53,7 +60,7 @@ def compare(
     arena: Annotated[
         bool | None,
         option(
-            "Open the report with laws tuned alike, as `robotics arena demo`. Default: in the suite thesis.",
+            "Open the report with laws tuned alike, as `robotics arena demo`. Default: in a plug-in's suite.",
             "--arena/--no-arena",
         ),
     ] = None,
@@ -65,8 +72,8 @@ def compare(
     """Run every controller on every scenario with the same seeds, and write tables, figures and a report.
 
     Writes results.csv (one row a seed), summary.csv (mean and 95 % interval), configuration.json, figures/ and
-    report.html. After a stop the same command goes on. The suite thesis also learns formation networks, drives teams,
-    also among obstacles, judges every claim of the thesis and writes claims.csv.
+    report.html. After a stop the same command goes on. The suite of a plug-in also makes that study's experiments,
+    judges every claim of it and writes claims.csv.
 
     \b
     Example:
@@ -80,17 +87,24 @@ def compare(
     from robotics.studies.forewarnings import forewarnings
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
-    thesis = with_seeds(load_study("thesis"), seeds, seed) if not own and suite == "thesis" else None
-    if thesis is not None:
-        settings, laws = list(thesis.settings), list(thesis.controllers)
+    packaged = _suites()
+    default = next(iter(packaged), KINDS[0])
+    if suite is None and not own and not packaged:
+        print("robotics: no installed plug-in brings a study: the tracking scenarios are compared", file=sys.stderr)
+    suite = suite or default
+    if suite not in {*KINDS, *packaged}:
+        raise InputError(expected(suite, [*packaged, *KINDS], "suite"))
+    plan = with_seeds(load_study(suite), seeds, seed) if not own and suite in packaged else None
+    if plan is not None:
+        settings, laws = list(plan.settings), list(plan.controllers)
     else:
-        kind = "tracking" if suite == "thesis" else suite
+        kind = suite if suite in KINDS else KINDS[0]
         settings = [load_scenario(name) for name in scenarios or scenario_names(kind)]
-        default = DEFAULT_CONTROLLERS[settings[0].kind]
-        laws = [*(split_controllers(controllers) if controllers is not None else default), *(law or [])]
-    judged = claims if claims is not None else thesis is not None
+        usual = DEFAULT_CONTROLLERS[settings[0].kind]
+        laws = [*(split_controllers(controllers) if controllers is not None else usual), *(law or [])]
+    judged = claims if claims is not None else plan is not None
     command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
-    if suite != "thesis":
+    if suite != default:
         command.append(f"--suite={suite}")
     if controllers is not None or law:
         command.append(f"--controllers={','.join(laws)}")
@@ -101,12 +115,12 @@ def compare(
     print_forewarnings(s for x in settings for name in laws for s in forewarnings(x.setting, made[name], name))
     wanted = sum(len(s.robots) for s in settings) * len(laws) * seeds
     with rows_kept(wanted, out / "results.csv") as kept, progress_bar(quiet) as begin:
-        chapters = _thesis_chapters(thorough, save_runs) if judged else None
-        front = _small_arena if (thesis is not None if arena is None else arena) else None
+        chapters = _chapters(packaged, suite, thorough, save_runs) if judged else None
+        front = _front() if (plan is not None if arena is None else arena) else None
         told: Any = {"front": front, "begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
         told |= {"fresh": fresh, "resumed": already_there(out, quiet)}
-        if judged and thesis is not None:
-            study = run_study(thesis, out, chapters=chapters, **told)
+        if judged and plan is not None:
+            study = run_study(plan, out, chapters=chapters, **told)
         else:
             every = range(seed, seed + seeds)
             study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
@@ -148,17 +162,26 @@ def split_controllers(text: str) -> list[str]:
     return result
 
 
-def _small_arena(begin: "Begin", folder: Path) -> "Front":
-    from robotics.show.report.arena import small_arena
+def _suites() -> "dict[str, EntryPoint]":
+    from importlib.metadata import entry_points
 
-    return small_arena(begin, folder)
+    return {point.name: point for point in sorted(entry_points(group=SUITE_GROUP), key=lambda each: each.name)}
 
 
-def _thesis_chapters(thorough: bool, save_runs: bool) -> "MakeChapters":
+def _chapters(packaged: "dict[str, EntryPoint]", suite: str, thorough: bool, save_runs: bool) -> "MakeChapters":
+    """What makes the chapters of a plug-in's study: of the suite, or the first. Raises InputError if there is none."""
     from robotics.studies.executors import import_ahead
 
-    import_ahead(["robotics.plugins.thesis.chapters"])  # this takes seconds, in which the same is done here
-    from robotics.plugins.thesis.chapters import judging
-    from robotics.plugins.thesis.experiment import THOROUGH, USUAL
+    if not packaged:
+        raise InputError("--claims: no installed plug-in brings a study with claims")
+    point = packaged.get(suite) or next(iter(packaged.values()))
+    import_ahead([point.module])  # this takes seconds, in which the same is done here
+    made: MakeChapters = point.load()(thorough, save_runs)
+    return made
 
-    return partial(judging, effort=THOROUGH if thorough else USUAL, save_runs=save_runs)
+
+def _front() -> "MakeFront | None":
+    """What opens the report, if a plug-in brings it."""
+    from importlib.metadata import entry_points
+
+    return next((point.load() for point in entry_points(group=FRONT_GROUP)), None)

@@ -37,23 +37,17 @@ def metrics(incomplete: str) -> list[str]:
     return completed(incomplete, sorted(entry_points(group="fuzzyfleet.metrics").names), (".py",))
 
 
+def suites(incomplete: str) -> list[str]:
+    """What `robotics compare` compares without names: studies of plug-ins, and the scenarios of a kind."""
+    names = (*sorted(entry_points(group="fuzzyfleet.suites").names), "tracking", "formation", "team")
+    return [name for name in names if name.startswith(incomplete)]
+
+
 def copies(incomplete: str) -> list[str]:
     """What can be copied: rule bases, scenarios and robots."""
     from fuzzy.files.packaged import packaged_fis_files
 
     return completed(incomplete, [*packaged_fis_files(), *names_in("scenarios"), *names_in("robots")])
-
-
-def distributions(incomplete: str) -> list[str]:
-    """The ROS 2 distributions for which logs can be written."""
-    from robotics.plugins.logs.typestore import DISTRIBUTIONS
-
-    return [name for name in DISTRIBUTIONS if name.startswith(incomplete)]
-
-
-def storages(incomplete: str) -> list[str]:
-    """The storages of a rosbag2 folder."""
-    return [name for name in ("mcap", "sqlite3") if name.startswith(incomplete)]
 
 
 def _controller_names() -> list[str]:

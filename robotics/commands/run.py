@@ -44,9 +44,8 @@ def run_(
     from robotics.simulation.scenario.conditions import noises
     from robotics.simulation.scenario.reading import load_scenario
     from robotics.studies.forewarnings import forewarnings
-    from robotics.studies.stress.single import STRESSES
 
-    if scenario in STRESSES:
+    if scenario in ("crossing", "obstacles"):
         raise InputError(f"{scenario} is no scenario but a stress test: `robotics repeat {scenario}` repeats one run")
     setting = load_scenario(scenario)
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"

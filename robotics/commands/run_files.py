@@ -1,29 +1,34 @@
-"""The files of a run: the run itself, its samples, its changes of mode, a picture, a page that plays it, its logs."""
+"""The files of a run: the run itself, its samples, its changes of mode, a picture, a page; and those of plug-ins."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 from fuzzy.commands.shared import check_plot
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.options import option
-from robotics.commands.completion import distributions, storages
 
 if TYPE_CHECKING:
+    from fuzzy.shell.progress import Begin
     from robotics.simulation.run import Run
 
 MOST_AGES = 100_000_000  # of messages that a run holds: 400 MB
 
-Distribution = Annotated[
-    str,
-    option(
-        "ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
-        "--ros",
-        autocompletion=distributions,
-    ),
-]
+
+class FilesOfPlugin(Protocol):
+    """Further files of a run: a dataclass whose fields are options, and that raises an InputError for wrong ones."""
+
+    @property
+    def logged(self) -> bool:
+        """Whether the run shall keep all that a log shows."""
+
+    def check(self, seeds: Sequence[int]) -> None:
+        """See, before the run, that the files of these seeds can be written. Raises an InputError."""
+
+    def write(self, run: "Run", begin: "Begin | None" = None) -> None:
+        """Write ``run`` to the files. Raises OSError."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,18 +43,7 @@ class RunFiles:
     player: Annotated[bool, option("Write a page that plays the first seed: SCENARIO-seed-N.html.", "--animate")] = (
         False
     )
-    mcap: Annotated[
-        Path | None,
-        option("Log the run for Foxglove and ROS 2; of several seeds one file each, FILE-seed-N.mcap.", "FILE.mcap"),
-    ] = None
-    rosbag: Annotated[Path | None, option("Log the run as a rosbag2 folder; of several seeds one each.", "FOLDER")] = (
-        None
-    )
-    layout: Annotated[Path | None, option("Write a Foxglove layout for the log.", "FILE.json")] = None
-    storage: Annotated[
-        str, option("Storage of --rosbag: mcap, or sqlite3 for ROS 2 before Iron.", autocompletion=storages)
-    ] = "mcap"
-    distribution: Distribution = "jazzy"
+    added: tuple[FilesOfPlugin, ...] = ()  # of those that the entry points of the group fuzzyfleet.runfiles name
 
     def __post_init__(self) -> None:
         check_plot(self.plot)
@@ -57,27 +51,16 @@ class RunFiles:
             check_target(path, suffix)
         if self.player:
             check_folder(Path())
-        check_target(self.layout, ".json")
-        if self.logged:
-            from robotics.plugins.logs.typestore import check_distribution
-            from robotics.plugins.logs.writing import check_storage
-
-            check_distribution(self.distribution)
-            check_storage(self.storage)
 
     @property
     def logged(self) -> bool:
         """Whether the run shall keep all that a log shows."""
-        return self.mcap is not None or self.rosbag is not None
+        return any(each.logged for each in self.added)
 
     def check_logs(self, seeds: Sequence[int]) -> None:
-        """See, before the run, that the logs of these seeds can be written. Raises LogError or TargetError."""
-        from robotics.plugins.logs.writing import check_mcap, check_rosbag
-
-        for path in self._logs(self.mcap, seeds).values():
-            check_mcap(path)
-        for path in self._logs(self.rosbag, seeds).values():
-            check_rosbag(path)
+        """See, before the run, that the logs of these seeds can be written. Raises an InputError."""
+        for each in self.added:
+            each.check(seeds)
 
     def need_ages(self, runs: int, robots: int, ticks: int) -> bool:
         """Whether such a run shall keep the age of each message, as a saved run and a page show it.
@@ -95,7 +78,7 @@ class RunFiles:
             return False
         return wanted
 
-    def write(self, run: "Run", begin: Callable[[str, int], Callable[[], None]] | None = None) -> Path | None:
+    def write(self, run: "Run", begin: "Begin | None" = None) -> Path | None:
         """Write ``run`` to all of the files; return the page that plays it, if there is one. Raises OSError.
 
         ``begin`` starts a bar of a progress display, by its text and total.
@@ -115,31 +98,10 @@ class RunFiles:
             from robotics.show.figures.run import plot_run
 
             save_figure(plot_run(run), self.plot)
-        self._write_logs(run, begin)
+        for each in self.added:
+            each.write(run, begin)
         if not self.player:
             return None
         page = Path(f"{run.scenario}-seed-{run.seeds[0]}.html")
         write_player(run, page)
         return page
-
-    @staticmethod
-    def _logs(path: Path | None, seeds: Sequence[int]) -> dict[int, Path]:
-        from robotics.plugins.logs.writing import seed_files
-
-        return {} if path is None else seed_files(path, seeds)
-
-    def _write_logs(self, run: "Run", begin: Callable[[str, int], Callable[[], None]] | None) -> None:
-        """Write the logs of all seeds, and the layout."""
-        from robotics.plugins.logs.layout import write_layout
-        from robotics.plugins.logs.writing import write_mcap, write_rosbag
-
-        logs: list[tuple[Any, Path | None, dict[str, Any]]] = [
-            (write_mcap, self.mcap, {}),
-            (write_rosbag, self.rosbag, {"storage": self.storage}),
-        ]
-        for write, wanted, options in logs:
-            for seed, path in self._logs(wanted, run.seeds).items():
-                advance = None if begin is None else begin(str(path), len(run.time))
-                write(run, path, seed=seed, distribution=self.distribution, progress=advance, **options)
-        if self.layout is not None:
-            write_layout(run, self.layout)

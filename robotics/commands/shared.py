@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
-from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import FieldOptions, Shown, argument, option
+from fuzzy.shell.options import FieldOptions, argument, option
 from fuzzy.shell.terminal import USAGE, print_json
 from fuzzy.shown import shown
 from robotics.commands.completion import controllers, metrics, scenarios
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
     from robotics.measures.outside import OutsideInput
     from robotics.measures.tracking import Metric as Measured
     from robotics.simulation.run import Run
-    from robotics.studies.stress.crew import Stressed
-    from robotics.studies.stress.disturbance import Disturbance
 
 UNTIL_CONTACT = "✕: runs with a contact count up to the first one, but for contacts and least clearance"
 _COLUMNS = 6  # robots that get a column each
@@ -42,12 +39,12 @@ Metric = Annotated[
 ]
 Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
 Fresh = Annotated[bool, option("Discard what FOLDER has of a study that was interrupted.")]
-Files = Annotated["RunFiles", FieldOptions("robotics.commands.run_files:RunFiles")]
-Wrong = Annotated[
-    "Disturbance",
+Files = Annotated[
+    "RunFiles",
     FieldOptions(
-        "robotics.studies.stress.disturbance:Disturbance",
-        freeze=Shown(doc="Stop one robot for this many seconds."),
+        "robotics.commands.run_files:RunFiles",
+        *("plot", "save", "table", "events", "player"),
+        added="fuzzyfleet.runfiles",
     ),
 ]
 
@@ -189,36 +186,6 @@ def _print_contacts(run: "Run") -> None:
         print(f"  {line}")
     if len(lines) > _SHOWN:
         print(f"  and {len(lines) - _SHOWN} more")
-
-
-def print_stressed(about: Mapping[str, Any], stressed: "Stressed[Any]", json: bool) -> None:
-    """Print the outcome of a stress test, also of one that was stopped: then say which seeds are missing, and exit."""
-    if stressed.outcome is not None:
-        missing = [list(seeds) for seeds in stressed.missing]
-        print_outcome({**about, **stressed.outcome.summary()} | ({"missing_seeds": missing} if missing else {}), json)
-    if not stressed.missing:
-        return
-    done = 0 if stressed.outcome is None else len(stressed.outcome.seeds)
-    total = done + sum(last - first + 1 for first, last in stressed.missing)
-    seeds = ", ".join(f"{first} to {last}" if last > first else str(first) for first, last in stressed.missing)
-    left = f"{done} of {total} runs are done; the seeds {seeds} are missing"
-    if stressed.interrupted:
-        interrupted(left)
-    print(f"robotics: {stressed.reason}; {left}", file=sys.stderr)
-    raise typer.Exit(USAGE)
-
-
-def print_outcome(figures: Mapping[str, Any], json: bool) -> None:
-    """Print the outcome of a stress test: a line for each number, and the seeds of the runs that failed."""
-    if json:
-        print_json(figures)
-        return
-    for name, value in figures.items():
-        if name not in ("failed_seeds", "missing_seeds"):
-            print(f"{name:22} {number_cell(value) if value is None or isinstance(value, float) else value}")
-    for name, seeds in figures["failed_seeds"].items():
-        if seeds:
-            print(f"seeds, {name + ':':14} {', '.join(map(str, seeds))}")
 
 
 def report_divergences(lines: list[str]) -> None:

@@ -20,7 +20,9 @@ from robotics.studies.versions import versions
 
 @renamed_options(jobs="--workers")
 def study(
-    name: Annotated[str, argument("A study's file; or a name: thesis.", "STUDY.toml", autocompletion=studies)],
+    name: Annotated[
+        str, argument("A study's file; or the name of a packaged one.", "STUDY.toml", autocompletion=studies)
+    ],
     out: Annotated[
         Path | None, option("Folder of the results. Default: the file's key out, or out/NAME", "FOLDER")
     ] = None,

@@ -12,15 +12,12 @@ from fuzzy.naming import expected
 from fuzzy.quantity import accepted
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
-from robotics.laws.avoidance.fuzzy_hierarchy import FuzzyHierarchy
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.lawfile import law_in_file, loaded_law
-from robotics.laws.predictive.mppi import PathIntegral
-from robotics.laws.predictive.nmpc import PredictiveControl
 from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
@@ -42,7 +39,8 @@ from robotics.world.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
-LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which other packages add laws
+LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which plug-ins and other packages add laws
+_OWN = "fuzzyfleet"  # the distribution whose laws are the catalogue's
 
 
 _PUBLISHED: dict[str, Preset] = {
@@ -65,9 +63,6 @@ _PUBLISHED: dict[str, Preset] = {
         "Table 5.6 as printed, the target being the next sample",
     ),
     "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
-    "lyapunov-thesis": Preset(
-        Lyapunov, {"ky": 1.0, "kpsi": 1.0}, "Lyapunov, thesis gains", "(2.30), (2.32) with the thesis's 1, 1, 1"
-    ),
     "pdc": Preset(
         ParallelCompensation,
         {},
@@ -89,75 +84,51 @@ _PUBLISHED: dict[str, Preset] = {
         "PID",
         "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s",
     ),
-    "mppi": Preset(
-        PathIntegral,
-        {},
-        "MPPI",
-        "model predictive path integral control with Nav2's horizon, noise and 1,000 samples, on a cost of tracking",
-    ),
-    "nmpc": Preset(
-        PredictiveControl,
-        {},
-        "Predictive control",
-        "iLQR over 1 s with wheel lag, latency and bounds; weights by Bryson's rule, not by search",
-    ),
     "ppo": Preset(
         NeuralPolicy,
         {},
         "Learnt policy (PPO)",
         "a network of 1,666 numbers that `robotics reinforce` has learnt; nothing of it is proved",
     ),
-    "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (thesis 2.1.3.2)"),
-    "assm": Preset(
-        SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"
-    ),
-    "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (thesis 2.1.3.2)"),
-    "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (thesis 2.1.3.2)"),
+    "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (2.1.3.2)"),
+    "assm": Preset(SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (2.1.3.2)"),
+    "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (2.1.3.2)"),
+    "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (2.1.3.2)"),
     "formation": Preset(
         FormationNetworks,
         {},
         "Leader-follower networks",
-        "thesis 5.2 with followers corrected by their own posture; correction=none is the thesis's",
+        "5.2 with followers corrected by their own posture; correction=none is as printed",
         "formation",
     ),
     "formation-teacher": Preset(
         FormationTeacher,
         {},
         "Leader-follower law",
-        "the law that the well-posed formation data sample; a choice, thesis 5.2.1 gives it in words only",
+        "the law that the well-posed formation data sample; a choice, 5.2.1 gives it in words only",
         "formation",
     ),
     "leader-follower": Preset(
         FollowLeader,
         {},
         "Leader and followers on any paths",
-        "speeds by the lead along the leader's path, pure pursuit; the forms of thesis 5.2.1 with gains of our own",
+        "speeds by the lead along the leader's path, pure pursuit; the forms of 5.2.1 with gains of our own",
         "formation",
     ),
     "graph-esm": Preset(
-        GraphSlidingMode, {}, "Graph ESM", "thesis 3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1", "team"
-    ),
-    "graph-esm-thesis": Preset(
-        GraphSlidingMode, {"form": "thesis"}, "Graph ESM, thesis form", "(3.4), (3.5) with K_ij = a_ij", "team"
+        GraphSlidingMode, {}, "Graph ESM", "3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1", "team"
     ),
     "graph-esm-literal": Preset(
         GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges", "team"
     ),
     "virtual-structure": Preset(
-        VirtualStructure, {}, "Virtual structure, waiting", "thesis 4.3 on measured progress, with a watchdog", "team"
+        VirtualStructure, {}, "Virtual structure, waiting", "4.3 on measured progress, with a watchdog", "team"
     ),
     "virtual-structure-measured": Preset(
         VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress", "team"
     ),
     "virtual-structure-virtual": Preset(
         VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5", "team"
-    ),
-    "virtual-structure-thesis": Preset(
-        VirtualStructure,
-        {"variant": "virtual", "tracker.ky": 1.0, "tracker.kpsi": 1.0, "tracker.catch_up": 0.0},
-        "Virtual structure, thesis gains",
-        "(4.10), (4.11) with the thesis's 1, 1, 1",
-        "team",
     ),
     "virtual-structure-literal": Preset(
         VirtualStructure,
@@ -167,7 +138,7 @@ _PUBLISHED: dict[str, Preset] = {
         "team",
     ),
     "cooperation": Preset(
-        FuzzyCooperation, {}, "Fuzzy cooperation", "thesis 5.3 with a one-sided lag and the target held", "team"
+        FuzzyCooperation, {}, "Fuzzy cooperation", "5.3 with a one-sided lag and the target held", "team"
     ),
     "cooperation-literal": Preset(
         FuzzyCooperation,
@@ -211,7 +182,7 @@ _PUBLISHED: dict[str, Preset] = {
         "team",
     ),
     "obstacles": Preset(
-        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; thesis 6.2 otherwise", "team"
+        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; 6.2 otherwise", "team"
     ),
     "obstacles-literal": Preset(
         ObstacleAvoidance,
@@ -220,16 +191,47 @@ _PUBLISHED: dict[str, Preset] = {
         "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
         "team",
     ),
-    "hierarchy-literal": Preset(
-        FuzzyHierarchy,
-        {},
-        "Thesis hierarchy, literal",
-        "(6.4), (6.5), (6.7) and Table 5.6 as printed, with the clock of the lag; d_min 0.6 m, ro_min 0.8 m",
-        "team",
-    ),
 }
 
 
+def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], dict[str, str]]:
+    """The presets that entry points name, and a sentence for each that cannot be used, by their names.
+
+    Args:
+        own: Whether those of this distribution are meant, or those of all others.
+        taken: Presets whose names no other has.
+    """
+    good: dict[str, Preset] = {}
+    bad: dict[str, str] = {}
+    entries = [entry for entry in entry_points(group=LAW_ENTRY_POINTS) if _is_own(entry) == own]
+    for entry in sorted(entries, key=lambda e: e.name):
+        what = f"the law {entry.name!r} of {_origin(entry)}"
+        if entry.name in taken:
+            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
+            continue
+        try:
+            thing = entry.load()
+        except Exception as error:  # another package's module may raise anything when it is imported
+            bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
+            continue
+        if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
+            thing = Preset(thing, {}, entry.name, (thing.__doc__ or "").partition("\n")[0])
+        if isinstance(thing, Preset):
+            good[entry.name] = thing
+        else:
+            bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
+    return good, bad
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    return entry.dist is not None and entry.dist.name == _OWN
+
+
+def _origin(entry: EntryPoint) -> str:
+    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
+
+
+_PUBLISHED |= _loaded(True, _PUBLISHED)[0]
 CATALOGUE: dict[str, Preset] = _PUBLISHED | tuned_presets(_PUBLISHED)
 
 
@@ -250,29 +252,7 @@ def unusable_laws() -> dict[str, str]:
 
 @cache
 def _installed() -> tuple[dict[str, Preset], dict[str, str]]:
-    good: dict[str, Preset] = {}
-    bad: dict[str, str] = {}
-    for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
-        what = f"the law {entry.name!r} of {_origin(entry)}"
-        if entry.name in CATALOGUE:
-            bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
-            continue
-        try:
-            thing = entry.load()
-        except Exception as error:  # another package's module may raise anything when it is imported
-            bad[entry.name] = f"{what} cannot be loaded: {type(error).__name__}: {error}"
-            continue
-        if isinstance(thing, type) and issubclass(thing, Law) and is_dataclass(thing):
-            thing = Preset(thing, {}, entry.name, (thing.__doc__ or "").partition("\n")[0])
-        if isinstance(thing, Preset):
-            good[entry.name] = thing
-        else:
-            bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
-    return good, bad
-
-
-def _origin(entry: EntryPoint) -> str:
-    return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
+    return _loaded(False, CATALOGUE)
 
 
 def preset_of(specification: str) -> Preset:

@@ -125,6 +125,7 @@ class Law(ABC, Generic[Memory]):
         check_quantities(self, ControllerError)
 
     yields: ClassVar[bool] = False  # whether it keeps robots clear of each other
+    sort_of_law: ClassVar[str] = ""  # of the class itself, not of those derived from it: what arenas group it under
     # The gains that name its rule bases, by the task of each; or the parts that have it
     tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 

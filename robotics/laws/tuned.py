@@ -14,15 +14,17 @@ FILE = "tuned.toml"
 
 
 def tuned_presets(catalogue: Mapping[str, Preset]) -> dict[str, Preset]:
-    """The presets of the file, by name: each is one of the ``catalogue`` with other gains.
+    """The presets of the file, by name: each is one of the ``catalogue`` with other gains; others are left out.
 
     Raises ControllerError for a file that has been spoilt.
     """
     found = {}
     for name, about in _tables().items():
         base = catalogue.get(about.get("of", ""))
-        if base is None or not isinstance(about.get("gains"), dict):
+        if not isinstance(about.get("of"), str) or not isinstance(about.get("gains"), dict):
             raise ControllerError(f"{FILE}: {name} needs of = a law of the catalogue, and a table gains")
+        if base is None:  # of a plug-in that is not installed
+            continue
         gains = base.gains | about["gains"]
         found[name] = replace(base, gains=gains, title=f"{base.title}, tuned", note=str(about.get("note", "")))
     return found

@@ -1,15 +1,13 @@
 """Warnings before a run: what a law does not look at, and what will therefore happen."""
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
-from robotics.studies.stress.conflict import CLEAR, CONFLICT
-from robotics.studies.stress.crossings import APART
 from robotics.world.environment.swept import ContactColumns, Watch
 
 _LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
@@ -57,23 +55,6 @@ def first_meetings(setting: Setting) -> tuple[str, dict[tuple[int, int], float]]
             if found := meetings(setting, late):
                 return when, found
     return "", {}
-
-
-def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> list[str]:
-    """As :func:`forewarnings`, for the random crossings of a ``kind``, whatever their seeds."""
-    sentences = []
-    if not law.yields:
-        sentences.append(
-            f"{name} takes no care of other robots: in every crossing two of them come nearer than {CONFLICT:g} m if "
-            "all are on time"
-        )
-    room, of = (CLEAR, "from the paths of others") if kind == "A" else (APART, "from each other")
-    if law.yields and law.safety_distance is not None and law.safety_distance > room:
-        sentences.append(
-            f"{name} keeps {law.safety_distance:g} m between robots, and starts and goals of class {kind} may be only "
-            f"{room:g} m {of}: robots may wait for ever"
-        )
-    return sentences
 
 
 def blind(setting: Setting, law: Law[Any], name: str) -> list[str]:

@@ -1,14 +1,19 @@
 """Files of one kind: those that come with the package, by name, and a user's own, by path."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import resources
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import NamedTuple
 
 from fuzzy.errors import InputError
+from fuzzy.files.packaged import folder_named
 from fuzzy.naming import expected
 from robotics.tables.text import read_text
+
+DATA_GROUP = "fuzzyfleet.data"  # entry points that name folders like robotics/data, with scenarios/, studies/ ...
+_OWN = Path(__file__).parents[1] / "data"
 
 
 class TomlFile(NamedTuple):
@@ -29,9 +34,16 @@ def placed_beside(path: Path, folder: Path) -> Path:
 
 
 def names_in(folder: str) -> list[str]:
-    """The names of the .toml files that come with the package in a folder of it, such as ``scenarios``."""
-    found = (resources.files("robotics") / "data" / folder).iterdir()
-    return sorted(f.name.removesuffix(".toml") for f in found if f.name.endswith(".toml"))
+    """The names of the .toml files in a folder of the packaged data, such as ``scenarios``; also those of plug-ins."""
+    return sorted({file.stem for file in _packaged(folder)})
+
+
+def _packaged(folder: str) -> Iterator[Path]:
+    """The .toml files in a folder of the packaged data, those of the core first."""
+    yield from (_OWN / folder).glob("*.toml")
+    for point in sorted(entry_points(group=DATA_GROUP), key=lambda each: each.name):
+        if (place := folder_named(point.value)) is not None:
+            yield from (place / folder).glob("*.toml")
 
 
 @dataclass(frozen=True)
@@ -55,8 +67,8 @@ class TomlFiles:
 
         Raises ``fault`` for an unknown name and a file that cannot be read.
         """
-        if str(name) in self.names():
-            path = Path(str(resources.files("robotics") / "data" / self.folder / f"{name}.toml"))
+        path = next((file for file in _packaged(self.folder) if file.stem == str(name)), None)
+        if path is not None:
             return TomlFile(read_text(path, self.fault), str(name), path.name, Path(), path)
         path = Path(name)
         if path.suffix != ".toml":

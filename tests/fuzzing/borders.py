@@ -256,11 +256,19 @@ def _read_message(path: Path) -> Any:
 
 BORDERS: dict[str, Border] = {
     "fis": Border(".fis", _files("tests/data/fis-corpus/*.fis", "robotics/data/rulebases/*.fis"), read_fis, _evaluate),
-    "scenario": Border(".toml", _files("robotics/data/scenarios/*.toml"), load_scenario, _set),
+    "scenario": Border(
+        ".toml",
+        _files("robotics/**/data/scenarios/*.toml"),
+        load_scenario,
+        _set,
+    ),
     "robot": Border(".toml", _files("robotics/data/robots/*.toml"), load_robot, _nothing),
     "sweep": Border(".toml", _files("robotics/data/sweeps/*.toml"), load_sweep, plan_sweep),
     "study": Border(
-        ".toml", _files("robotics/data/studies/*.toml", "docs/examples/own-study/*.toml"), load_study, _nothing
+        ".toml",
+        _files("robotics/**/data/studies/*.toml", "docs/examples/own-study/*.toml"),
+        load_study,
+        _nothing,
     ),
     "table": Border(".csv", _tables, read_table, _same_table),
     "run": Border(".npz", saved_runs, load_run, _play, (flip_bit, *(forge_archive,) * 9)),

@@ -9,6 +9,7 @@ import warnings
 import pytest
 
 import robotics
+from fuzzy.renamed import name_now
 from robotics.world.paths.path import Line
 
 MOVED = {
@@ -20,27 +21,32 @@ MOVED = {
     "robotics.random_streams": "robotics.world.random_streams",
     "robotics.scenario.reading": "robotics.simulation.scenario.reading",
     "robotics.statistics.costs": "robotics.measures.statistics.costs",
-    "robotics.experiments.learning.drivedata": "robotics.studies.learning.drivedata",
+    "robotics.experiments.learning.drivedata": "robotics.plugins.logs.drivedata",
+    "robotics.laws.predictive.nmpc": "robotics.plugins.predictive.nmpc",
+    "robotics.show.report.arena": "robotics.plugins.arena.report",
+    "robotics.report.learning": "robotics.plugins.learning.report",
+    "robotics.studies.stress.crossings": "robotics.plugins.stress.crossings",
+    "robotics.studies.certificate": "robotics.plugins.certificates.certificate",
+    "robotics.studies.lemma": "robotics.plugins.thesis.lemma",
     "robotics.tuning.cost": "robotics.studies.tuning.cost",
-    "robotics.arena.description": "robotics.studies.arena.description",
+    "robotics.arena.description": "robotics.plugins.arena.description",
     "robotics.figures.team": "robotics.show.figures.team",
     "robotics.playback.player": "robotics.show.playback.player",
     "robotics.report.study": "robotics.show.report.study",
-    "robotics.designer": "robotics.show.designer",
-    "robotics.starts": "robotics.show.designer.starts",
+    "robotics.designer": "robotics.plugins.designer",
+    "robotics.starts": "robotics.plugins.designer.starts",
     "robotics.ccode.terms": "robotics.plugins.ccode.terms",
     "robotics.logs.names": "robotics.plugins.logs.names",
     "robotics.reinforcement.task": "robotics.plugins.reinforcement.task",
     "robotics.thesis.claims": "robotics.plugins.thesis.claims",
 }
-FORMER = {".".join(name.split(".")[:2]) for name in [*MOVED, "robotics.quantity"]}
 
 
 @pytest.fixture(autouse=True)
 def nothing_yet(monkeypatch):
     """Nothing has been imported by a former name."""
     for name in [*sys.modules]:
-        if ".".join(name.split(".")[:2]) in FORMER:
+        if name_now(name):
             monkeypatch.delitem(sys.modules, name)
 
 

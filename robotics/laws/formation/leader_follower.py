@@ -51,7 +51,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.equation import EquationLaw, RobotColumns, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.fuzzy_tracking import load_rule_base
+from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
 from robotics.world.paths import path as nodes
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.posture import wrapped_compiled
@@ -458,4 +458,7 @@ def _read_networks(name: str) -> list[Sugeno]:
     packaged = resources.files("robotics") / "data" / "rulebases" / name if name.isidentifier() else None
     if packaged is not None and packaged.is_dir():
         folder = FilePath(str(packaged))
-    return [read_fis(folder / f"{o}.fis") for o in FORMATION_OUTPUTS] if folder.is_dir() else [load_rule_base(name)]
+    if folder.is_dir():
+        return [read_fis(folder / f"{o}.fis") for o in FORMATION_OUTPUTS]
+    inside = f"{name}/{FORMATION_OUTPUTS[0]}" in rule_base_files()  # of a plug-in's folder of that name
+    return [load_rule_base(f"{name}/{o}") for o in FORMATION_OUTPUTS] if inside else [load_rule_base(name)]

@@ -23,7 +23,7 @@ measured, X_d as of a robot that is where it shall be, and h_j the rules' firing
 
     (v, ω) = (v_r, ω_r) − Σ_j h_j K^j (X − X_d)                  (2.41), whose minus the thesis lost
 
-Stability: local, by a common P of (2.42), for those rules that :mod:`robotics.studies.compensation` finds one for.
+Stability: local, by a common P of (2.42), for those rules that the plug-in certificates finds one for.
 Where the reference rests nearer than the smallest operating distance, the target is held that far ahead of it.
 """
 

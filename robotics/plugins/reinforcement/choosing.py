@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from robotics.plugins.arena.description import load_arena
 from robotics.plugins.reinforcement.task import TaskError
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.arena.description import load_arena
 
 LEARNING = 5_000_000  # the first number of scenarios drawn for learning: no arena tunes, chooses or tests on these
 _EPISODE_STREAM = 7  # of a lane's seed: which scenarios and seeds its later episodes have

@@ -10,6 +10,7 @@ from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import measured, runs_touched
+from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.thesis.avoidance_runs import (
     AVOIDANCE_TESTS,
     CASES,
@@ -23,17 +24,16 @@ from robotics.plugins.thesis.avoidance_runs import (
     values,
 )
 from robotics.plugins.thesis.claims import judged
+from robotics.plugins.thesis.figures import plot_turn
 from robotics.plugins.thesis.rows import film_of, run_columns
 from robotics.plugins.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
-from robotics.show.figures.laws import plot_turn
 from robotics.show.figures.meetings import plot_meetings
 from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.outcome import StressOutcome
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
@@ -245,6 +245,7 @@ def _pages(runs: Runs) -> Iterator[Picture]:
             if crash
             else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
         )
+        shown = {row: f"thesis {figure}" for row, figure in figures.items()}
         where = f"Robots in true size at equal times. {about}"
         for suffix, rows, what, said in (
             ("", WHERE, "Trajectories and distances", where),
@@ -255,5 +256,5 @@ def _pages(runs: Runs) -> Iterator[Picture]:
                 f"avoidance-{scenario}{suffix}",
                 f"{load_scenario(scenario).title}. {said}",
                 f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                partial(plot_avoidance, columns, figures=figures, rows=chosen, width=PAGE_WIDTH),
+                partial(plot_avoidance, columns, figures=shown, rows=chosen, width=PAGE_WIDTH),
             )

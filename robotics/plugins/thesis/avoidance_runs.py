@@ -11,13 +11,13 @@ import numpy as np
 
 from robotics.laws.catalogue import make_controller
 from robotics.measures.quantities import measured
+from robotics.plugins.stress.crossings import crossing_ensemble
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.tally import run_ensemble
 from robotics.plugins.thesis.claims import Needed
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.crossings import crossing_ensemble
-from robotics.studies.stress.outcome import StressOutcome
-from robotics.studies.stress.tally import run_ensemble
 from robotics.studies.together import run_together
 
 AVOIDANCE_TESTS = ("two-meetings", "three-cross")  # tests 1 and 2 of 6.1.3

@@ -19,9 +19,10 @@ from fuzzy.compiled.threads import processors
 from fuzzy.shell.progress import Begin
 from robotics.plugins.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
 from robotics.plugins.thesis.claims import Needed, run_file
-from robotics.plugins.thesis.experiment import USUAL, ChapterMaker, Effort, results_of
+from robotics.plugins.thesis.experiment import THOROUGH, USUAL, ChapterMaker, Effort, results_of
 from robotics.show.report.chapter import Chapter, Film
 from robotics.show.report.plates import plate
+from robotics.show.report.study import MakeChapters
 from robotics.simulation.run import Run
 from robotics.studies.executors import processes
 from robotics.studies.pieces import run_pieces
@@ -72,6 +73,11 @@ def judging(
             yield judged
         finally:
             ticks.put(None)
+
+
+def suite(thorough: bool, save_runs: bool) -> MakeChapters:
+    """The chapters for ``robotics compare``, by the runs that it asks for."""
+    return partial(judging, effort=THOROUGH if thorough else USUAL, save_runs=save_runs)
 
 
 def _count(ticks: "queue.Queue[int | None]", bars: list[Any]) -> None:

@@ -23,23 +23,14 @@ from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS, load_netw
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
 from robotics.measures.quantities import measured
-from robotics.plugins.thesis.claims import Needed, judged
-from robotics.plugins.thesis.driving import driven
-from robotics.plugins.thesis.experiment import Effort, Experiment
-from robotics.show.figures.formation_run import plot_formation
-from robotics.show.figures.formations import (
+from robotics.plugins.learning.figures import (
     plot_epochs,
     plot_fits,
     plot_formation_paths,
     plot_formation_signals,
     plot_searches,
 )
-from robotics.show.report.chapter import Chapter, Grid, Picture
-from robotics.show.report.learning import fit_of, parameter_grid, setting_of
-from robotics.show.report.wording import shown
-from robotics.simulation.run import Run
-from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.learning.formationdata import (
+from robotics.plugins.learning.formationdata import (
     FormationRecipe,
     FormationRun,
     FormationTable,
@@ -47,9 +38,18 @@ from robotics.studies.learning.formationdata import (
     formation_data,
     formation_run,
 )
-from robotics.studies.learning.formationlearning import Learnt, learn_network, write_networks
-from robotics.studies.learning.fresh import FRESH, FreshErrors, fresh_errors
-from robotics.studies.learning.scatter import DRAWS, scatter
+from robotics.plugins.learning.formationlearning import Learnt, learn_network, write_networks
+from robotics.plugins.learning.fresh import FRESH, FreshErrors, fresh_errors
+from robotics.plugins.learning.report import fit_of, parameter_grid, setting_of
+from robotics.plugins.learning.scatter import DRAWS, scatter
+from robotics.plugins.thesis.claims import Needed, judged
+from robotics.plugins.thesis.driving import driven
+from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.show.figures.formation_run import plot_formation
+from robotics.show.report.chapter import Chapter, Grid, Picture
+from robotics.show.report.wording import shown
+from robotics.simulation.run import Run
+from robotics.simulation.scenario.reading import load_scenario
 
 _EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title

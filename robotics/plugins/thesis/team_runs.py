@@ -15,13 +15,13 @@ from robotics.measures.quantities import measured, timetable_error
 from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
+from robotics.plugins.thesis.recovery import Recovery, recovery_curve
+from robotics.plugins.thesis.scaling import Scaling
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.lemma import LemmaCondition, judge_lemma
-from robotics.studies.recovery import Recovery, recovery_curve
-from robotics.studies.scaling import Scaling
 from robotics.world.radio.faults import Fault
 
 # Scenario and controllers of every experiment; the first is the one that is drawn

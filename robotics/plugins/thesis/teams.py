@@ -10,7 +10,10 @@ from robotics.measures.evidence import Estimate, mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
 from robotics.plugins.thesis.claims import Needed, judged
+from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
+from robotics.plugins.thesis.recovery import Recovery
 from robotics.plugins.thesis.rows import film_of, run_columns
+from robotics.plugins.thesis.scaling import Scaling
 from robotics.plugins.thesis.team_runs import (
     DUELS,
     EXPERIMENTS,
@@ -21,14 +24,11 @@ from robotics.plugins.thesis.team_runs import (
     mean_errors,
     values,
 )
-from robotics.show.figures.recovery import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.show.figures.run import plot_run
 from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.recovery import Recovery
-from robotics.studies.scaling import Scaling
 
 _COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean error norm (“MSE”)")
 # Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints: missing

@@ -19,8 +19,13 @@ from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.plugins.thesis.claims import Needed, judged, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.plugins.thesis.figures import (
+    plot_switching,
+    plot_tracking_memberships,
+    plot_tracking_velocities,
+    plot_turn,
+)
 from robotics.plugins.thesis.rows import mean_cell
-from robotics.show.figures.laws import plot_switching, plot_tracking_memberships, plot_tracking_velocities, plot_turn
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run

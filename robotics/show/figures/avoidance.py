@@ -71,7 +71,7 @@ def plot_avoidance(
     Args:
         runs: A run, or up to three on one scenario.
         seed: The seed that is drawn, by default the first.
-        figures: The thesis's figure of a row, such as {"distances": "Fig 6.11"}.
+        figures: A source's figure of a row, such as {"distances": "thesis Fig 6.11"}.
         rows: The rows that are drawn, by default CRASH_ROWS, among obstacles OBSTACLE_ROWS; rows that no run has are
             left out.
         width: The width of the figure in inches.
@@ -115,7 +115,7 @@ def plot_avoidance(
                     continue
                 ax.set_ylabel(_ROWS[row].label)
                 if figures and row in figures:
-                    ax.set_title(f"thesis {figures[row]}", loc="left", fontsize=7, pad=2.5, color="0.3")
+                    ax.set_title(figures[row], loc="left", fontsize=7, pad=2.5, color="0.3")
             if row != "trajectories":
                 _legend(axes, top / total)
             top -= height + gap

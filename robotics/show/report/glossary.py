@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 
 from fuzzy.errors import InputError
 from fuzzy.shown import typeset
+from robotics.laws.catalogue import CATALOGUE
 from robotics.laws.specification import Specification
 from robotics.laws.tuned import tuned_from
 from robotics.tables.text import parse_table
@@ -59,8 +60,8 @@ def terms() -> tuple[GlossaryTerm, ...]:
 @cache
 def law_terms() -> dict[str, LawTerm]:
     """All laws by their names in the catalogue; one with tuned gains is told of by the law that it is."""
-    told = {name: LawTerm(**row) for name, row in _table()["laws"].items()}
-    tuned = {name: told[of] for name, of in tuned_from().items()}
+    told = {name: LawTerm(**row) for name, row in _table()["laws"].items() if name in CATALOGUE}
+    tuned = {name: told[of] for name, of in tuned_from().items() if name in CATALOGUE}
     return told | {
         name: law._replace(says=f"{law.says} Its numbers were found by a search.") for name, law in tuned.items()
     }

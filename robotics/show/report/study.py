@@ -119,7 +119,7 @@ def write_study(
         begin: Starts a bar of a progress display, by its text and total.
         metrics: The user's own metrics, as :func:`robotics.studies.comparison.compare` takes them.
         chapters: Makes chapters beside the comparison.
-        front: Makes what opens the report, such as :func:`robotics.show.report.arena.small_arena`.
+        front: Makes what opens the report, such as an entry point of the group fuzzyfleet.fronts.
         report: Whether figures and the report are made.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, also where the work is interrupted.
@@ -175,7 +175,7 @@ def run_study(
         report: Whether figures and the report are made.
         begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
         chapters: Makes chapters beside the comparison. Default: those that the plan names.
-        front: Makes what opens the report, such as :func:`robotics.show.report.arena.small_arena`.
+        front: Makes what opens the report, such as an entry point of the group fuzzyfleet.fronts.
         command: The command line that the report names.
         kept: Called with the number of rows that are written, also where the work is interrupted.
         fresh: Whether to discard what the folder has of a study that was interrupted.

@@ -32,7 +32,7 @@ def rendered(
     """The page that the template of that ``name`` makes.
 
     Args:
-        name: A file of robotics/show/report.
+        name: A file of robotics/show/report, or the whole path of another.
         chapters: The chapters; their films are made.
         plates: Every picture of the page, drawn.
         entries: Anchors and titles of the sections before the chapters, for the list of contents.
@@ -69,7 +69,7 @@ def rendered(
 
 
 def program(name: str, **values: Any) -> str:
-    """The Python program that the template of that ``name`` makes of the values."""
+    """The Python program that the template of that ``name`` makes of the values; of another folder by its path."""
     return _environment().get_template(f"{name}.py.j2").render(**values) + "\n"
 
 

@@ -148,7 +148,7 @@ class Scenario:
     obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
     title: str = described("What happens, in a line.", "", example="What happens")
     source: str = described(
-        "Where the numbers come from: a paper, a section of the thesis; and what was chosen.", "", example="a choice"
+        "Where the numbers come from: a paper, a section of a book; and what was chosen.", "", example="a choice"
     )
     trajectory: Trajectory = field(init=False, repr=False, compare=False)
     setting: Setting = field(init=False, repr=False, compare=False)

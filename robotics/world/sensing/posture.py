@@ -51,7 +51,7 @@ class Sensing:
         0.0, "rad", least=0, most=pi, doc="The standard deviation of a pose sensor's heading."
     )
     relative_noise: float = quantity(
-        0.0, "1", least=0, most=1, doc="A pose sensor's x and y are times 1 + this × a normal number (thesis 4.5: 0.1)."
+        0.0, "1", least=0, most=1, doc="A pose sensor's x and y are times 1 + this × a normal number, such as 0.1."
     )
     noise_start: float = quantity(0.0, "s", least=0, doc="When a pose sensor's noise begins.")
     noise_end: float | None = quantity(

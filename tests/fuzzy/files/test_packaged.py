@@ -26,8 +26,9 @@ OURS = Path(__file__).parents[3] / "robotics" / "data" / "rulebases"
 
 def listed() -> dict[str, Path]:
     """The packaged files by their names, found by walking through the folder."""
-    files = [Path(folder, file) for folder, _, names in os.walk(OURS) for file in names]
-    return {str(file)[len(str(OURS)) + 1 : -len(".fis")].replace(os.sep, "/"): file for file in files}
+    thesis = OURS.parents[1] / "plugins" / "thesis" / "data" / "rulebases"
+    places = [(place, Path(at, file)) for place in (OURS, thesis) for at, _, names in os.walk(place) for file in names]
+    return {str(file)[len(str(place)) + 1 : -len(".fis")].replace(os.sep, "/"): file for place, file in places}
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from robotics.commands.application import main
 from robotics.laws.formation.leader_follower import load_networks
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base, rule_base_files
 from robotics.simulation.scenario.copying import copy_packaged
-from robotics.simulation.scenario.reading import load_scenario, scenario_names
+from robotics.simulation.scenario.reading import load_scenario, scenario_file, scenario_names
 from tests.conftest import declare
 
 DATA = Path(str(files("robotics"))) / "data"
@@ -61,7 +61,7 @@ def test_every_scenario_and_rule_base_is_the_same_when_copied(here):
             assert read_fis(copied.file) == load_rule_base(copied.name)
             assert copied.use.startswith(("robotics run my.toml --controller ", "fuzzy show "))
         else:
-            original = DATA / "scenarios" / f"{copied.name}.toml"
+            original = scenario_file(copied.name).path
             assert copied.file.read_bytes() == original.read_bytes()
             assert copied.use == f"robotics run {copied.file}"
             assert load_scenario(copied.file) == load_scenario(copied.name)

@@ -18,10 +18,10 @@ from robotics.laws.law import ControllerError
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.registry import measure_all
+from robotics.plugins.stress.crossing_runs import stress_crossing
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.studies.executors import processes
-from robotics.studies.stress.crossing_runs import stress_crossing
 from robotics.studies.sweeps.plan import plan_sweep
 from robotics.studies.sweeps.reading import load_sweep
 from robotics.studies.sweeps.running import run_sweep

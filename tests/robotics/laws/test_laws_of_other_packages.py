@@ -72,7 +72,7 @@ gain = [1.0, 3.0]
 USES = """
 import contextlib, io, json, sys
 from robotics.commands.application import main
-from robotics.show.designer.tryout import TryoutTrial, choices, rival_data
+from robotics.plugins.designer.tryout import TryoutTrial, choices, rival_data
 
 def said(*arguments):
     out, err = io.StringIO(), io.StringIO()

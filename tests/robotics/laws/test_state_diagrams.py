@@ -8,11 +8,11 @@ import pytest
 from robotics.laws.catalogue import CATALOGUE, make_controller
 from robotics.laws.modes import MODES, STOPPED, StateDiagram
 from robotics.laws.teams.cooperation import CooperationMemory
+from robotics.plugins.stress.disturbance import Disturbance
+from robotics.plugins.stress.single import single_run
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
-from robotics.studies.stress.disturbance import Disturbance
-from robotics.studies.stress.single import single_run
 from robotics.studies.together import run_together
 
 COURSES = ("turn-into-neighbour", "trap-u", "turn-towards-each-other", "neighbour-stops", "trap-u-middle")

@@ -10,7 +10,7 @@ import pytest
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import contacts, judge
-from robotics.show.designer.tryout import TryoutTrial, choices, course_data, rival_data
+from robotics.plugins.designer.tryout import TryoutTrial, choices, course_data, rival_data
 from robotics.show.figures.avoidance import plot_avoidance
 from robotics.show.figures.controllers import plot_paths
 from robotics.show.figures.run import plot_run

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error, measure_formation
-from robotics.simulation.run import CHANNELS
-from robotics.simulation.scenario.formations import formation_scenario, leader_path
-from robotics.studies.learning.datatable import write_data
-from robotics.studies.learning.formationdata import (
+from robotics.plugins.learning.datatable import write_data
+from robotics.plugins.learning.formationdata import (
     FILES,
     FormationDataError,
     FormationRecipe,
     checking_recipe,
     formation_data,
 )
+from robotics.simulation.run import CHANNELS
+from robotics.simulation.scenario.formations import formation_scenario, leader_path
 from robotics.world.paths.path import Sine, compile_path
 from tests.robotics.handmade import handmade
 

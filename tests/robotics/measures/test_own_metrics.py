@@ -17,7 +17,7 @@ from robotics.measures import own
 from robotics.measures.own import MetricError, metric
 from robotics.measures.registry import headlines, measure_all, own_metrics
 from robotics.measures.tracking import Metric
-from robotics.show.designer.tryout import TryoutTrial, rival_data
+from robotics.plugins.designer.tryout import TryoutTrial, rival_data
 from robotics.show.figures.comparison import plot_comparison
 from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate

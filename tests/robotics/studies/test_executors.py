@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 import pytest
 
+from robotics.plugins.stress import crew
+from robotics.plugins.stress.crew import in_chunks
 from robotics.studies.executors import WorkerError, processes, uninterrupted
-from robotics.studies.stress import crew
-from robotics.studies.stress.crew import in_chunks
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals")
 

@@ -16,14 +16,14 @@ from fuzzy.plugins.designer.datapictures import Rows, data_pictures
 from fuzzy.plugins.designer.views import functions_data
 from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.show.designer.severalseeds import design_seeds, state_of, summary
-from robotics.show.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
+from robotics.plugins.designer.severalseeds import design_seeds, state_of, summary
+from robotics.plugins.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
 from robotics.simulation.scenario.reading import scenario_names
 from tests.browsers import drag, rest
 from tests.fuzzy.plugins.designer.design_bench import STATIC, system
 from tests.fuzzy.plugins.designer.membership_cases import cases
 from tests.fuzzy.plugins.designer.module_page import ModulePage
-from tests.robotics.show.designer.tried import on_page
+from tests.robotics.plugins.designer.tried import on_page
 
 
 @pytest.fixture(scope="module")
@@ -324,7 +324,7 @@ def test_training_fits_the_page(bench: ModulePage, width: int) -> None:
 
 # The panel "Try it" ---------------------------------------------------------------------------------------------
 
-TRYOUT = "robotics/show/designer/static/tryout.js"
+TRYOUT = "robotics/plugins/designer/static/tryout.js"
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ def only(monkeypatch, *values):
 
 
 def test_every_start_makes_a_system_without_errors_by_its_usual_options(monkeypatch):
-    only(monkeypatch, "fuzzy.plugins.designer.starts.own:starts", "robotics.show.designer.starts:starts")
+    only(monkeypatch, "fuzzy.plugins.designer.starts.own:starts", "robotics.plugins.designer.starts:starts")
     found = find_starts()
     assert found.unusable == ()
     names = [start.name for start in found.starts]

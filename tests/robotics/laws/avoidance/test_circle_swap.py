@@ -10,7 +10,7 @@ from scipy.spatial.distance import pdist
 from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, entered, figures, random_goals
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
-from robotics.studies.stress.outcome import StressOutcome
+from robotics.plugins.stress.outcome import StressOutcome
 from tests.robotics.world.vehicle.etsro import ETSRO
 
 

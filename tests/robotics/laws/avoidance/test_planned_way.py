@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from robotics.laws.avoidance.planned_way import PlannedTiming, planned_timing
+from robotics.plugins.stress.crossings import crossing_ensemble
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.crossings import crossing_ensemble
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.path import Line, compile_path
 from robotics.world.paths.road import TIMED, road_of

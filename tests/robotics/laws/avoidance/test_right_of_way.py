@@ -9,10 +9,10 @@ from robotics.commands.application import main
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.law import ControllerError
+from robotics.plugins.stress.crossing_runs import stress_crossing
+from robotics.plugins.stress.crossings import crossing_ensemble
+from robotics.plugins.stress.disturbance import Disturbance
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.crossing_runs import stress_crossing
-from robotics.studies.stress.crossings import crossing_ensemble
-from robotics.studies.stress.disturbance import Disturbance
 from robotics.world.paths.path import Quintic, compile_path
 from robotics.world.paths.quintic_table import quintic_table
 
@@ -115,7 +115,7 @@ def test_crossings_have_conflicts_and_clear_ends():
 
 
 def test_the_command_finds_what_the_printed_rules_do_wrong(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.studies.stress.outcome.StressOutcome.limit", 1.5)  # many never end
+    monkeypatch.setattr("robotics.plugins.stress.outcome.StressOutcome.limit", 1.5)  # many never end
     options = ["--robots", "3", "--runs", "4", "--seed", "50", "-q", "--controller", "literal", "--json"]
     assert main(["stress", "crossing", *options]) == 0
     literal = json.loads(capsys.readouterr().out)

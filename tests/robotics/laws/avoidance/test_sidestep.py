@@ -8,8 +8,8 @@ from benchmarks.avoidance import circle_swap, ensemble
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
 from robotics.laws.law import ControllerError
-from robotics.studies.stress.outcome import StressOutcome
-from robotics.studies.stress.tally import run_ensemble
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.tally import run_ensemble
 from robotics.world.paths.path import PathColumns, Quintic
 from robotics.world.paths.quintic_table import quintic_table
 

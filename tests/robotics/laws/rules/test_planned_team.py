@@ -12,12 +12,12 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
 from robotics.laws.rules.meetings import CELL, Meetings, planned_order
 from robotics.laws.rules.situation import turning_circles
+from robotics.plugins.stress.crossings import crossing_ensemble
+from robotics.plugins.stress.obstaclecourse import stress_obstacles
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.crossings import crossing_ensemble
-from robotics.studies.stress.obstaclecourse import stress_obstacles
-from robotics.studies.stress.outcome import StressOutcome
-from robotics.studies.stress.tally import run_ensemble
 
 PLANNED = make_controller("fuzzy-team-planned")
 

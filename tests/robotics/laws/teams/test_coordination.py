@@ -12,10 +12,10 @@ from robotics.measures.arrival import arrival_time, end_time, spread
 from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.teams import measure_team, nearest_distance
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
+from robotics.plugins.thesis.recovery import recovery_curve
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.random_team import random_team, team_toml
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
-from robotics.studies.recovery import recovery_curve
 from robotics.world.paths.references import Reference
 from robotics.world.radio.description import Radio
 from robotics.world.radio.faults import Fault

@@ -10,10 +10,10 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.measures.tracking import cross_track_error, settling_time, tracking_error
+from robotics.plugins.certificates.certificate import CertificateError
+from robotics.plugins.certificates.compensation import certify_compensation
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
-from robotics.studies.certificate import CertificateError
-from robotics.studies.compensation import certify_compensation
 
 LAW = ParallelCompensation()
 

@@ -12,12 +12,12 @@ from robotics.laws.catalogue import make_controller
 from robotics.measures.teams import measure_team
 from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed
+from robotics.plugins.thesis.scaling import Scaling
 from robotics.plugins.thesis.team_runs import DUELS, TEAM_TESTS, mean_errors
 from robotics.plugins.thesis.teams import PRINTED_TEAMS, chapter_of
 from robotics.show.report.chapter import Picture
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.scaling import Scaling
 from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.plugins.thesis.recomputed import check_recomputed
 

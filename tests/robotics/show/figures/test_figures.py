@@ -12,14 +12,14 @@ from fuzzy.inference import infer
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.registry import headlines
 from robotics.measures.tracking import cross_track_error, tracking_error, under_way
-from robotics.show.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
-from robotics.show.figures.drawing import POINTS, cut_axis, looks, only, room_for, seeds_as_text, thinned, unjumped
-from robotics.show.figures.laws import (
+from robotics.plugins.thesis.figures import (
     plot_switching,
     plot_tracking_memberships,
     plot_tracking_velocities,
     plot_turn,
 )
+from robotics.show.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
+from robotics.show.figures.drawing import POINTS, cut_axis, looks, only, room_for, seeds_as_text, thinned, unjumped
 from robotics.simulation.channels import CHANNELS
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import parse_scenario

@@ -12,7 +12,7 @@ import pytest
 from fuzzy.errors import InputError
 from robotics.commands.filekinds import FILE_KINDS
 from robotics.simulation.scenario.keys import scenario_table
-from robotics.simulation.scenario.reading import parse_scenario, scenario_from_table, scenario_names
+from robotics.simulation.scenario.reading import parse_scenario, scenario_file, scenario_from_table, scenario_names
 from robotics.simulation.scenario.survey import survey_text
 from robotics.studies.sweeps.page import page
 from robotics.tables.keys import KeyUnknownError, Placed, find, walk
@@ -144,7 +144,7 @@ BROKEN = {
 
 
 def packaged(name: str) -> str:
-    return (resources.files("robotics") / "data" / "scenarios" / f"{name}.toml").read_text(encoding="utf-8")
+    return scenario_file(name).text
 
 
 def test_packaged_files_are_valid_by_the_schema_and_broken_ones_are_not():

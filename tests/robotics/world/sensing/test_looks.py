@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from robotics.laws.equation import EquationLaw, equation
+from robotics.plugins.stress.obstaclecourse import obstacle_ensemble
 from robotics.simulation.loop import drive, driven, record_run
 from robotics.simulation.opening import Driver, PreparedRuns
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.stress.obstaclecourse import obstacle_ensemble
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.world import Disc, Wall
 from robotics.world.paths.path import Line

@@ -1,0 +1,44 @@
+"""The laws of an arena as their makers know them: what sort they are, what they know, at which level they command."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+from robotics.laws.law import Law
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.neural import NeuralPolicy
+from robotics.laws.tracking.pdc import ParallelCompensation
+from robotics.laws.tracking.pid import TrackingPID
+from robotics.laws.tracking.pure_pursuit import PurePursuit
+from robotics.laws.tracking.sliding_mode import SlidingMode
+
+Sort = Literal["fuzzy", "lyapunov", "geometric", "linear", "predictive", "other"]
+_SORTS: Mapping[type[Law[Any]], Sort] = {
+    ParallelCompensation: "fuzzy",
+    Lyapunov: "lyapunov",
+    SlidingMode: "lyapunov",
+    PurePursuit: "geometric",
+    TrackingPID: "linear",
+    LinearQuadratic: "linear",
+}
+
+
+def sort_of(law: Law[Any]) -> Sort:
+    """What sort of law it is; one of the user's own with rule bases is fuzzy, and any other "other"."""
+    own: Sort | None = vars(type(law)).get("sort_of_law")
+    return _SORTS.get(type(law)) or own or ("fuzzy" if law.fuzzy_systems else "other")
+
+
+class EntryTerms(NamedTuple):
+    """The terms on which a law takes part, in words."""
+
+    level: str
+    knows: str
+
+
+def terms_of(law: Law[Any]) -> EntryTerms:
+    """What a law commands, and what it uses beside its robot's measured posture."""
+    said = list(law.knows)
+    if isinstance(law, NeuralPolicy):
+        said.append(law.network.training)
+    return EntryTerms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")

@@ -1,0 +1,611 @@
+"""The pictures of an arena: who leads and how surely, at which budget, at what effort, and what a change does to it."""
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from matplotlib.text import Text
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+from fuzzy.figures.drawing import COLORS, LINES, figure_of, number, styled_figure, text_width
+from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
+from robotics.measures.statistics.intervals import Interval
+from robotics.measures.statistics.ranking import pareto_front
+from robotics.show.figures.drawing import PlotError, few_ticks, panel_grid
+
+_WIDTH = 6.3  # inches: 16 cm, the text of a printed page
+_MOST = 20.0  # times the reference's cost: what is more is written at the edge
+_GAP = 0.1  # inches between columns of text
+_MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
+_RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
+_BUDGETS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # evaluations at which there may be a tick
+_SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
+# From good over nothing to bad, blue and orange as in the series
+_SCALE = LinearSegmentedColormap.from_list("cost", DIVERGING)
+
+Family = Literal["fuzzy", "lyapunov", "geometric", "linear", "predictive", "other"]
+
+
+class _Look(NamedTuple):
+    words: str
+    color: str
+    marker: str
+
+
+_FAMILIES: dict[Family, _Look] = {
+    "fuzzy": _Look("fuzzy", COLORS[0], "o"),
+    "lyapunov": _Look("Lyapunov, sliding mode", COLORS[1], "s"),
+    "geometric": _Look("geometric", COLORS[2], "^"),
+    "linear": _Look("linear", STRONG[3], "D"),
+    "predictive": _Look("predictive", COLORS[6], "P"),
+    "other": _Look("other", ROLES["quiet"].light, "X"),
+}
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A law as pictures name and colour it."""
+
+    title: str  # short: at most some 22 characters
+    family: Family = "other"
+
+
+@dataclass(frozen=True, eq=False)
+class Standings:
+    """What the one look shows; every array has a place for each law, not-a-number where nothing is known."""
+
+    laws: Sequence[Entrant]
+    reference: str  # the title of the law whose tuned cost is 1
+    published: Interval  # (laws,), cost over the reference's, with the gains as published
+    tuned: Interval  # (laws,), likewise tuned; infinite: fails
+    failures: Interval  # (laws,), share of the tuned law's runs that failed, 0 to 1
+    effort: np.ndarray  # (laws,), of the tuned law
+    effort_title: str  # with its unit: "effort\n[rad/s²]"
+    computing: np.ndarray  # (laws,) [µs], of one period
+    numbers: np.ndarray  # (laws,), how many numbers were tuned
+
+
+def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
+    """Draw the one look: laws from the least tuned cost down, as published and tuned, beside what they ask for.
+
+    Hollow marks are costs as published, filled ones tuned, each with its 95 % interval, over the reference's tuned
+    cost. A law whose statistic is infinite stands at the right edge as "fails".
+
+    Args:
+        standings: The laws and their numbers.
+        width: The width of the figure in inches; less than some 5.5 leaves the costs little room.
+
+    Raises PlotError where no law has a finite cost.
+    """
+    laws, tuned, published = standings.laws, standings.tuned, standings.published
+    order = np.argsort(np.where(np.isnan(tuned.value), np.inf, tuned.value), kind="stable")
+    known = np.concatenate([tuned.value, published.value])
+    known = known[np.isfinite(known)]
+    if known.size == 0:
+        raise PlotError("no law has a finite cost: there is nothing to draw")
+    right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
+    with styled_figure(width, 1.05 + 0.2 * len(laws)) as figure:
+        columns = _columns(standings, order)
+        needed = columns[-1][0] + _GAP
+        room = width - _names_width(laws) - needed - 0.3
+        ax, beside = figure.subplots(1, 2, sharey=True, width_ratios=[max(room, 0.8), needed])
+        for row, law in enumerate(order):
+            look = _FAMILIES[laws[law].family]
+            if row % 2:
+                for part in (ax, beside):
+                    part.axhspan(row - 0.5, row + 0.5, color=ROLES["band"].light, linewidth=0, zorder=0)
+            _draw_cost(ax, row - 0.16, published[law], look, right, hollow=True)
+            _draw_cost(ax, row + 0.16, tuned[law], look, right, hollow=False)
+            if beyond := _beyond(float(published.value[law]), float(tuned.value[law]), right):
+                ax.text(right / 1.01, row, beyond, color=look.color, fontsize=6.3, ha="right", va="center", zorder=5)
+        ax.axvline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
+        left = min(0.9, float(known.min()) / 1.1)
+        ax.set(xscale="log", xlim=(left, right))
+        _write_ticks(ax.xaxis, _round_ticks(left, right))
+        ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
+        ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
+        ax.set_yticks(range(len(laws)), [f"{laws[law].title}  {rank}" for law, rank in zip(order, ranks, strict=True)])
+        _color_names(ax.get_yticklabels(), [laws[law] for law in order])
+        ax.set_ylim(len(laws) - 0.5, -0.5)
+        ax.grid(visible=False, axis="y")
+        _write_columns(beside, columns)
+        _legend(figure, laws, (("as published", "white"), ("tuned", "0.35")))
+        return figure
+
+
+def _draw_cost(ax: Axes, row: float, cost: Interval, look: _Look, right: float, hollow: bool) -> None:
+    """Draw one law's cost in its row, if it is at most ``right``."""
+    value, low, high = float(cost.value), float(cost.low), float(cost.high)
+    if value <= right:
+        ax.plot([low, min(high, right)], [row, row], color=look.color, linestyle="-", linewidth=1.0, zorder=3)
+        _mark(ax, (value, row), look, 3.8, hollow, zorder=4)
+
+
+def _mark(
+    ax: Axes, at: Sequence[float] | np.ndarray, look: _Look, size: float, hollow: bool = False, zorder: float = 3
+) -> None:
+    """Draw a law's mark at a point, filled or ``hollow``."""
+    fill = "white" if hollow else look.color
+    ax.plot(*at, marker=look.marker, color=look.color, markerfacecolor=fill, markersize=size, zorder=zorder)
+
+
+def _beyond(published: float, tuned: float, right: float) -> str:
+    """What is written at the right edge of a law's row: costs that do not fit, and infinite ones."""
+    words = {
+        name: "fails" if np.isinf(value) else f"{_few(value)}×"
+        for name, value in (("published", published), ("tuned", tuned))
+        if value > right
+    }
+    if len(words) == 2 and len(set(words.values())) == 1:
+        return f"{words['tuned']} ▸"
+    return "  ".join(f"{name}: {word} ▸" for name, word in words.items())
+
+
+def _names_width(laws: Sequence[Entrant]) -> float:
+    """The width of the laws' names and ranks beside an axis, in inches."""
+    return max(text_width(f"{law.title}  00", 7) for law in laws) + 0.1
+
+
+def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, list[str]]]:
+    """What each law asks for: failures, effort, computing time, tuned numbers; with where a column ends, in inches."""
+    columns = [
+        ("failed\n[%]", [_percent(standings.failures[law]) for law in order]),
+        (standings.effort_title, [*map(_few, standings.effort[order])]),
+        ("computing\n[µs]", [*map(_few, standings.computing[order])]),
+        ("numbers\ntuned", [*map(_few, standings.numbers[order])]),
+    ]
+    columns = [(title, cells) for title, cells in columns if {*cells} != {_few(np.nan)}]  # of nothing none is made
+    widths = [max(text_width(line, 6.5) for line in (*title.split("\n"), *cells)) for title, cells in columns]
+    ends = np.cumsum(np.array(widths) + _GAP)
+    return [(float(end), *column) for end, column in zip(ends, columns, strict=True)]
+
+
+def _write_columns(ax: Axes, columns: Sequence[tuple[float, str, Sequence[str]]]) -> None:
+    """Write columns of text (end in inches, title, cells), right-aligned, a cell a row."""
+    ax.set_axis_off()
+    ax.set_xlim(0, columns[-1][0] + _GAP)
+    for end, title, cells in columns:
+        ax.text(end, -0.62, title, ha="right", va="bottom", fontsize=6.5, color=ROLES["quiet"].light)
+        for row, cell in enumerate(cells):
+            ax.text(end, row, cell, ha="right", va="center", fontsize=6.5)
+
+
+def _few(value: float) -> str:
+    return "–" if np.isnan(value) else number(float(f"{value:.2g}"))
+
+
+def _percent(share: Interval) -> str:
+    """A failure rate with the upper end of its interval: what the runs cannot rule out."""
+    if np.isnan(share.value):
+        return "–"
+    return f"{_few(100 * float(share.value))} (≤ {_few(100 * float(share.high))})"
+
+
+def plot_budget(
+    laws: Sequence[Entrant],
+    budgets: np.ndarray,
+    curves: Interval,
+    cost: str = "cost of the best so far [1]",
+    width: float = _WIDTH,
+) -> Figure:
+    """Draw the cost of the best so far over the number of evaluations, a line a law with a band over the repeats.
+
+    Args:
+        laws: The laws.
+        budgets: The numbers of evaluations (budgets,), growing.
+        curves: Median and range over repeats (laws, budgets), of :meth:`robotics.plugins.arena.outcome.Outcome.curves`.
+        cost: What the axis of costs says, with its unit in brackets.
+        width: The width of the figure in inches.
+
+    Raises PlotError where no law has a finite cost at the end.
+    """
+    _some_finite(curves.value[:, -1])
+    with styled_figure(width, 3.4) as figure:
+        ax = figure.subplots()
+        for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
+            color, middle = _FAMILIES[law.family].color, _finite(curves.value[own])
+            ax.fill_between(
+                budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
+            )
+            ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
+        low, high = _room(curves)
+        ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
+        ax.set(yscale="log", ylim=(low, high), ylabel=f"{cost}, logarithmic")
+        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
+        _write_ticks(ax.yaxis, _round_ticks(low, high))
+        _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
+        _legend(figure, laws, lines=True)
+        return figure
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    """The values, with a gap where they are infinite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _some_finite(values: np.ndarray) -> None:
+    if not np.isfinite(values).any():
+        raise PlotError("no law has a finite cost: there is nothing to draw")
+
+
+def _room(curves: Interval) -> tuple[float, float]:
+    """The ends of the axis of costs: all medians, and of the bands what lies within twice their greatest."""
+    middle = curves.value[np.isfinite(curves.value)]
+    low = min(float(middle.min()), float(np.nanmin(_finite(curves.low))))
+    high = min(2 * float(middle.max()), float(np.nanmax(_finite(curves.high))))
+    return low / 1.04, max(high, float(middle.max())) * 1.04
+
+
+def _round_ticks(low: float, high: float) -> list[float]:
+    """Round numbers on a logarithmic axis: close ones where it is short."""
+    close, middle, wide = (
+        (1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9),
+        (1, 1.5, 2, 3, 5, 7),
+        (1, 2, 5),
+    )
+    steps: Sequence[float] = close if high < 4 * low else middle if high < 20 * low else wide
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    return [t for t in (s * 10.0**d for d in decades for s in steps) if low <= t <= high]
+
+
+def _write_at_ends(ax: Axes, laws: Sequence[Entrant], values: np.ndarray, height: float) -> None:
+    """Write each law's name beside the end of its line, pushed apart where names would overlap.
+
+    Args:
+        ax: The axes, with a logarithmic axis of costs.
+        laws: The laws.
+        values: Where the lines end (laws,); a law that fails to the end stands on top.
+        height: The height of the axes in inches.
+    """
+    low, high = np.log(ax.get_ylim())
+    at = np.where(np.isfinite(values), (np.log(np.where(np.isfinite(values), values, 1.0)) - low) / (high - low), 1.0)
+    placed = _apart(np.clip(at, 0.0, 1.0), 0.115 / height)
+    for law, own, where, value in zip(laws, at, placed, values, strict=True):
+        color = _FAMILIES[law.family].color
+        ax.annotate(
+            law.title if np.isfinite(value) else f"{law.title}: fails",
+            xy=(1.0, min(own, 1.0)),
+            xytext=(1.045, where),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            fontsize=6.5,
+            color=color,
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 0},
+        )
+
+
+def _apart(places: np.ndarray, gap: float) -> np.ndarray:
+    """The places (n,) moved as little as need be so that none is nearer than ``gap`` to another, in their order.
+
+    It is the least-squares fit of growing numbers, by pooling those that violate the order [Ayer 1955].
+    """
+    order = np.argsort(places, kind="stable")
+    groups: list[tuple[float, int]] = []  # the mean of places less their share of gaps, and how many they are
+    for k, place in enumerate(places[order]):
+        groups.append((place - k * gap, 1))
+        while len(groups) > 1 and groups[-2][0] > groups[-1][0]:
+            (first, n), (second, m) = groups[-2:]
+            groups[-2:] = [((first * n + second * m) / (n + m), n + m)]
+    moved = np.empty_like(places)
+    moved[order] = np.concatenate([np.full(n, mean) for mean, n in groups]) + gap * np.arange(len(places))
+    return moved - max(0.0, float(moved.max()) - max(1.0, float(places.max())))
+
+
+def plot_profiles(
+    laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]", width: float = _WIDTH
+) -> Figure:
+    """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
+
+    Args:
+        laws: The laws.
+        limits: The limits (limits,), > 0 and growing.
+        profiles: The shares (laws, limits), of robotics.measures.statistics.shares.performance_profile.
+        cost: What the axis of costs says, with its unit in brackets.
+        width: The width of the figure in inches.
+    """
+    families = _families(laws)
+    columns = min(3, len(families))
+    most = max(sum(law.family == family for law in laws) for family in families)
+    with styled_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
+        axes = panel_grid(figure, len(families), columns)
+        for ax, family in zip(axes, families, strict=True):
+            _draw_profiles(ax, laws, family, limits, profiles)
+            ax.set_xscale("log")
+            _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
+            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
+        for ax in axes[::columns]:
+            ax.set_ylabel("runs at most that [%]")
+        figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
+        return figure
+
+
+def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np.ndarray, profiles: Interval) -> None:
+    color, turn = _FAMILIES[family].color, 0
+    for k, law in enumerate(laws):
+        if law.family != family:
+            ax.plot(limits, 100 * profiles.value[k], color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
+            continue
+        ax.fill_between(
+            limits, 100 * profiles.low[k], 100 * profiles.high[k], color=color, alpha=0.2, linewidth=0, zorder=2
+        )
+        ax.plot(
+            limits, 100 * profiles.value[k], color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1,
+            label=law.title, zorder=3,
+        )  # fmt: skip
+        turn += 1
+    ax.set_title(_FAMILIES[family].words, color=color, fontsize=7.5, loc="left")
+    ax.legend(
+        loc="upper left", bbox_to_anchor=(0.0, -0.13), fontsize=6.3, handlelength=2.4, borderaxespad=0.2,
+        labelspacing=0.25,
+    )  # fmt: skip
+
+
+def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray, width: float = _WIDTH) -> Figure:
+    """Draw the probability that the row's law costs less than the column's, with the verdict on each pair.
+
+    Args:
+        laws: The laws, in the order of rows and columns.
+        chances: The probabilities (laws, laws), of robotics.measures.statistics.shares.probability_of_improvement.
+        verdicts: What robotics.measures.statistics.pairs.verdicts says (laws, laws).
+        width: The width of the figure in inches.
+    """
+    count = len(laws)
+    room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
+    between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
+    with styled_figure(width, max(1.45 + 0.24 * count, 2.6)) as figure:
+        ax = figure.subplots()
+        shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
+        image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
+        for row, column in np.ndindex(count, count):
+            if row != column:
+                chance, mark = shown[row, column], _MARKS[str(verdicts[row, column])]
+                color = "white" if abs(chance - 50) > 42 else ROLES["ink"].light
+                words = f"{chance:.0f}{between}{mark}"
+                ax.text(column, row, words, ha="center", va="center", fontsize=size, linespacing=0.9, color=color)
+        ax.set_xticks(range(count), [law.title for law in laws], rotation=40, ha="left", rotation_mode="anchor")
+        _end_matrix(ax, image, laws, "runs on which the row costs less [%]", {t: f"{t}" for t in (0, 25, 50, 75, 100)})
+        _color_names(ax.get_xticklabels(), laws)
+        words = "   ".join(f"{mark} {verdict}" for verdict, mark in _MARKS.items())
+        figure.supxlabel(f"the row's cost against the column's:  {words}", fontsize=6.5)
+        return figure
+
+
+def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval, width: float = _WIDTH) -> Figure:
+    """Draw what a change that no law was tuned for does to its cost: a heat map with numbers, rows laws.
+
+    A number in brackets cannot be told from 1: its interval contains it.
+
+    Args:
+        laws: The laws, in the order of rows.
+        changes: What is changed, in the order of columns: "mass +20 %".
+        ratios: The cost with the change over the cost without (laws, changes); infinite: fails.
+        width: The width of the figure in inches.
+    """
+    finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
+    reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
+    with styled_figure(width, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
+        ax = figure.subplots()
+        image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
+        for row, column in np.ndindex(*ratios.value.shape):
+            _write_ratio(ax, row, column, ratios[row, column], reach)
+        heads = [change.replace(" ", "\n", 1) for change in changes]
+        room = (width - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
+        crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
+        turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
+        ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
+        ticks = {float(np.log(t)): f"{t:g}" for t in _RATIOS if abs(np.log(t)) <= reach * 1.001}
+        _end_matrix(ax, image, laws, "cost [unchanged = 1]", ticks)
+        figure.supxlabel("(in brackets: cannot be told from 1)", fontsize=6.5)
+        return figure
+
+
+def _write_ratio(ax: Axes, row: int, column: int, ratio: Interval, reach: float) -> None:
+    value, color = float(ratio.value), ROLES["ink"].light
+    if np.isnan(value):
+        words = "–"
+    elif np.isinf(value):
+        words, color = "fails", "white"
+        ax.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, facecolor=ROLES["ink"].light, linewidth=0))
+    else:
+        words = f"{value:.2f}" if value < 9.95 else f"{value:.0f}"
+        words = f"({words})" if ratio.low <= 1 <= ratio.high else words
+        color = "white" if abs(np.log(max(value, 1e-9))) > 0.8 * reach else color
+    ax.text(column, row, words, ha="center", va="center", fontsize=6.5, color=color)
+
+
+def plot_pareto(
+    laws: Sequence[Entrant],
+    effort: np.ndarray,
+    precision: np.ndarray,
+    titles: tuple[str, str],
+    published: np.ndarray | None = None,
+    width: float = _WIDTH,
+) -> Figure:
+    """Draw precision against effort, a named point a law, and the front of those that none beats in both.
+
+    Args:
+        laws: The laws.
+        effort: The tuned laws' effort (laws,), > 0; less is better.
+        precision: The tuned laws' error (laws,), > 0; less is better.
+        titles: What the axes of effort and of precision say, each with its unit in brackets.
+        published: Effort and error as published (laws, 2), drawn hollow and joined to the tuned ones; None: not drawn.
+        width: The width of the figure in inches.
+
+    Raises PlotError where no law has a finite point.
+    """
+    tuned = np.column_stack([effort, precision]).astype(float)
+    known = np.isfinite(tuned).all(axis=1)
+    _some_finite(np.where(known, 1.0, np.inf))
+    with styled_figure(width, 3.7) as figure:
+        ax = figure.subplots()
+        ax.set(xscale="log", yscale="log")
+        front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]
+        front = front[np.argsort(front[:, 0])]
+        ax.plot(*front.T, color="0.6", drawstyle="steps-post", linewidth=1.0, linestyle="-", zorder=1)
+        for k, law in enumerate(laws):
+            look = _FAMILIES[law.family]
+            if published is not None and known[k] and np.isfinite(published[k]).all():
+                ax.plot(*np.stack([published[k], tuned[k]]).T, color=look.color, linestyle=":", linewidth=0.7)
+                _mark(ax, published[k], look, 3.8, hollow=True)
+            if known[k]:
+                _mark(ax, tuned[k], look, 5)
+        points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
+        points = points[np.isfinite(points).all(axis=1)]
+        _round_axes(ax, points)
+        ax.set(xlabel=f"{titles[0]}, logarithmic\n← better", ylabel=f"{titles[1]}, logarithmic\n← better")
+        marks = () if published is None else (("as published", "white"), ("tuned", "0.35"))
+        _legend(figure, laws, marks)
+        figure.draw_without_rendering()  # the layout is known now, and names find room
+        named = [law for law, is_known in zip(laws, known, strict=True) if is_known]
+        _name_points(ax, named, tuned[known])
+        return figure
+
+
+def _round_axes(ax: Axes, points: np.ndarray) -> None:
+    """Give both logarithmic axes room around the points (n, 2), and round ticks."""
+    for axis, values, limit in ((ax.xaxis, points[:, 0], ax.set_xlim), (ax.yaxis, points[:, 1], ax.set_ylim)):
+        margin = max((values.max() / values.min()) ** 0.1, 1.25)
+        low, high = values.min() / margin, values.max() * margin
+        limit(low, high)
+        _write_ticks(axis, _round_ticks(low, high))
+
+
+def _along(ax: Axes, line: Line2D) -> np.ndarray:
+    """Points (n, 2) [pixels] along a drawn line, its steps included, some pixels apart; of one point that point."""
+    path = ax.transData.transform(np.asarray(line.get_xydata(), dtype=float))
+    if str(line.get_drawstyle()).startswith("steps"):
+        corners = np.column_stack([path[1:, 0], path[:-1, 1]])
+        path = np.concatenate([np.stack([path[:-1], corners], axis=1).reshape(-1, 2), path[-1:]])
+    parts = [path[:1]]
+    for start, end in itertools.pairwise(path):
+        parts.append(np.linspace(start, end, 2 + int(np.hypot(*(end - start)) / 6)))
+    return np.concatenate(parts)
+
+
+def _name_points(ax: Axes, laws: Sequence[Entrant], tuned: np.ndarray) -> None:
+    """Write each law beside its tuned point, where it covers the least of marks, lines and names.
+
+    Where points crowd, a name stands farther off, and a thin line leads to it.
+    """
+    inch = figure_of(ax).dpi
+    taken = np.concatenate([_along(ax, line) for line in ax.lines])[:, [0, 1, 0, 1]]  # boxes: left, low, right, top
+    frame, to_axes = ax.get_window_extent(), ax.transAxes.inverted()
+    for law, (x, y) in zip(laws, ax.transData.transform(tuned), strict=True):
+        wide, tall = text_width(law.title, 6.5) * inch + 2, 0.1 * inch
+        chosen, reach, least = (x, y, x, y), 1, np.inf
+        for far, (side, (across, up)) in itertools.product((1, 3, 5, 8), enumerate(_SIDES)):
+            left = x + far * across * 0.07 * inch - (wide if across < 0 else wide / 2 if across == 0 else 0.0)
+            low = y + far * up * 0.09 * inch - tall / 2
+            box = (left, low, left + wide, low + tall)
+            outside = left < frame.x0 or box[2] > frame.x1 or low < frame.y0 or box[3] > frame.y1
+            cost = _overlap(box, taken) + 50.0 * outside + 0.01 * side + 0.7 * (far - 1)
+            if cost < least:
+                chosen, reach, least = box, far, cost
+        taken = np.vstack([taken, chosen])
+        color, middle = _FAMILIES[law.family].color, (chosen[1] + chosen[3]) / 2
+        mark, words = (to_axes.transform(place) for place in ((x, y), (chosen[0], middle)))
+        ax.annotate(
+            law.title, (mark[0], mark[1]), (words[0], words[1]), "axes fraction",
+            fontsize=6.5, color=color, va="center", zorder=2.5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.2},
+            arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5} if reach > 1 else None,
+        )  # fmt: skip
+
+
+def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> float:
+    """How much a box (left, low, right, top) overlaps the others (n, 4), each with a margin [pixels]."""
+    margin = 4.0
+    across = np.minimum(box[2], others[:, 2] + margin) - np.maximum(box[0], others[:, 0] - margin)
+    up = np.minimum(box[3], others[:, 3] + margin) - np.maximum(box[1], others[:, 1] - margin)
+    return float((np.maximum(across, 0.0) * np.maximum(up, 0.0)).sum()) / 100
+
+
+def _families(laws: Sequence[Entrant]) -> list[Family]:
+    """The families that there are, in their own order."""
+    present = {law.family for law in laws}
+    return [family for family in _FAMILIES if family in present]
+
+
+def _lines(laws: Sequence[Entrant]) -> list[Any]:
+    """A line style for each law: its own where there are enough, otherwise its own within its family."""
+    if len(laws) <= len(LINES):
+        return list(LINES[: len(laws)])
+    turns = [sum(other.family == law.family for other in laws[:k]) for k, law in enumerate(laws)]
+    return [LINES[turn % len(LINES)] for turn in turns]
+
+
+def _color_names(labels: Iterable[Text], laws: Sequence[Entrant]) -> None:
+    for label, law in zip(labels, laws, strict=True):
+        label.set_color(_FAMILIES[law.family].color)
+        label.set_parse_math(False)
+
+
+def _end_matrix(ax: Axes, image: AxesImage, laws: Sequence[Entrant], label: str, ticks: Mapping[float, str]) -> None:
+    """Name the rows of a heat map and part its cells by white lines; leave nothing else of its axes but a colour bar.
+
+    Args:
+        ax: The axes.
+        image: What is drawn in them.
+        laws: The laws, in the order of rows.
+        label: What the colours say, with its unit in brackets.
+        ticks: What the colour bar says at which values.
+    """
+    ax.set_yticks(range(len(laws)), [law.title for law in laws])
+    _color_names(ax.get_yticklabels(), laws)
+    ax.xaxis.tick_top()
+    bar = figure_of(ax).colorbar(image, ax=ax, fraction=0.03, pad=0.015, ticks=list(ticks))
+    bar.ax.set_yticklabels(list(ticks.values()))
+    bar.outline.set_visible(False)
+    bar.set_label(label, fontsize=7)
+    ax.grid(visible=False)
+    ax.tick_params(length=0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    for lines, count in ((ax.axvline, ax.get_xlim()[1]), (ax.axhline, ax.get_ylim()[0])):
+        for k in range(int(count + 0.5) + 1):
+            lines(k - 0.5, color="white", linewidth=0.8)
+
+
+def _write_ticks(axis: Axis, ticks: Sequence[float]) -> None:
+    """Give a logarithmic axis these ticks, as plain numbers, and no others."""
+    axis.set_ticks(ticks)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def _legend(
+    figure: Figure, laws: Sequence[Entrant], marks: Sequence[tuple[str, str]] = (), lines: bool = False
+) -> None:
+    """Draw the legend on top: of the ``marks`` (words, fill), and of families as marks or ``lines``."""
+    handles = [
+        Line2D([], [], color="0.35", marker="o", markerfacecolor=fill, markersize=4, linestyle="none")
+        for _, fill in marks
+    ]
+    words = [word for word, _ in marks]
+    for family in _families(laws):
+        look = _FAMILIES[family]
+        how: dict[str, Any] = {"linestyle": "-"} if lines else {"marker": look.marker, "linestyle": "none"}
+        handles.append(Line2D([], [], color=look.color, markersize=4, **how))
+        words.append(look.words)
+    wide = sum(text_width(word, 6.5) + (0.5 if lines else 0.3) for word in words)
+    rows = -(-wide // (figure.get_size_inches()[0] - 0.2))
+    figure.legend(
+        handles,
+        words,
+        loc="outside upper center",
+        ncol=-(-len(words) // int(rows)),
+        fontsize=6.5,
+        handletextpad=0.6 if lines else 0.1,
+        columnspacing=1.2,
+    )

@@ -1,0 +1,1 @@
+"""Stability certificates of tracking laws by linear matrix inequalities."""

@@ -1,0 +1,241 @@
+"""The command ``robotics certify``: how fast and from where a tracking law provably converges."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from fuzzy.commands.shared import check_plot
+from fuzzy.shell.options import FieldOptions, Json, Shown, option
+from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import robots
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from robotics.laws.tracking.lyapunov import Lyapunov
+    from robotics.plugins.certificates.certificate import Certificate, SectorModel
+    from robotics.simulation.scenario.robots import RobotModel
+
+
+def certify(
+    *,
+    law: Annotated[
+        str, option("lyapunov, or pdc: parallel compensation, whose own options are the next three.")
+    ] = "lyapunov",
+    rule_base: Annotated[str, option("pdc: the rule base whose sets of distance and alpha it uses.")] = ("tracking"),
+    distance: Annotated[tuple[float, float], option("pdc: range of the rules' distances, m.", "LOW HIGH")] = (
+        0.0,
+        10.0,
+    ),
+    alpha: Annotated[float, option("pdc: bound of the rules' |alpha|, rad.")] = 0.5,
+    gains: Annotated[
+        "Lyapunov",
+        FieldOptions(
+            "robotics.laws.tracking.lyapunov:Lyapunov",
+            *("kx", "ky", "kpsi", "form", "catch_up"),
+            kx=Shown(doc="Gain K_x, 1/s."),
+            ky=Shown(doc="Gain K_y, 1/m²."),
+            kpsi=Shown(doc="Gain K_ψ, 1/m; with --form 2.31 in 1/s."),
+            form=Shown(doc="Form of the law for ω: equation 2.31 or 2.32."),
+            catch_up=Shown(doc="The law's catch_up, m/s; with 0 ω is exactly as printed."),
+        ),
+    ],
+    speed: Annotated[tuple[float, float], option("Range of v_r, m/s.", "LOW HIGH")] = (0.2, 0.4),
+    bounds: Annotated[
+        "SectorModel",
+        FieldOptions("robotics.plugins.certificates.certificate:SectorModel", "reference_turn", "turn", "heading"),
+    ],
+    decay: Annotated[
+        float | None, option("Wanted decay rate, 1/s. A lower one gives a larger region. Default: the greatest")
+    ] = None,
+    robot: Annotated[
+        str, option("The robot whose limits count: a name, or a .toml file.", "NAME|FILE", autocompletion=robots)
+    ] = "etsro",
+    seed: Annotated[int, option("Seed of the simulated starts and references.", min=0)] = 0,
+    plot: Annotated[Path | None, option("Draw the region: .png, .pdf, .svg.", "PICTURE")] = None,
+    json: Json = False,
+) -> None:
+    """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
+
+    Both by linear matrix inequalities.
+
+    \b
+    Example:
+      robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
+    """
+    from robotics.plugins.certificates import certificate as theory
+    from robotics.simulation.scenario.robots import load_robot
+
+    if law not in ("lyapunov", "pdc"):
+        raise theory.CertificateError(f"--law must be lyapunov or pdc; got {law!r}")
+    if law == "pdc":
+        if plot is not None:
+            raise theory.CertificateError("--plot draws the region of --law lyapunov; of pdc no region is certified")
+        _certify_compensation(rule_base, distance, alpha, json)
+        return
+    check_plot(plot)
+    if speed[0] > speed[1]:
+        raise theory.CertificateError(f"--speed: LOW must be at most HIGH; got {speed[0]:g} and {speed[1]:g} m/s")
+    machine = load_robot(robot)
+    model = replace(bounds, law=gains, speed_low=speed[0], speed_high=speed[1])
+    found = theory.certify(model, decay)
+    grid = model.grid(21)
+    worst, trial = theory.worst_eigenvalue(grid, found.P), theory.try_out(found, seed=seed)
+    if plot is not None:
+        from fuzzy.figures.drawing import save_figure
+        from robotics.plugins.certificates.figures import plot_certificate
+
+        save_figure(plot_certificate(found, machine.robot, seed=seed), plot)
+    x, y, psi = (float(width) for width in found.half_widths)
+    report: dict[str, Any] = {
+        "law": {name: getattr(gains, name) for name in ("kx", "ky", "kpsi", "form", "catch_up")},
+        "premises": {
+            "speed": speed,
+            **{name: getattr(model, name) for name in ("reference_turn", "turn", "heading")},
+        },
+        "decay": found.decay,
+        "fastest": found.fastest,
+        "P": found.P,
+        "region": {"x": x, "y": y, "heading": psi},
+        "largest_turn": found.largest_turn,
+        "largest_speed": found.largest_speed,
+        "unsaturated_share": found.unsaturated(machine.robot),
+        "worst_eigenvalue": found.worst_eigenvalue,
+        "worst_eigenvalue_on_grid": worst,
+        "grid": len(grid),
+        "steps": trial.steps,
+        "increases": trial.increases,
+        "slowest_step": trial.slowest,
+        "certified": certified(found),
+        "not_certified": not_certified(found, machine),
+    }
+    if json:
+        print_json(report)
+        return
+    print(f"law:    v = v_r cos ψ + {gains.kx:g} x,  {turning(model)}")
+    print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
+    print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
+    checked = (
+        f"The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
+        f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.\n"
+        f"- V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
+        f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
+    )
+    _print_proof(found.P, checked, report)
+
+
+def _print_proof(p: "np.ndarray", checked: str, report: Mapping[str, Any]) -> None:
+    """Print the matrix P, what was checked of it, and what is certified and what is not."""
+    print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in p))
+    print(f"\nChecked\n- {checked}")
+    for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
+        print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+
+
+def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: float, json: bool) -> None:
+    from robotics.laws.tracking.pdc import ParallelCompensation
+    from robotics.plugins.certificates.certificate import CertificateError
+    from robotics.plugins.certificates.compensation import certify_compensation
+
+    law = ParallelCompensation(rule_base=rule_base)
+    found = certify_compensation(law, *distance, alpha)
+    rules, pairs = len(found.points), len(found.pairs)
+    if found.P is None:
+        raise CertificateError(
+            f"no common P was found for these {rules} rules and the {pairs} pairs of them that fire together, though "
+            f"each pair alone has its poles left of {found.slowest_pole:.3g} 1/s; give a lower --alpha, or a narrower "
+            "--distance"
+        )
+    report = {
+        "law": {"rule_base": rule_base, "look_ahead": law.look_ahead},
+        "rules": [
+            {"distance": d, "alpha": a, "A": A, "B": B, "K": K}
+            for (d, a), A, B, K in zip(found.points.tolist(), found.A, found.B, found.K, strict=True)
+        ],
+        "pairs": pairs,
+        "P": found.P,
+        "decay": found.decay,
+        "slowest_pole": found.slowest_pole,
+        "worst_eigenvalue": found.worst_eigenvalue,
+        "certified": [
+            f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
+            f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
+            f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
+            f"e^(−{rate(found.decay)} t).",
+        ],
+        "not_certified": [
+            "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, "
+            "and no region is certified.",
+            "The rules left out, and references that need them; the robot's motors, latency, noise and limits.",
+            "The singleton fuzzy rule base (controller fuzzy), which shares the sets but not the gains.",
+        ],
+    }
+    if json:
+        print_json(report)
+        return
+    print("law:    (v, ω) = (v_r, ω_r) − Σ h_j K^j (X − X_d),  X = (d, α, ψ)\n")
+    print("   d [m]  α [rad]   K^j: v by d, α, ψ          ω by d, α, ψ")
+    for (d, a), K in zip(found.points, found.K, strict=True):
+        print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
+    print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
+    checked = f"The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}."
+    _print_proof(found.P, checked, report)
+
+
+def rate(value: float) -> str:
+    """A certified rate with four digits, rounded down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f"{math.floor(value / digit * (1 + 1e-12)) * digit:.4g}"
+
+
+def turning(model: "SectorModel") -> str:
+    """The law's formula for ω."""
+    law = model.law
+    if law.form == "2.31":
+        return f"ω = ω_r + v_r {law.ky:g} y + {law.kpsi:g} sin ψ"
+    speed = f"max(v_r, min(|v|, {law.catch_up:g}))" if law.catch_up > model.speed_low else "v_r"
+    return f"ω = ω_r + {speed} ({law.ky:g} y + {law.kpsi:g} sin ψ)"
+
+
+def certified(found: "Certificate") -> list[str]:
+    """The sentences that say what the certificate certifies."""
+    model = found.model
+    return [
+        f"In continuous time, every tracking error that starts in the region stays in it and shrinks, as √(e'Pe), at "
+        f"least as fast as e^(−{rate(found.decay)} t).",
+        f"This holds for every reference with {model.speed_low:g} <= v_r <= {model.speed_high:g} m/s and "
+        f"|ω_r| <= {model.reference_turn:g} rad/s, however v_r and ω_r change in time.",
+        f"The premises hold because of the region: in it |ψ| <= {found.half_widths[2]:.3g} rad (asked: "
+        f"{model.heading:g}) and |ω| <= {found.largest_turn:.3g} rad/s (asked: {model.turn:g}).",
+    ]
+
+
+def not_certified(found: "Certificate", machine: "RobotModel") -> list[str]:
+    """The sentences that say what the certificate does not certify, for the limits of a robot."""
+    model, share, name = found.model, found.unsaturated(machine.robot), machine.title.partition(":")[0] or machine.name
+    if share >= 1:
+        limits = f"Saturation plays no part: in the region no command meets a limit of the robot ({name})."
+    elif share > 0:
+        limits = (
+            f"Saturation: the robot's limits ({name}) are met by no command only within {100 * share:.0f} % of the "
+            f"region's half-widths (which no trajectory leaves either); |v| may reach {found.largest_speed:.3g} m/s "
+            "at its rim."
+        )
+    else:
+        limits = f"Saturation: such a reference alone may need all that the robot's wheels can give ({name})."
+    differs = (
+        f"The law with another catch_up: the certificate is for {model.law.catch_up:g} m/s."
+        if model.law.form == "2.32"
+        else "The form (2.32) of the law, which is the default of the controller lyapunov: this is (2.31)."
+    )
+    return [
+        "The robot: motors and wheel loops that lag, latency, commands held for 50 ms, noisy measurements.",
+        limits,
+        f"References slower than {model.speed_low:g} m/s, at rest (the end of a path) or backwards.",
+        'Starts outside the region: nothing is said about them, neither way; "globally" does not follow.',
+        "The singleton fuzzy rule base (controller fuzzy): this is the Lyapunov (Kanayama) law, a parallel distributed "
+        "compensator of the Takagi-Sugeno model of its error.",
+        differs,
+    ]

@@ -1,0 +1,194 @@
+"""Scenarios, robots and laws in the folder that the designer serves; nothing outside it is read or written."""
+
+import ast
+import hashlib
+import re
+import tomllib
+from collections.abc import Awaitable, Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy.errors import InputError
+from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, check_size
+from fuzzy.plugins.designer.saving import save_text
+from fuzzy.plugins.designer.workers import WorkError
+from robotics.plugins.designer.uses import TryoutError
+from robotics.world.vehicle.robot import Robot
+
+_ROBOTS = re.compile(rb"^\s*(\[\[\s*robots\s*\]\]|robots\s*=)", re.MULTILINE)  # what every scenario has
+_TYPICAL = 3  # of a robot's numbers are enough to take a file for a robot's
+
+
+class FolderText(NamedTuple):
+    """The text of a file of the folder."""
+
+    name: str
+    text: str
+    digest: str | None  # of the file's bytes; None: it is not in the folder
+
+
+def scenario_files(folder: Folder) -> list[str]:
+    """The names of the .toml files of the folder that describe robots on their paths, faulty ones too."""
+    return [name for name in folder.files(".toml") if file_offer(folder, name).scenario]
+
+
+class FileOffer(NamedTuple):
+    """What one file of the folder offers; a file of 2 MB or more, or one that cannot be read, offers nothing."""
+
+    scenario: bool = False  # it describes robots on their paths, perhaps with faults
+    robot: bool = False  # it holds the numbers of one robot
+    laws: tuple[str, ...] = ()  # the names of its laws; Python files are read, and not run
+
+
+def file_offer(folder: Folder, name: str) -> FileOffer:
+    """What the .toml or .py file ``name`` of the folder offers."""
+    data = _bytes(folder.path / name)
+    if name.endswith(".py"):
+        return FileOffer(laws=tuple(_laws(data)))
+    return FileOffer(_ROBOTS.search(data) is not None, _is_robot(data))
+
+
+def files_of(folder: Folder) -> dict[str, list[str]]:
+    """The names of the files of the folder that may offer something, by how they end."""
+    return {ending: folder.files(ending) for ending in (".toml", ".py", ".fis")}
+
+
+class FolderOffers:
+    """What the folder offers to try and to compare with, looked at in another process, each state of a file once.
+
+    ``read(name, function, *args)`` runs a function in that process; it raises InputError where it takes too long.
+    """
+
+    def __init__(self, folder: Folder, read: Callable[..., Awaitable[Any]]) -> None:
+        self._folder, self._read = folder, read
+        self._names: dict[str, list[str]] = {".toml": [], ".py": [], ".fis": []}
+        self._known: dict[str, tuple[Any, FileOffer]] = {}  # by name: the state of the file, and what it offered
+
+    async def look(self) -> str:
+        """Look at what is new or changed; give a sentence on a file that could not be looked at, or nothing."""
+        said = ""
+        try:
+            self._names = await self._read("the folder", files_of, self._folder)
+            for name in (*self._names[".toml"], *self._names[".py"]):
+                state = changed_at(self._folder, name)
+                if self._known.get(name, (None,))[0] == state:
+                    continue
+                try:
+                    offer = await self._read(name, file_offer, self._folder, name)
+                except InputError as error:
+                    said, offer = str(error), FileOffer()
+                self._known[name] = state, offer
+        except (InputError, WorkError) as error:
+            said = str(error)
+        return said
+
+    def found(self, own: Path) -> dict[str, list[str]]:
+        """The names of scenarios, of robots, and of what to compare with: rule bases but ``own``, "file.py:Law"."""
+        known = {
+            name: self._known.get(name, (None, FileOffer()))[1] for names in self._names.values() for name in names
+        }
+        bases = [name for name in self._names[".fis"] if self._folder.path / name != own]
+        return {
+            "scenarios": [name for name, offer in known.items() if offer.scenario],
+            "robots": [name for name, offer in known.items() if offer.robot],
+            "laws": bases + [f"{name}:{law}" for name, offer in known.items() for law in offer.laws],
+        }
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes() if path.stat().st_size <= LARGEST_FILE else b""
+    except OSError:
+        return b""
+
+
+def _is_robot(data: bytes) -> bool:
+    if _ROBOTS.search(data) is not None:
+        return False
+    try:
+        table = tomllib.loads(data.decode("utf-8"))
+    except (ValueError, RecursionError):  # being edited elsewhere: its lines still tell
+        keys = {key.decode("ascii") for key in re.findall(rb"^([a-z_]+)\s*=", data, re.MULTILINE)}
+    else:
+        keys = set(table)
+    return len(keys & {f.name for f in fields(Robot)}) >= _TYPICAL
+
+
+def _laws(data: bytes) -> Iterator[str]:
+    """The classes of a Python text that derive from one whose name ends in Law, and its presets."""
+    try:
+        tree = ast.parse(data)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return
+    laws: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            bases = [_last_name(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases]
+            if any(base.endswith("Law") or base in laws for base in bases):
+                laws.add(node.name)
+                yield node.name
+        elif isinstance(node, ast.Assign) and _is_preset(node.value):
+            yield from (target.id for target in node.targets if isinstance(target, ast.Name))
+
+
+def _is_preset(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and _last_name(node.func) == "Preset"
+
+
+def _last_name(node: ast.expr) -> str:
+    return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
+
+
+def law_path(folder: Folder, name: str) -> str:
+    """The specification of a law in a Python file of the folder, "file.py:Law", with the file's whole path.
+
+    Raises FolderError for a file that is not in the folder, and TryoutError for a law that it does not hold.
+    """
+    file, _, law = name.rpartition(":")
+    path = folder.inside(file, ".py")
+    if law not in _laws(_bytes(path)):
+        raise TryoutError(f"there is no law {law!r} in {file}")
+    return f"{path}:{law}"
+
+
+def read_text_file(folder: Folder, name: str) -> FolderText:
+    """A scenario or robot file of the folder. Raises FolderError or TryoutError."""
+    path = folder.inside(name, ".toml")
+    if not path.is_file():
+        raise TryoutError(f"there is no file {name!r} in the opened folder")
+    check_size(path, name)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise TryoutError(f"{name}: cannot be read: {error.strerror or error}") from None
+    return FolderText(name, checked_text(name, data), hashlib.sha256(data).hexdigest())
+
+
+def checked_text(name: str, data: bytes) -> str:
+    """The text in the bytes of a scenario or robot file. Raises TryoutError."""
+    if len(data) > LARGEST_FILE:
+        raise TryoutError(f"{name} is larger than {LARGEST_FILE / 1e6:g} MB")
+    try:
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise TryoutError(f"{name}: cannot be read: it is not UTF-8 text") from None
+
+
+def write_text_file(folder: Folder, file: FolderText, name: str, overwrite: bool = False) -> FolderText:
+    """Write the text of ``file`` as the file ``name`` of the folder, whole or not at all.
+
+    Raises FolderError, or OverwriteError where that would replace what was not read here, unless ``overwrite``.
+    """
+    path = folder.inside(name, ".toml")
+    known = file.digest if name == file.name else None
+    return FolderText(name, file.text, save_text(path, file.text, known, known is not None, overwrite))
+
+
+def changed_at(folder: Folder, name: str) -> tuple[int, int] | None:
+    """When the file was changed last [ns], and its size [bytes]; None where there is none."""
+    try:
+        state = (folder.path / name).stat()
+    except OSError:
+        return None
+    return state.st_mtime_ns, state.st_size

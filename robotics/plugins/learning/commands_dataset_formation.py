@@ -1,0 +1,225 @@
+"""The command ``robotics dataset formation``: data of formations, the thesis's and one's own."""
+
+import shlex
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import check_target, write_whole
+from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
+from fuzzy.shell.progress import progress_bar
+from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import controllers, scenarios
+
+if TYPE_CHECKING:
+    from robotics.plugins.learning.formationdata import FormationRecipe
+    from robotics.plugins.learning.scenariodata import ScenarioRecipe
+    from robotics.simulation.scenario.description import Scenario
+    from robotics.simulation.scenario.formationtext import FormationPlan
+
+_OF_SCENARIO = ("teacher", "inputs", "runs", "displaced")
+_OF_PLAN = ("amplitude", "wavelength", "path", "spacing", "followers", "arrangement")
+_OF_THESIS = ("kind", "formations", "coverage", "jitter")
+_OF_BOTH = ("seed", "samples", "lateral", "heading", "lead")  # recipes, the thesis's and a scenario's
+# The order in which a card's command has them
+_ORDER = (
+    *("scenario", *_OF_SCENARIO, *_OF_PLAN, "save_scenario", "kind", "check", "seed", "samples", "formations", "speed"),
+    *("coverage", "jitter", "lateral", "heading", "lead"),
+)
+
+
+def formation(
+    *,
+    out: Annotated[Path, option("File into which the table goes.", "--out", "-o", "FILE.csv")],
+    scenario: Annotated[
+        str | None, option("Scenario to make data of: a name, or a .toml file.", "SCENARIO", autocompletion=scenarios)
+    ] = None,
+    recipe: Annotated[
+        "partial[ScenarioRecipe]",
+        FieldOptions(
+            "robotics.plugins.learning.scenariodata:ScenarioRecipe",
+            *(*_OF_SCENARIO, *_OF_BOTH),
+            given=True,
+            of="scenario",
+            teacher=Shown(complete=controllers),
+            inputs=Shown(metavar="A,B,..."),
+            runs=Shown("--seeds"),
+            seed=Shown(doc="Seed of the displacements and of the cover. Default: 0"),
+            samples=Shown(doc="Number of rows, 2000 of a scenario; 400 of each formation of the thesis."),
+            lateral=Shown(doc="Largest displacement aside, m. Default: 0.1; of a scenario 0.15"),
+            heading=Shown(doc="Largest rotation, rad. Default: 0.15; of a scenario 0.3"),
+            lead=Shown(doc="Largest displacement along the path, m. Default: 0.5; of a scenario 0.4"),
+        ),
+    ],
+    plan: Annotated[
+        "partial[FormationPlan]",
+        FieldOptions(
+            "robotics.simulation.scenario.formationtext:FormationPlan",
+            *(*_OF_PLAN, "speed"),
+            given=True,
+            path=Shown(metavar="SHAPE:NAME=VALUE,..."),
+            speed=Shown(doc="Desired speed v_d, m/s. Default: 0.1; with --path and so on 0.2"),
+        ),
+    ],
+    save_scenario: Annotated[
+        Path | None, option("Write the scenario of these options, to be run.", "FILE.toml")
+    ] = None,
+    thesis: Annotated[
+        "partial[FormationRecipe]",
+        FieldOptions(
+            "robotics.plugins.learning.formationdata:FormationRecipe",
+            *("kind", "coverage", "jitter", "speed", *_OF_BOTH),
+            given=True,
+            of="thesis",
+        ),
+    ],
+    formations: Annotated[
+        str | None, option("thesis: the leader's x at the start, m. Default: -4,-2,0,2,4", "X,X,...")
+    ] = None,
+    check: Annotated[bool, option("Make the checking set: other seeds; thesis: the leader starts at -1.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make data of leader-follower formations: what robots know, and what a law makes them do then.
+
+    Of a --scenario, or of a formation given by --path, --followers and so on, the columns are named by robot, as v_2.
+    Without either they are those of the thesis: what all robots do, by the leader's posture. FILE.card.md says what is
+    in the file, and how it was made. The same options give the same file.
+
+    \b
+    Example:
+      robotics dataset formation --path eight:width=10 --followers 4 --save-scenario mine.toml -o mine.csv
+    """
+    from robotics.simulation.scenario.reading import load_scenario
+
+    given = {**recipe.keywords, **plan.keywords, **thesis.keywords}
+    for name, value in {"scenario": scenario, "save_scenario": save_scenario, "formations": formations}.items():
+        given |= {} if value is None else {name: value}
+    check_target(out, ".csv")
+    own = [n for n in (*_OF_SCENARIO, *_OF_PLAN, "scenario", "save_scenario") if n in given]
+    of_thesis = [n for n in _OF_THESIS if n in given]
+    if own and of_thesis:
+        first, second = _option(own[0]), of_thesis[0]
+        raise InputError(f"--{first} is of a formation of one's own, --{second} of the thesis's: give one")
+    command = _command(given, check, out)
+    if not own:
+        _thesis_set(thesis, given, check, out, command, json)
+        return
+    planned = [n for n in (*_OF_PLAN, "speed", "save_scenario") if n in given]
+    if scenario is not None and planned:
+        raise InputError(f"give --scenario or --{_option(planned[0])}, not both: the scenario says it")
+    made = recipe()
+    setting = load_scenario(scenario) if scenario is not None else _planned_scenario(plan(), save_scenario)
+    _scenario_set(setting, made, check, out, command, json, quiet)
+
+
+def _thesis_set(
+    thesis: "partial[FormationRecipe]", given: Mapping[str, Any], check: bool, out: Path, command: str, json: bool
+) -> None:
+    """Make, write and tell of a set of the thesis's kinds."""
+    from robotics.plugins.learning.datacard import thesis_facts, write_card
+    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.formationdata import checking_recipe, formation_data
+    from robotics.plugins.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
+
+    kind = given.get("kind", "literal")
+    own = [n for n in ("coverage", "jitter", "lateral", "heading", "lead") if n in given]
+    if kind == "literal" and own:
+        raise InputError(f"--{own[0]} belongs to --kind well-posed; literal data have nothing random")
+    if check and "formations" in given:
+        raise InputError("--check is the formation with the leader at -1: give it or --formations, not both")
+    if kind == "well-posed" and "formations" in given and "coverage" not in given:
+        raise InputError("--formations needs --coverage below 1: without it no sample lies along a formation's run")
+    recipe = thesis(starts=_numbers(given["formations"])) if "formations" in given else thesis()
+    seed, recipe = recipe.seed, checking_recipe(recipe) if check else recipe
+    table = formation_data(recipe)
+    write_data(out, table.names, table.values)
+    card = write_card(out, thesis_facts(recipe, command), table.columns, table.values)
+    inputs, outputs = table.names[: table.inputs], table.names[table.inputs :]
+    found = None
+    plenty = len(table.values) * SHARE > NEIGHBOURS
+    # One formation alone never contradicts itself, nor does the well-posed law
+    if kind == "literal" and not check and plenty:
+        found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+    if json:
+        about = {"file": str(out), "kind": kind, "check": check, "seed": seed, "rows": len(table.values)}
+        said = None
+        if found is not None:
+            rows = zip(outputs, *found, strict=True)
+            said = {name: dict(zip(found._fields, map(float, row), strict=True)) for name, *row in rows}
+        print_json(about | {"inputs": inputs, "outputs": outputs, "scatter": said, "card": str(card)})
+        return
+    print(f"{out}: {len(table.values)} rows, inputs {', '.join(inputs)}, outputs {', '.join(outputs)}")
+    if found is not None:
+        shown = ", ".join(f"{n} {r:.4f} ({a:.4f} to {b:.4f})" for n, r, a, b in zip(outputs, *found, strict=True))
+        print(
+            f"At equal inputs outputs scatter by about (RMS; Gamma test, mean and range of {DRAWS} draws): {shown}\n"
+            "A smooth function errs by about that on fresh samples. A training error below it tells rows apart whose "
+            "inputs are all but equal."
+        )
+
+
+def _scenario_set(
+    scenario: "Scenario", recipe: "ScenarioRecipe", check: bool, out: Path, command: str, json: bool, quiet: bool
+) -> None:
+    """Make, write and tell of a set of a scenario."""
+    from robotics.plugins.learning.datacard import robot_facts, write_card
+    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.scenariodata import checking_set, passes, scenario_data
+    from robotics.studies.versions import versions
+
+    recipe = checking_set(recipe) if check else recipe
+    with progress_bar(quiet) as begin:
+        table = scenario_data(scenario, recipe, begin(f"{scenario.name}: {recipe.teacher}", passes(recipe)))
+    write_data(out, table.names, table.values)
+    facts = robot_facts(scenario, recipe, command)
+    facts |= {"versions": ", ".join(f"{name} {number}" for name, number in versions().items())}
+    card = write_card(out, facts, table.columns, table.values)
+    if json:
+        print_json(
+            {"file": str(out), "card": str(card), "scenario": scenario.name, "teacher": recipe.teacher}
+            | {"check": check, "seed": recipe.seed, "rows": len(table.values), "robots": table.robots}
+            | {"inputs": table.inputs, "columns": table.names}
+        )
+        return
+    print(
+        f"{out}: {len(table.values)} rows of {table.robots} robots, each with the inputs {', '.join(table.inputs)} and "
+        f"the outputs v, w; {card} says more"
+    )
+
+
+def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
+    """The scenario of a formation, saved if wished."""
+    from robotics.simulation.scenario.formationtext import formation_text
+    from robotics.simulation.scenario.reading import parse_scenario
+
+    text = formation_text(plan)
+    if file is not None:
+        check_target(file, ".toml")
+        write_whole(file, text)
+    return parse_scenario(text, file.stem if file is not None else "formation")
+
+
+def _command(given: Mapping[str, Any], check: bool, out: Path) -> str:
+    """The command line that makes the same file, whose own folder is left out."""
+    words = ["robotics", "dataset", "formation"]
+    for name in _ORDER:
+        if name == "check":
+            words += ["--check"] if check else []
+        elif name in given and (name != "seed" or given[name]):
+            value = given[name]
+            words += [f"--{_option(name)}", ",".join(value) if isinstance(value, tuple) else str(value)]
+    return shlex.join([*words, "-o", out.name])
+
+
+def _option(name: str) -> str:
+    return "seeds" if name == "runs" else name.replace("_", "-")
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--formations must be numbers in m with commas between them, got {text!r}") from None

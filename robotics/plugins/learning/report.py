@@ -1,0 +1,517 @@
+"""A page about networks that were learnt from own data: the data, the errors, every network, and how robots drive.
+
+Its numbers and pictures are those of the report's chapter on formations, for any outputs, inputs and number of
+networks. The page is one HTML file that needs nothing else.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from anfis.plot import plot_premises
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import write_whole
+from fuzzy.shell.progress import Begin, unwatched
+from fuzzy.system import Sugeno
+from fuzzy.words import listed
+from robotics.laws.catalogue import make_controller
+from robotics.measures.contacts import can_touch, contact_sentences
+from robotics.measures.evidence import mean_of
+from robotics.measures.registry import headlines, measure_all
+from robotics.plugins.learning.datacard import Card, card_path, read_card
+from robotics.plugins.learning.figures import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages, rms
+from robotics.plugins.learning.formationlearning import Learnt, input_columns
+from robotics.plugins.learning.fresh import NamedColumns, columns_of
+from robotics.plugins.learning.scatter import DRAWS, ScatterError, scatter
+from robotics.show.figures.drawing import seeds_as_text
+from robotics.show.figures.formation_run import is_formation, plot_formation
+from robotics.show.figures.run import plot_run
+from robotics.show.playback.player import player_fragment
+from robotics.show.report.chapter import Chapter, Film, Grid, Picture
+from robotics.show.report.plates import plates_of
+from robotics.show.report.template import program, rendered
+from robotics.show.report.wording import shown
+from robotics.simulation.loop import simulate
+from robotics.simulation.run import Run
+from robotics.simulation.scenario.description import Scenario
+
+_MOST_COLUMNS = 16  # of the data that are listed unfolded
+_OPEN = 6  # networks that are shown unfolded, at most
+_TEMPLATE = Path(__file__).with_name("learning")
+STAGES = ("after clustering", "after learning")
+_NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
+_ROBOTS = 6  # robots that get a column each
+_SENTENCES = 5  # contacts and stops that are told
+# What the remarks remark on
+_UNLIKE = 2.0  # checking error over training error
+_LOOSE = 0.05  # of the output's range: a fit that is not close
+_SCATTERED = 0.1  # of the output's range: outputs that the inputs do not tell
+_OUTSIDE = 0.05  # of the checking samples
+_FALLING = 0.01  # decrease of the error over the last tenth of the epochs
+
+
+class LearningReportError(InputError):
+    """Networks and tables that do not belong together."""
+
+
+class Samples(NamedTuple):
+    """A table of samples."""
+
+    file: str  # its name
+    names: tuple[str, ...]  # of the columns
+    values: np.ndarray  # (rows, columns)
+    skipped: int = 0  # rows of the file that were left out, as they lack a number
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one network, RMSE in its output's unit; not-a-number where they are not known."""
+
+    network: Learnt
+    clustering: float  # over the training samples, before learning
+    training: float
+    checking: float
+    range: float  # of the output over the training samples
+    scatter: tuple[float, float, float]  # of the output at equal inputs, Gamma test: mean, least, greatest
+    outside: float  # share of the checking samples with an input outside those of the training samples
+
+    @property
+    def last(self) -> float:
+        """The error that counts: over the checking samples if there are any."""
+        return self.checking if np.isfinite(self.checking) else self.training
+
+
+def write_learning_report(
+    path: str | Path,
+    networks: Sequence[Learnt],
+    samples: Samples,
+    check: Samples | None = None,
+    *,
+    runs: Sequence[Run] = (),
+    title: str | None = None,
+    folder: str = "networks",
+    command: str | None = None,
+    begin: Begin | None = None,
+) -> Path:
+    """Write the page about ``networks`` to ``path``, whole or not at all, and return the path.
+
+    The folder of the page is made if it is missing.
+
+    Args:
+        path: The file.
+        networks: The networks, one for each output.
+        samples: The table that they were learnt from.
+        check: The checking table, if there was one.
+        runs: What the networks drove, a run for each scenario.
+        title: The page's title.
+        folder: The folder into which the networks were written, for the program on the page.
+        command: The command line that made the page.
+        begin: Starts a bar of a progress display, by its text and total.
+
+    Raises LearningReportError for a table without the networks' columns, OSError.
+    """
+    chapters = learning_chapters(networks, samples, check, runs)
+    pictures = [picture for chapter in chapters for picture in chapter.pictures]
+    page = rendered(
+        "paper.html.j2",
+        chapters,
+        plates_of(pictures, (begin or unwatched)("drawing", len(pictures))),
+        (),
+        title=title or f"Networks learnt from {samples.file}",
+        lead=[*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
+        command=command,
+        program=program(
+            str(Path(__file__).with_name("learning")),
+            first=networks[0],
+            samples=samples,
+            check=check,
+            folder=folder,
+            path=path,
+        ),
+    )
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, page)
+    return Path(path)
+
+
+def drive_networks(
+    folder: str | Path, scenarios: Sequence[Scenario], seeds: Sequence[int], begin: Begin | None = None
+) -> list[Run]:
+    """Drive the scenarios with the networks in ``folder``; return a run for each.
+
+    Args:
+        folder: The folder of the networks' .fis files.
+        scenarios: The scenarios.
+        seeds: One run for each, of every scenario.
+        begin: Starts a bar of a progress display, by its text and total.
+
+    Raises ControllerError for networks that cannot drive a scenario.
+    """
+    runs = []
+    specification = f"formation:networks={folder}"
+    for scenario in scenarios:
+        advance = None if begin is None else begin(f"driving {scenario.name}", scenario.ticks + 1)
+        runs.append(simulate(scenario, make_controller(specification), seeds, name=specification, progress=advance))
+    return runs
+
+
+def learning_chapters(
+    networks: Sequence[Learnt], samples: Samples, check: Samples | None = None, runs: Sequence[Run] = ()
+) -> list[Chapter]:
+    """The chapters of :func:`write_learning_report`, whose arguments these are: summary, data, networks, drives."""
+    for table in [samples] if check is None else [samples, check]:
+        _demand_columns(networks, table)
+    errors = [errors_of(network, samples, check) for network in networks]
+    return [
+        _summary(errors),
+        _data(networks, samples, check),
+        *(_network(k, each, samples, check, len(networks) > _OPEN) for k, each in enumerate(errors)),
+        *(_drive(k, run) for k, run in enumerate(runs)),
+    ]
+
+
+def _demand_columns(networks: Sequence[Learnt], table: Samples) -> None:
+    wanted = [name for network in networks for name in (*input_columns(network.after), network.output)]
+    missing = [name for name in dict.fromkeys(wanted) if name not in table.names]
+    if missing:
+        raise LearningReportError(
+            f"{table.file}: the networks need its column{'s' * (len(missing) > 1)} {', '.join(missing)}; "
+            f"it has {', '.join(table.names)}"
+        )
+
+
+def errors_of(network: Learnt, samples: Samples, check: Samples | None = None) -> Errors:
+    """Measure a network on the samples that it was learnt from and on the checking samples, if there are any."""
+    x, y = columns_of(network.after, samples)
+    first, last = (rms(found - y) for found in stages(network, x).values())
+    try:
+        found = scatter(x, y)
+        spread = float(found.rms[0]), float(found.least[0]), float(found.most[0])
+    except ScatterError:  # too few samples
+        spread = (np.nan, np.nan, np.nan)
+    checking = outside = np.nan
+    if check is not None:
+        x_check, y_check = columns_of(network.after, check)
+        checking = rms(stages(network, x_check)[STAGES[1]] - y_check)
+        outside = float(((x_check < x.min(axis=0)) | (x_check > x.max(axis=0))).any(axis=1).mean())
+    return Errors(network, first, last, checking, float(np.ptp(y)), spread, outside)
+
+
+def stages(network: Learnt, x: np.ndarray) -> dict[str, np.ndarray]:
+    """What the network gives at the inputs ``x`` (samples, inputs), by stage of learning: (samples,) each."""
+    # Samples may lie beyond those that the clusters were found in
+    systems = (replace(network.before, out_of_range="ignore"), network.after)
+    return {stage: fis(x)[:, 0] for stage, fis in zip(STAGES, systems, strict=True)}
+
+
+def fit_of(network: Learnt, table: NamedColumns) -> Fit:
+    """The network's output over a table, for a picture."""
+    x, y = columns_of(network.after, table)
+    return Fit(network.after.outputs[0].label, y, stages(network, x))
+
+
+def parameter_grid(fis: Sugeno, caption: str) -> Grid:
+    """The parameters of a network of Gaussian terms and linear consequents, a row for each rule."""
+    rows = []
+    for r, rule in enumerate(fis.rules):
+        clauses = {c.variable: c.term for c in rule.when}
+        shapes = [v.terms[clauses[v.name]] for v in fis.inputs]
+        plane = fis.outputs[0].terms[rule.then[0][1]]
+        widths = (f"{abs(s.sigma):.4g}, {s.c:.4g}" for s in shapes)
+        rows.append((str(r + 1), *widths, *(f"{p:.4g}" for p in plane.parameters)))
+    names = [v.name for v in fis.inputs]
+    return Grid(caption, ("rule", *names, *(f"× {n}" for n in names), "constant"), rows)
+
+
+def setting_of(network: Learnt) -> str:
+    """Radius, squash, accept and reject of the setting that was taken, as a table shows them."""
+    trial = network.trial
+    return f"{trial.radius:g}, {trial.options.squash:g}, {trial.options.accept:g}, {trial.options.reject:g}"
+
+
+# The chapters -----------------------------------------------------------------------------------------------------
+
+
+def _lead(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> list[str]:
+    method, epochs = networks[0].training.options.method, networks[0].training.options.epochs
+    beside = "" if check is None else f", and checked on the {len(check.values)} samples of {check.file}"
+    kept = "training" if check is None else "checking"
+    wanted = sorted({network.search.wanted for network in networks})
+    one = len(networks) == 1
+    return [
+        f"{len(networks)} network{'' if one else 's'}, one for each output, {'was' if one else 'were'} learnt from the "
+        f"{len(samples.values)} samples of {samples.file}{beside}. For each one the search tries "
+        f"{len(networks[0].search.trials)} settings of subtractive clustering and takes the best of those that give "
+        f"{' or '.join(map(str, wanted))} rules, or as near as any comes. Learning by the method “{method}” then runs "
+        f"for up to {epochs} epochs, and the network of least {kept} error is kept.",
+    ]
+
+
+def _summary(errors: Sequence[Errors]) -> Chapter:
+    columns: dict[str, Callable[[Errors], str]] = {
+        "output": lambda each: each.network.after.outputs[0].label,
+        "rules": lambda each: str(each.network.trial.rules),
+        "radius, squash, accept, reject": lambda each: setting_of(each.network),
+        "clustering": lambda each: _plain(each.clustering),
+        "learnt, training": lambda each: _plain(each.training),
+        "learnt, checking": lambda each: _plain(each.checking),
+        "of its range": lambda each: _percent(each.last, each.range),
+        "scatter": lambda each: _spanned(each.scatter),
+        "of the scatter": lambda each: _times(each.last, each.scatter[0]),
+    }
+    known = all(np.isfinite(each.scatter[0]) for each in errors)
+    untold = "" if known else " Fewer than 42 samples have no such estimate."
+    return Chapter(
+        "summary",
+        "Rules and errors",
+        tables=[
+            Grid.of(
+                "RMSE of each network in its output's unit. “Of its range”: the checking error, or without checking "
+                "data the training error, as a share of the range of the output in the training data. “Scatter”: how "
+                f"far the output scatters at equal inputs, Gamma test, mean and range of {DRAWS} draws; a smooth "
+                f"function errs by about that on fresh samples. “Of the scatter”: the same error over it. Beyond the "
+                "range of the training data an input counts as at its edge, as when robots drive; the curves over the "
+                f"epochs, below, do without that.{untold}",
+                errors,
+                columns,
+            ),
+            Grid(
+                "What stands out.",
+                ("output", "remark"),
+                [(each.network.output, remark) for each in errors for remark in remarks(each) or ["nothing"]],
+            ),
+        ],
+        pictures=[
+            Picture(
+                "errors",
+                "Errors of all networks in per cent of their outputs' ranges. A grey bar runs from the least to the "
+                "greatest estimate of the scatter; where the least is 0 it begins at the left edge.",
+                f"A row for each of {len(errors)} outputs, with the errors of the table above.",
+                partial(plot_shares, [_share(each) for each in errors]),
+            )
+        ],
+    )
+
+
+def remarks(errors: Errors) -> list[str]:
+    """What stands out about a network, in sentences."""
+    network, found = errors.network, []
+    trial, wanted = network.trial, network.search.wanted
+    mean, least, most = errors.scatter
+    if trial.rules != wanted:
+        found.append(f"No setting gives {wanted} rules; {trial.rules} are the nearest.")
+    if trial.rank < trial.parameters:
+        found.append(
+            f"The samples determine only {trial.rank} of the {trial.parameters} parameters of the consequents: fewer "
+            "rules or other samples would."
+        )
+    if errors.range == 0:
+        return [*found, "The output is the same in all samples."]
+    if errors.checking > _UNLIKE * errors.training:
+        found.append(
+            f"The checking error is {errors.checking / errors.training:.1f} times the training error: the network "
+            "knows its samples better than what lies between or beyond them."
+        )
+    if errors.outside > _OUTSIDE:
+        found.append(
+            f"{100 * errors.outside:.0f} % of the checking samples have an input beyond those of the training samples."
+        )
+    if mean > _SCATTERED * errors.range:
+        found.append(
+            f"At equal inputs the output scatters by {100 * mean / errors.range:.0f} % of its range: these inputs do "
+            "not tell it."
+        )
+    if errors.training < least:
+        found.append(
+            "The training error is below the scatter at equal inputs: the network tells samples apart that are all "
+            "but equal."
+        )
+    elif errors.last > _LOOSE * errors.range and errors.last > _UNLIKE * most:
+        found.append("The samples would allow a closer fit: more rules or more epochs may give it.")
+    if _falling(network):
+        found.append("The error was still falling at the last epoch: more epochs may help.")
+    return found
+
+
+def _falling(network: Learnt) -> bool:
+    history = network.training.history
+    if network.training.stopped != "epochs" or network.training.best != history[-1].epoch or len(history) < 2:
+        return False
+    errors = [row.check if np.isfinite(row.check) else row.train for row in history]
+    before = errors[-1 - max(1, (len(errors) - 1) // 10)]
+    return errors[-1] < (1 - _FALLING) * before
+
+
+def _share(errors: Errors) -> ShareOfRange:
+    span = errors.range or np.nan
+    _, least, most = errors.scatter
+    return ShareOfRange(
+        errors.network.output,
+        errors.clustering / span,
+        errors.training / span,
+        errors.checking / span,
+        (least / span, most / span),
+    )
+
+
+def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> Chapter:
+    inputs: dict[str, list[str]] = {}
+    outputs = {network.output for network in networks}
+    units: dict[str, str] = {}
+    for network in networks:
+        for name, variable in zip(input_columns(network.after), network.after.inputs, strict=True):
+            inputs.setdefault(name, []).append(network.output)
+            units[name] = variable.unit
+        units[network.output] = network.after.outputs[0].unit
+    card = _card(samples)
+    rows, meanings = [], set()
+    for name in samples.names:
+        role = "output" if name in outputs else f"input of {', '.join(inputs[name])}" if name in inputs else "not used"
+        known = card.columns.get(name, {})
+        row = [name, units.get(name) or known.get("unit") or "–", role]
+        for table in (samples, check):
+            if table is not None:
+                column = table.values[:, table.names.index(name)] if name in table.names else np.array([np.nan])
+                row += [_plain(float(v)) for v in (column.min(), column.max(), column.std())]
+        meaning = known.get("meaning", "")
+        told_before = meaning in meanings
+        meanings.add(meaning)
+        rows.append((*row, "the same" if told_before else meaning) if card.columns else tuple(row))
+    head: tuple[str, ...] = ("column", "unit", "role", "least", "greatest", "standard deviation")
+    if check is not None:
+        head += ("checking: least", "greatest", "standard deviation")
+    if card.columns:
+        head += ("meaning",)
+    told = f"{samples.file}: {len(samples.values)} samples"
+    told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
+    left_out = samples.skipped + (0 if check is None else check.skipped)
+    told += f"; {left_out} rows without all numbers were left out" if left_out else ""
+    columns = Grid(f"{told}.", head, rows)
+    made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
+    shown = [made] if card.facts else []
+    if len(rows) > _MOST_COLUMNS:
+        return Chapter("data", "The data", tables=shown, details=[columns], folded=f"Its {len(rows)} columns")
+    return Chapter("data", "The data", tables=[columns, *shown])
+
+
+def _card(samples: Samples) -> Card:
+    """The data card beside the table's file; an empty one where there is none that can be read."""
+    try:
+        return read_card(card_path(samples.file))
+    except (OSError, StopIteration, ValueError, IndexError):
+        return Card({}, {})
+
+
+def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, closed: bool) -> Chapter:
+    network = errors.network
+    output, inputs = network.after.outputs[0], [v.name for v in network.after.inputs]
+    training = network.training
+    fits = {"training samples": fit_of(network, samples)}
+    if check is not None:
+        fits["checking samples"] = fit_of(network, check)
+    # The ring marks the setting that was taken, which need not have the wanted number of rules
+    search = replace(network.search, outputs=((output.name, output.unit),), wanted=network.trial.rules)
+    name = f"network-{k + 1}"
+    stopped = "" if training.stopped == "epochs" else f" Training stopped early: {training.stopped}."
+    return Chapter(
+        name,
+        f"{output.name}: {network.trial.rules} rules from {listed(inputs)}",
+        (
+            f"Of {len(search.trials)} settings, which find {search.fitted} different sets of clusters, the best with "
+            f"{network.trial.rules} rules has radius, squash, accept and reject ratio {setting_of(network)}. It errs "
+            f"by {_plain(errors.clustering)} {output.unit}, the network after learning by {_plain(errors.training)} "
+            f"{output.unit} (epoch {training.best} of {training.history[-1].epoch})"
+            + ("." if check is None else f", and by {_plain(errors.checking)} {output.unit} on the checking samples.")
+            + stopped,
+        ),
+        details=[
+            parameter_grid(network.before, "After clustering: antecedents as σ, c; then the consequents."),
+            parameter_grid(network.after, "After learning: antecedents as σ, c; then the consequents."),
+        ],
+        pictures=[
+            Picture(
+                f"{name}-learning",
+                "Left: training error over the number of rules, a dot for every setting; the ring is the one taken. "
+                "Right: errors over the epochs of learning.",
+                f"Error of {output.name} against the number of rules, and over {len(training.history)} epochs.",
+                partial(plot_search_and_epochs, search, training.history, output.unit),
+            ),
+            Picture(
+                f"{name}-fit",
+                "The data, and the network after clustering and after learning: over the samples, with "
+                "the difference network minus data, and against the data.",
+                f"{output.name} of the data and of the network; RMSE {_plain(errors.training)} in training.",
+                partial(plot_stages, fits),
+            ),
+            Picture(
+                f"{name}-memberships",
+                "Membership functions before learning (thin) and after (wide), a panel for each input.",
+                f"Gaussian membership functions of {listed(inputs)}.",
+                partial(plot_premises, network.before, network.after),
+            ),
+        ],
+        folded="Parameters",
+        closed=closed,
+    )
+
+
+def _drive(k: int, run: Run) -> Chapter:
+    values, robots = measure_all(run), run.samples.shape[3]
+    few = robots <= _ROBOTS
+    rows = []
+    for name, metric in headlines(run.about.kind, can_touch(run)).items():
+        found = values[name]
+        columns = found.T if few else np.stack([np.min(found, 1), np.median(found, 1), np.max(found, 1)])
+        rows.append((metric.title, *(shown(mean_of(c), metric.unit) for c in columns)))
+    lines = [*contact_sentences(run), *run.divergences()]
+    more = [] if len(lines) <= _SENTENCES else [f"And {len(lines) - _SENTENCES} more."]
+    about = f"seed{'s' * (len(run.seeds) > 1)} {seeds_as_text(run.seeds)}"
+    many = "; means with 95 % intervals over the seeds" if len(run.seeds) > 1 else ""
+    head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
+    name = f"drive-{k + 1}"
+    together = robots > 1
+    page = partial(plot_formation if is_formation(run) else plot_run, run)
+    return Chapter(
+        name,
+        f"The networks drive {run.scenario}",
+        tuple(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines[:_SENTENCES]) + tuple(more)
+        if lines
+        else ("No robot touched another or an obstacle, and none was stopped.",),
+        [Grid(f"{run.scenario}, {about}{many}.", ("quantity", *head), rows)],
+        pictures=[
+            Picture(
+                name,
+                f"{run.scenario}, seed {run.seeds[0]}: where the robots went, errors, speeds and what was commanded.",
+                f"Top view and time courses of {robots} robot{'s' * together} in {run.scenario}.",
+                page,
+            )
+        ],
+        films=[Film(f"{run.scenario}, seed {run.seeds[0]}, in motion.", partial(player_fragment, run))],
+    )
+
+
+# Numbers in words ---------------------------------------------------------------------------------------------------
+
+
+def _plain(value: float) -> str:
+    if not np.isfinite(value):
+        return "–"
+    number, _, power = f"{value:.3g}".replace("-", "−").partition("e")
+    return f"{number}e{power[0].strip('+')}{power[1:].lstrip('0')}" if power else number
+
+
+def _percent(value: float, span: float) -> str:
+    return "–" if span == 0 or not np.isfinite(value) else f"{100 * value / span:.2g} %"
+
+
+def _times(value: float, scattered: float) -> str:
+    return f"{value / scattered:.2g} ×" if scattered > 0 else "–"
+
+
+def _spanned(spread: tuple[float, float, float]) -> str:
+    mean, least, most = map(_plain, spread)
+    return mean if mean == "–" else f"{mean} ({least} to {most})"

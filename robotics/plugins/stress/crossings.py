@@ -1,0 +1,165 @@
+"""Random crossings: teams whose paths meet, so that robots which keep their timing would collide.
+
+Paths lie in a field of 16 m² a robot, 8 × 6 m for three, at least one pair nearer than 0.4 m at equal progress; starts
+and ends are at least 0.6 m clear of the other paths (class A), or only 0.9 m apart from each other (class B). The
+thesis has its two tests only; the classes are a choice.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from fuzzy.compiled.jit import kernel
+from robotics.laws.setting import Setting
+from robotics.plugins.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
+from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.simulation.scenario.description import Member, Scenario
+from robotics.world.paths.joined import join_tables
+from robotics.world.paths.path import Quintic
+from robotics.world.paths.quintic_table import fill, tabulated
+from robotics.world.paths.references import even_timing
+from robotics.world.paths.trajectory import Timing
+from robotics.world.sensing.posture import LABORATORY
+
+CROSSING_STREAM = 6  # of a seed's random streams: see robotics.world.radio.channel
+AREA = 16.0  # m² of the field for each robot
+ASPECT = 4 / 3  # ratio of the field's sides
+APART = 0.9  # m: in class B starts, and ends, are at least this far from each other
+_BEND = 0.7  # rad: the most by which a path begins or ends aslant to the straight line between its ends
+SHORTEST, SHORTEST_SHARE = 2.0, 0.5  # of that line: m, and of the field's mean side
+SPEED = 0.22  # m/s: mean speed on the longest path
+_PATHS = 400  # drawn for each robot of a team, at most
+_DRAWS = 64  # paths for each robot whose numbers are drawn at a time
+
+
+def crossing_ensemble(
+    robots: int,
+    seeds: Sequence[int],
+    kind: Literal["A", "B"] = "A",
+    *,
+    disturbance: Disturbance = UNDISTURBED,
+    factor: float | None = None,
+    advance: Callable[[], None] | None = None,
+) -> Setting:
+    """A random crossing for every seed; a seed's crossing is the same whatever the other seeds are.
+
+    Args:
+        robots: Number of robots of each crossing.
+        seeds: One crossing for each.
+        kind: Class of the crossings: "A", whose ends are clear of the other paths, or "B", whose ends are only apart.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
+        factor: The longest a run takes, in times the longest nominal duration; by default as long as it is judged.
+        advance: Called after every crossing that is drawn.
+    """
+    drawn = []
+    for seed in seeds:
+        drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
+        if advance is not None:
+            advance()
+    return drawn_ensemble(f"crossing-{robots}-{kind}", drawn, factor or StressOutcome.limit, disturbance)
+
+
+def drawn_ensemble(
+    name: str, drawn: Sequence[Sequence[np.ndarray]], factor: float, disturbance: Disturbance
+) -> Setting:
+    """Runs on paths that were drawn, the longest of each run at SPEED and the others as long in time.
+
+    Args:
+        name: What the scenario is called.
+        drawn: The tables of the paths: for each run one for each robot.
+        factor: The longest a run takes, in times the longest nominal duration, beside what it is held up.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
+    """
+    paths, robots = join_tables(drawn), len(drawn[0])
+    durations = paths.lengths.max(axis=1) / SPEED
+    starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
+    shared = Member(
+        start=(0.0, 0.0, 0.0),
+        path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
+        timing=Timing(duration=float(np.ceil(durations.max()))),
+    )
+    scenario = Scenario(
+        name=name,
+        robots=(shared,) * robots,
+        duration=float(np.ceil(factor * durations.max() + disturbance.extra)),
+        kind="team" if robots > 1 else "tracking",
+        sensing=LABORATORY,
+        radio=disturbance.radio,
+    )
+    return replace(scenario.setting, starts=starts, references=even_timing(paths, durations))
+
+
+def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
+    """The tables of the paths of one crossing, one for each robot.
+
+    Args:
+        robots: Number of robots.
+        rng: The generator from which the crossing is drawn; from it more numbers are taken than the crossing needs.
+        kind: Class of the crossing, "A" or "B".
+    """
+    field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
+    draws = rng.random((_DRAWS * robots, 6))
+    while True:
+        chosen = _chosen(draws, robots, *field, kind == "A")
+        if len(chosen):
+            return [tabulated(shape) for shape in _shapes(draws[chosen], field)]
+        draws = np.concatenate([draws, rng.random(draws.shape)])
+
+
+def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """The coefficients (paths, 2, 5) of the paths that uniform numbers ``draws`` (paths, 6) make."""
+    start, end = draws[:, :2] * field, draws[:, 2:4] * field
+    gap = end - start
+    reach = np.hypot(gap[:, 0], gap[:, 1])
+    courses = np.arctan2(gap[:, 1], gap[:, 0])[:, None] + (-_BEND + 2 * _BEND * draws[:, 4:])
+    tangents = reach[:, None, None] * np.stack([np.cos(courses), np.sin(courses)], axis=1)
+    shapes = np.empty((len(draws), 2, 5))
+    for shape, a, b, tangent in zip(shapes, start, end, tangents, strict=True):
+        for axis in range(2):
+            fill(shape[axis], a[axis], b[axis], *tangent[axis])
+    return shapes
+
+
+@kernel(nogil=True)
+def _chosen(draws, robots, width, height, clear):  # type: ignore[no-untyped-def]
+    """Which of the paths that uniform numbers make are the first crossing; none of them if there is none.
+
+    Args:
+        draws: The numbers (paths, 6).
+        robots: Number of robots.
+        width: Of the field [m].
+        height: Of the field [m].
+        clear: Whether ends are clear of the other paths, or only apart.
+    """
+    shape, points, chosen = np.empty((2, 5)), np.empty((robots, SAMPLES, 2)), np.empty(robots, dtype=np.int64)
+    number = tried = 0
+    for n in range(len(draws)):
+        if _draw(draws[n], width, height, shape) and sampled_evenly(shape, points[number]):
+            fits = True
+            for other in range(number):
+                a, b = points[number], points[other]
+                fits = fits and (ends_clear(a, b) if clear else ends_apart(a, b, APART))
+            chosen[number] = n
+            number += fits
+        tried += 1
+        if number == robots and in_conflict(points):
+            return chosen
+        if number == robots or tried == _PATHS * robots:  # another team
+            number = tried = 0
+    return chosen[:0]
+
+
+@kernel
+def _draw(numbers, width, height, shape):  # type: ignore[no-untyped-def]
+    """Fill in the coefficients (2, 5) of the path that six uniform numbers make; return whether it is long enough."""
+    x, y, end_x, end_y = numbers[0] * width, numbers[1] * height, numbers[2] * width, numbers[3] * height
+    dx, dy = end_x - x, end_y - y
+    reach, course = math.hypot(dx, dy), math.atan2(dy, dx)
+    out, into = course + (2 * numbers[4] - 1) * _BEND, course + (2 * numbers[5] - 1) * _BEND
+    fill(shape[0], x, end_x, reach * math.cos(out), reach * math.cos(into))
+    fill(shape[1], y, end_y, reach * math.sin(out), reach * math.sin(into))
+    return reach >= SHORTEST_SHARE * math.sqrt(width * height) and reach >= SHORTEST

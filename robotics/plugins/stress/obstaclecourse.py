@@ -1,0 +1,172 @@
+"""Obstacle courses: one robot or a team on lanes through random fields of obstacles, or into U-shaped traps.
+
+Lanes are 7 m long, side by side, or crossing each other: see :mod:`robotics.plugins.stress.lanes`. The obstacles of
+a field lie along them: in class A with gaps that a robot fits through, in class B overlapping; kind "U" has a trap
+across the first lane. Discs may cross the lanes as well. Runs are judged as crossings are, and against the obstacles.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from fuzzy.shell.progress import Begin, unwatched
+from robotics.laws.catalogue import as_law
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
+from robotics.measures.arrival import together
+from robotics.plugins.stress.crossings import SPEED, drawn_ensemble
+from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.plugins.stress.lanes import Lanes, lanes_beside, lanes_crossing
+from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.tally import run_ensemble
+from robotics.simulation.scenario.description import ScenarioError
+from robotics.world.environment.obstaclefields import GAP, random_field, random_trap
+from robotics.world.environment.world import Disc, World, WorldError, compile_worlds
+from robotics.world.paths.joined import table_length
+from robotics.world.paths.path import Line, Path
+from robotics.world.paths.quintic_table import quintic_table
+from robotics.world.paths.trajectory import Timing
+
+COURSE_STREAM = 7  # of a seed's random streams: see robotics.world.radio.channel
+Kind = Literal["A", "B", "U"]
+FASTEST_DISC = 0.2  # m/s
+EARLY = 4.0  # s: a disc and a robot on time would meet, but for at most this
+DISC = (0.15, 0.3)  # m: the least and the largest radius of a disc
+_AWAY = 1.6  # m: the least distance from the lane at which a disc starts, and that at which it ends
+
+
+def obstacle_ensemble(
+    seeds: Sequence[int],
+    kind: Kind = "A",
+    robots: int = 1,
+    *,
+    disturbance: Disturbance = UNDISTURBED,
+    moving: int = 0,
+    lanes: Lanes = "beside",
+) -> Setting:
+    """A random course for every seed.
+
+    A seed's course is the same whatever the other seeds are, and its fixed obstacles are the same whatever moves.
+
+    Args:
+        seeds: One course for each.
+        kind: Class of the courses: "A", "B" or "U".
+        robots: Number of robots, each on a lane of its own.
+        disturbance: What is wrong in every run, of which the radio belongs to the setting.
+        moving: Number of discs that cross the lanes.
+        lanes: Whether the lanes stay beside each other or cross.
+
+    Raises ScenarioError where there are too few lanes to cross.
+    """
+    if lanes == "crossing" and robots < 2:
+        raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
+    drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
+    name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
+    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, disturbance)
+    return replace(setting, world=compile_worlds([world for _, world in drawn]))
+
+
+def random_course(
+    rng: np.random.Generator, kind: Kind, robots: int, moving: int = 0, lanes: Lanes = "beside"
+) -> tuple[list[np.ndarray], World]:
+    """The tables of the lanes of one course, and its obstacles.
+
+    Args:
+        rng: The generator from which the course is drawn.
+        kind: Class of the course: "A", "B" or "U".
+        robots: Number of lanes.
+        moving: Number of discs that cross a lane.
+        lanes: Whether the lanes stay beside each other or cross.
+    """
+    draw = lanes_crossing if lanes == "crossing" else lanes_beside
+    while True:
+        tables = [quintic_table(shape) for shape in draw(rng, robots)]
+        paths = [Path(table_length(table), table) for table in tables]
+        try:
+            if kind == "U":
+                world = random_trap(rng, paths[0])
+            else:
+                world = random_field(rng, paths, gap=GAP if kind == "A" else None)
+        except WorldError:  # no place: another course
+            continue
+        nominal = max(path.length for path in paths) / SPEED
+        discs = [_crossing_disc(rng, paths[int(rng.integers(robots))], nominal) for _ in range(moving)]
+        return tables, World(obstacles=(*world.obstacles, *discs), known=world.known)
+
+
+def _crossing_disc(rng: np.random.Generator, lane: Path, nominal: float) -> Disc:
+    """A disc that crosses ``lane`` at an angle, straight and evenly, about when a robot on time would be there."""
+    share, speed = rng.uniform(0.3, 0.7), rng.uniform(0.05, FASTEST_DISC)
+    on = lane.at(share * lane.length)
+    course = float(on.heading) + rng.choice((-1.0, 1.0)) * rng.uniform(np.pi / 4, 3 * np.pi / 4)
+    step = np.array([np.cos(course), np.sin(course)])
+    # Timing begins at once: a disc that is to come later starts farther away.
+    before = max(_AWAY, speed * (share * nominal + rng.uniform(-EARLY, EARLY)))
+    crossing = np.array([float(on.x), float(on.y)])
+    start, end = crossing - before * step, crossing + _AWAY * step
+    path = Line(start=(float(start[0]), float(start[1])), end=(float(end[0]), float(end[1])))
+    return Disc(radius=float(rng.uniform(*DISC)), path=path, timing=Timing(speed=float(speed)))
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleOutcome(StressOutcome):
+    """The outcome of every run among obstacles; ``collided`` says only whether two robots touched."""
+
+    limit = 8.0
+
+    hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
+    trapped: np.ndarray  # (runs,) bool: a robot followed a wall
+
+    @property
+    def succeeded(self) -> np.ndarray:
+        """Whether all robots arrived and nothing touched (runs,) bool."""
+        return np.asarray(self.arrived & ~self.collided & ~self.hit)
+
+    def summary(self) -> dict[str, Any]:
+        """The numbers that ``robotics stress obstacles --json`` prints."""
+        figures = super().summary()
+        seeds = np.array(self.seeds)
+        figures["arrived"] = int(self.succeeded.sum())
+        figures["arrived_together"] = int((self.succeeded & together(self.arrivals)).sum())
+        figures["contacts"] = int((self.collided | self.hit).sum())
+        figures["obstacle_contacts"] = int(self.hit.sum())
+        figures["followed_wall"] = int(self.trapped.sum())
+        if not np.isfinite(figures["min_distance_m"] or 0.0):
+            figures["min_distance_m"] = None  # of one robot there is none
+        figures["failed_seeds"]["obstacle"] = seeds[self.hit][:50].tolist()
+        figures["failed_seeds"]["caused"] = seeds[self.caused.any(axis=1)][:50].tolist()
+        return figures
+
+
+def stress_obstacles(
+    controller: Law[Any] | str,
+    seeds: Sequence[int],
+    kind: Kind = "A",
+    robots: int = 1,
+    begin: Begin | None = None,
+    *,
+    disturbance: Disturbance = UNDISTURBED,
+    moving: int = 0,
+    lanes: Lanes = "beside",
+) -> ObstacleOutcome:
+    """Drive a random course for every seed, and judge what became of it.
+
+    Args:
+        controller: The law that drives the robots, or its specification, as worker processes are given it: the class
+            of a law in a user's file is known only where that file has run.
+        seeds: One course for each.
+        kind: Class of the courses: "A", "B" or "U".
+        robots: Number of robots of each course.
+        begin: Starts a bar of a progress display, by its text and total.
+        disturbance: What is wrong in every run.
+        moving: Number of discs that cross the lanes.
+        lanes: Whether the lanes stay beside each other or cross.
+
+    Returns:
+        What became of every run.
+    """
+    ensemble = obstacle_ensemble(seeds, kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
+    advance, faults = (begin or unwatched)("simulating", ensemble.ticks + 1), disturbance.faults(ensemble, seeds)
+    return run_ensemble(ObstacleOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)

@@ -1,0 +1,152 @@
+"""The judgement of many runs as they go on: arrivals, distances, contacts and whose fault they are.
+
+A run goes on after a contact, as if robots could overlap, until all its robots have arrived, its law has refused, or
+its time is up. After that nothing of it counts, so that it does not matter which runs are beside it. Runs of a law with
+an equation are driven a few at a time, by compiled code, until all of these are over.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from robotics.laws.law import Law
+from robotics.laws.setting import Setting
+from robotics.measures.arrival import reached_within
+from robotics.measures.blame import at_fault
+from robotics.plugins.stress.judge import JudgeNotes, judge
+from robotics.plugins.stress.outcome import Outcome, joined
+from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk
+from robotics.simulation.observer import Observer
+from robotics.simulation.opening import Driver, PreparedRuns, has_equation
+from robotics.world.environment.swept import GRID, TO, ContactWatch, Watch
+from robotics.world.environment.world import Geometry, Moving
+from robotics.world.radio.faults import Faults
+
+
+class Tally:
+    """What is known of some runs, and the observer that carries it on from period to period, in place."""
+
+    def __init__(
+        self, ensemble: Setting, limits: np.ndarray, first: int, last: int, after: float | None = None
+    ) -> None:
+        """Begin with the runs from ``first`` to before ``last`` of ``ensemble``; ``limits`` (runs,) [s] is of all.
+
+        Once none of them goes on the simulation ends. With ``after`` it ends so many seconds [s] after the last
+        arrival, or with its setting, and until then the law of a run that is over drives on.
+        """
+        self.ensemble, self.robots, self.after = ensemble, ensemble.robots, after
+        here, shape = slice(first, last), (last - first, len(ensemble.robots))
+        paths = ensemble.references.joined
+        goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
+        placed, moving = Geometry.nothing(), Moving.nothing()
+        if (obstacles := ensemble.world) is not None:
+            worlds = np.zeros(1, dtype=np.int64) if obstacles.runs == 1 else np.arange(obstacles.runs)[here]
+            placed, moving = obstacles.during(ensemble.times, worlds)
+        watch = ContactWatch.opened(ensemble.robots, shape[0], placed, moving)
+        contacts = watch.contacts
+        # Contacts, and the gaps between two, are longer than GRID: of a pair no more than these end in a period
+        most = contacts.since.size * (math.ceil(ensemble.period / (2 * GRID)) + 1)
+        self.caused = np.zeros(shape, dtype=bool)  # the robot drove into something
+        self.guards = False  # whether there is an emergency rule
+        self.runs = here
+        self.known = JudgeNotes(
+            np.stack([goals.x[here], goals.y[here]]),
+            np.ascontiguousarray(near[here]),
+            np.array(limits[here], dtype=float),
+            np.full(shape, np.inf),
+            np.zeros(shape[0], dtype=bool),
+            np.full(shape[0], np.inf),
+            np.zeros(shape[0], dtype=bool),
+            np.zeros(shape[0], dtype=np.int64),
+            np.zeros(shape[0], dtype=np.int64),
+            np.zeros(shape, dtype=np.int64),
+            np.full_like(contacts.since, np.nan),
+            watch,
+            np.empty((most, 7)),
+            np.zeros(1, dtype=np.int64),
+            int(after is None),
+        )
+        self.observer = Observer(judge, self.known, self.asked)
+
+    def asked(self, k: int) -> int | None:
+        """Find out whose fault the contacts are that began since the last period; end where no run goes on."""
+        known, robots, period, watch = self.known, self.robots, self.ensemble.period, self.known.watch
+        past = watch.contacts._replace(counts=known.counts_before, since=known.since_before)
+        before = Watch(robots, max(k - 1, 0) * period, watch.poses[..., 0], watch.geometry(now=False), past)
+        after = Watch(robots, k * period, watch.poses[..., 1], watch.geometry(now=True), watch.contacts)
+        self.caused |= at_fault(before, after, known.ended[: known.many[0]])
+        if watch.going.any():
+            return None
+        if self.after is None:
+            return k
+        last = float(known.arrivals.max())
+        return round(np.ceil(last + self.after) / period) if np.isfinite(last) else None
+
+    def judged(self, seeds: Sequence[int], wanted: Sequence[str]) -> dict[str, Any]:
+        """The ``wanted`` fields of an outcome of its runs; ``seeds`` are those of all runs.
+
+        They are those of :class:`robotics.plugins.stress.outcome.StressOutcome`, and of
+        :class:`robotics.plugins.stress.obstaclecourse.ObstacleOutcome`.
+        """
+        known, period = self.known, self.ensemble.period
+        touched = np.isfinite(known.watch.contacts.first).any(axis=2)
+        all_of_them = {
+            "seeds": tuple(seeds[self.runs]),
+            "nominal": self.ensemble.references.ends[self.runs, 0],
+            "arrivals": known.arrivals,
+            "collided": touched[TO.robot],
+            "refused": known.refused,
+            "min_distance": known.nearest,
+            "clearance": known.watch.contacts.least.min(axis=(0, 2)),
+            "caused": self.caused,
+            "driven": known.driven * period,
+            "overridden": known.guarded * period if self.guards else None,
+            "hit": touched[TO.obstacle],
+            "trapped": known.followed,
+        }
+        return {name: all_of_them[name] for name in wanted}
+
+
+def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) -> Outcome:
+    """The outcome of all runs, those of ``seeds``, as one of its ``kind``."""
+    return joined([kind(**tally.judged(seeds, [f.name for f in fields(kind)])) for tally in tallies])
+
+
+def run_ensemble(
+    kind: type[Outcome],
+    ensemble: Setting,
+    controller: Law[Any],
+    seeds: Sequence[int],
+    faults: Faults | None = None,
+    advance: Callable[[], None] | None = None,
+    extra: float = 0.0,
+) -> Outcome:
+    """Drive until all robots of every run have arrived, or the time is up.
+
+    Args:
+        kind: Of the outcome.
+        ensemble: What is driven, one run for each seed.
+        controller: The law that drives the robots.
+        seeds: The seed of each run.
+        faults: The faults of the runs.
+        advance: Called after every period.
+        extra: The time [s] by which runs may take longer than the limit of their ``kind``.
+    """
+    runs, checked, limits = len(seeds), checked_seeds(seeds), kind.longest(ensemble, extra)
+    if has_equation(controller):
+        opening = PreparedRuns.of([Driver(ensemble, controller)], checked, faults)
+        size = max(1, CHUNK // len(ensemble.robots))
+        told = Periods(ensemble.ticks + 1, runs, advance)
+        tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
+        for tally in tallies:
+            drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
+        return judged(kind, tallies, seeds)
+    tally = Tally(ensemble, limits, 0, runs)
+    for _, command in Simulation(ensemble, controller, checked, faults, observers=[tally.observer]).periods():
+        tally.guards |= command.guarded is not None
+        if advance is not None:
+            advance()
+    return judged(kind, [tally], seeds)
