@@ -10,7 +10,6 @@ from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
-from robotics.commands.arena import arena
 from robotics.commands.completion import studies
 from robotics.commands.shared import Fresh, print_forewarnings, print_outside
 from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
@@ -73,18 +72,17 @@ def study(
     from robotics.laws.catalogue import as_law
     from robotics.measures.evidence import FEWEST_RUNS
     from robotics.show.report.plan import load_study
-    from robotics.show.report.planfile import note_on, plan_kind
+    from robotics.show.report.planfile import note_on, plan_kind, plan_kinds
     from robotics.show.report.study import default_folder, run_study, with_seeds
     from robotics.studies.forewarnings import forewarnings
 
-    if (kind := plan_kind(name)) in ("sweep", "arena", "tuning"):
-        note = note_on(kind, name)
-        if kind == "tuning":
+    if (kind := plan_kind(name)) not in ("", "study"):
+        note, run = note_on(kind, name), sweep if kind == "sweep" else plan_kinds()[kind].run
+        if run is None:
             raise InputError(f"{note}; or robotics tune LAW SCENARIO --space {name}")
         print(f"robotics: note: {note}", file=sys.stderr)
         common: Any = {"out": out, "fresh": fresh, "json": json, "quiet": quiet}
         count = workers if workers > 1 else None
-        run = sweep if kind == "sweep" else arena
         run(name, workers=count, **common)
         return
     plan = with_seeds(load_study(name), seeds)

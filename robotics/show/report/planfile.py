@@ -1,45 +1,55 @@
 """Files of plans, whatever their kind: told apart by their keys, and drawn in text before anything runs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib.metadata import entry_points
 from pathlib import Path
+from typing import NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.words import counted
 from robotics.show.report.plan import StudyPlan, load_study, study_names
-from robotics.studies.arena.description import BLOCKS, load_arena
 from robotics.studies.sweeps.plan import Axis, plan_sweep
 from robotics.studies.sweeps.reading import load_sweep
 from robotics.studies.tuning.file import load_tuning
 from robotics.tables.text import parse_table, read_text
 
-KINDS = {  # the keys that only such a file has
-    "study": {"scenarios"},
-    "sweep": {"scenario", "scenario_fields", "controller_parameters"},
-    "arena": {"laws", "like", "testing_runs", "choosing_runs"},
-    "tuning": {"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"},
-}
-NEW_FORM = {
-    "sweep": "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
-    "arena": "a study with [tune], in which every law is tuned with the same budget",
-    "tuning": "the key space of a study's [tune]",
-}
+PLAN_GROUP = "fuzzyfleet.plans"  # entry points: kinds of plugins' files, each a PlanKind by its name
+
+Row = tuple[int, str, str]  # how many, of what, which: what a plan multiplies
+
+
+class PlanKind(NamedTuple):
+    """A kind of files that plan runs.
+
+    Attributes:
+        keys: The keys that only such a file has.
+        draw: Gives its title, its rows and further lines, from the file.
+        new_form: What it is as a study's file; "": it is one.
+        run: Runs the file, with the options ``workers``, ``out``, ``fresh``, ``json`` and ``quiet``; None: nothing to run.
+    """
+
+    keys: frozenset[str]
+    draw: Callable[[str], tuple[str, list[Row], list[str]]]
+    new_form: str = ""
+    run: Callable[..., None] | None = None
 
 
 def plan_kind(name: str) -> str:
-    """Which kind of plan a file is, by its keys: "study", "sweep", "arena" or "tuning"; "" for none, as a scenario."""
+    """Which kind of plan a file is, by its keys, one of :func:`plan_kinds`; "" for none, as a scenario."""
     if name in study_names():
         return "study"
     path = Path(name)
     if path.suffix != ".toml" or not path.is_file():
         return ""
     keys = {*parse_table(read_text(path, InputError), name, InputError)}
-    return next((kind for kind, own in KINDS.items() if keys & own), "")
+    return next((kind for kind, about in plan_kinds().items() if keys & about.keys), "")
 
 
 def note_on(kind: str, name: str) -> str:
     """What is said of a file that is no study's, but readable as what it is."""
     article = "an" if kind[0] in "aeiou" else "a"
-    return f"{name} is {article} {kind}'s file, and is read as one; its new form: {NEW_FORM[kind]} (robotics new study)"
+    new_form = plan_kinds()[kind].new_form
+    return f"{name} is {article} {kind}'s file, and is read as one; its new form: {new_form} (robotics new study)"
 
 
 def drawn_plan(kind: str, name: str) -> str:
@@ -47,17 +57,14 @@ def drawn_plan(kind: str, name: str) -> str:
 
     Raises an InputError for a file that makes no plan.
     """
-    title, rows, tail = {"study": _study, "sweep": _sweep, "arena": _arena, "tuning": _tuning}[kind](name)
+    title, rows, tail = plan_kinds()[kind].draw(name)
     heads = [f"{'× ' if place else '':2}{counted(count, word)}" for place, (count, word, _) in enumerate(rows)]
     width = max(map(len, heads), default=0)
     drawn = [f"{head:{width}}  {text}" for head, (_, _, text) in zip(heads, rows, strict=True)]
     return "\n".join([f"{name}: {title}" if title else name, *drawn, *tail])
 
 
-_Drawing = tuple[str, list[tuple[int, str, str]], list[str]]
-
-
-def _study(name: str) -> _Drawing:
+def _study(name: str) -> tuple[str, list[Row], list[str]]:
     plan = load_study(name)
     points, design = (plan.cases[0][0].points, _design(plan.axis_list, plan.method)) if plan.axes else (1, "")
     rows = [
@@ -91,7 +98,7 @@ def _asked(plan: StudyPlan) -> Iterator[str]:
             yield f"   {counted(len(names), word)}: {', '.join(names)}"
 
 
-def _sweep(name: str) -> _Drawing:
+def _sweep(name: str) -> tuple[str, list[Row], list[str]]:
     plan = plan_sweep(load_sweep(name))
     sweep = plan.sweep
     seeds = range(sweep.first_seed, sweep.first_seed + sweep.seeds)
@@ -104,17 +111,7 @@ def _sweep(name: str) -> _Drawing:
     return "", rows, [f" = {counted(plan.runs, 'run')} in {counted(plan.chunks, 'piece')}"]
 
 
-def _arena(name: str) -> _Drawing:
-    plan = load_arena(name)
-    rows = [
-        (len(plan.laws), "law", ", ".join(plan.laws)),
-        (len(plan.engines) * plan.repeats, "search", f"{', '.join(plan.engines)}, {plan.evaluations} evaluations each"),
-    ]
-    blocks = ", ".join(f"{counted(len(plan.scenarios(block)), 'scenario')} to {block}" for block in BLOCKS)
-    return plan.title, rows, [f"   {blocks}; {plan.testing_runs} seeds of each that is tested on"]
-
-
-def _tuning(name: str) -> _Drawing:
+def _tuning(name: str) -> tuple[str, list[Row], list[str]]:
     found = load_tuning(name)
     terms = " + ".join(f"{term.metric} / {term.scale:g}" for term in found.cost)
     return found.title, [], [f"   moves {', '.join(found.move)}", f"   cost {terms}"]
@@ -132,3 +129,23 @@ def _design(axes: Sequence[Axis], method: str) -> str:
         for axis in axes
     ]
     return f"{method}: {' × '.join(spans)}"
+
+
+def plan_kinds() -> Mapping[str, PlanKind]:
+    """The kinds of plans by name: ours, and those of plug-ins."""
+    return _KINDS | {point.name: point.load() for point in entry_points(group=PLAN_GROUP)}
+
+
+_KINDS = {
+    "study": PlanKind(frozenset({"scenarios"}), _study),
+    "sweep": PlanKind(
+        frozenset({"scenario", "scenario_fields", "controller_parameters"}),
+        _sweep,
+        "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
+    ),
+    "tuning": PlanKind(
+        frozenset({"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"}),
+        _tuning,
+        "the key space of a study's [tune]",
+    ),
+}

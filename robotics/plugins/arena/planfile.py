@@ -1,0 +1,25 @@
+"""An arena's file among the plans that `robotics study` and `robotics check` take."""
+
+from fuzzy.words import counted
+from robotics.plugins.arena.commands import arena
+from robotics.plugins.arena.description import BLOCKS, load_arena
+from robotics.show.report.planfile import PlanKind, Row
+
+
+def drawn(name: str) -> tuple[str, list[Row], list[str]]:
+    """Draw the plan of an arena: its laws, how each is tuned, on what it is tested."""
+    plan = load_arena(name)
+    rows = [
+        (len(plan.laws), "law", ", ".join(plan.laws)),
+        (len(plan.engines) * plan.repeats, "search", f"{', '.join(plan.engines)}, {plan.evaluations} evaluations each"),
+    ]
+    blocks = ", ".join(f"{counted(len(plan.scenarios(block)), 'scenario')} to {block}" for block in BLOCKS)
+    return plan.title, rows, [f"   {blocks}; {plan.testing_runs} seeds of each that is tested on"]
+
+
+ARENA = PlanKind(
+    frozenset({"laws", "like", "testing_runs", "choosing_runs"}),
+    drawn,
+    "a study with [tune], in which every law is tuned with the same budget",
+    arena,
+)
