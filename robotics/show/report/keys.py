@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 from robotics.show.report.claims import RELATIONS, Condition, Statement
-from robotics.show.report.plan import CONDITIONS, StudyPlan
+from robotics.show.report.plan import ConditionsByName, StudyPlan
 from robotics.studies.sweeps.reading import Range, StudyAxis, axis_values_key
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of
 
@@ -13,7 +13,7 @@ from robotics.tables.keys import Key, KeyTable, first_line, keys_of
 def study_table() -> KeyTable:
     """The description of a study's file."""
     claims = Key(name="claims", doc="A claim.", holds="tables", table=_claim())
-    keys = keys_of(StudyPlan, {CONDITIONS: _conditions, Range: axis_values_key}, without=("claims", "axes"))
+    keys = keys_of(StudyPlan, {ConditionsByName: _conditions, Range: axis_values_key}, without=("claims", "axes"))
     axis = keys_of(StudyAxis, {Range: axis_values_key})
     axes = Key(
         name="axes",

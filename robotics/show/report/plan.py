@@ -472,14 +472,14 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
     """
     with reading(text, file, StudyError) as table:
         claims = statements(table.pop("claims", []), ("claims",), StudyError)
-        made = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, CONDITIONS: _conditions}).build(
+        made = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, ConditionsByName: _conditions}).build(
             StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text
         )
     assert isinstance(made, StudyPlan)
     return made
 
 
-CONDITIONS = Mapping[str, Mapping[str, Any]]  # the type of such a field
+ConditionsByName = Mapping[str, Mapping[str, Any]]  # the type of such a field
 
 
 def _conditions(value: Any, keys: Keys) -> dict[str, dict[str, Any]]:

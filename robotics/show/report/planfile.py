@@ -25,7 +25,7 @@ class PlanKind(NamedTuple):
         keys: The keys that only such a file has.
         draw: Gives its title, its rows and further lines, from the file.
         new_form: What it is as a study's file; "": it is one.
-        run: Runs the file, with the options ``workers``, ``out``, ``fresh``, ``json`` and ``quiet``; None: nothing to run.
+        run: Runs the file, with the options workers, out, fresh, json and quiet; None: there is nothing to run.
     """
 
     keys: frozenset[str]

@@ -157,10 +157,10 @@ def test_check_draws_plans_of_every_kind_and_notes_the_new_form(
     told = capsys.readouterr()
     assert "is a sweep's file, and is read as one; its new form: " in told.err
     assert (folder / "s" / "results.parquet").exists()
-    for kind in ("arenas/demo", "tunings/team"):
-        packaged = Path(robotics.__file__).parent / "data" / f"{kind}.toml"
+    for kind in ("plugins/arena/data/arenas/demo", "data/tunings/team"):
+        packaged = Path(robotics.__file__).parent / f"{kind}.toml"
         assert main(["check", str(packaged)]) == 0
-        assert f"{kind.split('s/')[0]}'s file, and is read as one" in capsys.readouterr().err
+        assert f"{packaged.parent.name[:-1]}'s file, and is read as one" in capsys.readouterr().err
 
 
 TUNED = """
