@@ -19,5 +19,7 @@ Each name is imported from its module when it is first used, so that the command
 """
 
 from fuzzy.lazynames import lazy_names
+from fuzzy.renamed import redirect
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
+redirect({"anfis.designer": "anfis.plugins.designer"})

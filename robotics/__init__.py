@@ -51,13 +51,15 @@ _MOVED = """
     show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
 """
 _APART = """
-    laws.avoidance.fuzzy_hierarchy:thesis.fuzzy_hierarchy laws.predictive:predictive show.designer:designer
-    show.figures.arena:arena.figures show.figures.certificate:certificates.figures
-    show.figures.formations:learning.figures show.figures.laws:thesis.figures show.figures.recovery:thesis.figures
-    show.report.arena:arena.report show.report.learning:learning.report studies.arena:arena
-    studies.certificate:certificates.certificate studies.compensation:certificates.compensation
-    studies.learning:learning studies.learning.drivedata:logs.drivedata studies.lemma:thesis.lemma
-    studies.recovery:thesis.recovery studies.scaling:thesis.scaling studies.stress:stress
+    laws.avoidance.fuzzy_hierarchy:thesis.fuzzy_hierarchy laws.predictive:predictive
+    laws.tracking.neural:reinforcement.neural laws.tracking.observed:reinforcement.observed
+    laws.tracking.policyfile:reinforcement.policyfile show.designer:designer show.figures.arena:arena.figures
+    show.figures.certificate:certificates.figures show.figures.formations:learning.figures
+    show.figures.laws:thesis.figures show.figures.recovery:thesis.figures show.report.arena:arena.report
+    show.report.learning:learning.report studies.arena:arena studies.certificate:certificates.certificate
+    studies.compensation:certificates.compensation studies.learning.drivedata:logs.drivedata
+    studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
+    studies.scaling:thesis.scaling studies.stress:stress
 """  # earlier places of what is a plug-in now, and that plug-in
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(

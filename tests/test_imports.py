@@ -25,7 +25,7 @@ STAIRS = {
     """,
     "anfis": """
         data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
-        pruning estimator plot designer commands
+        pruning estimator plot commands plugins.designer
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
@@ -57,6 +57,7 @@ APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {"ccode": (), "designer": (), "loop": ("designer",), "mamdani": ()},
+    "anfis": {"designer": ()},
     "robotics": {
         "arena": (),
         "ccode": (),

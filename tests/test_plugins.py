@@ -21,6 +21,7 @@ PLUGINS = [(package, plugin) for package, plugins in PLUGINS_OF.items() for plug
 # Tests of the core that are run without a plug-in, few and quick ones, and all of them.
 CORE_TESTS = {
     "fuzzy": ["tests/fuzzy/insight/test_explanation.py", "tests/fuzzy/test_shown.py"],
+    "anfis": ["tests/anfis/test_consequents.py"],
     "robotics": ["tests/robotics/measures/statistics/test_shares.py", "tests/robotics/world/paths/test_level.py"],
 }
 ALL_CORE_TESTS = {package: [f"tests/{package}", f"--ignore=tests/{package}/plugins"] for package in CORE_TESTS}

@@ -175,7 +175,7 @@ def _description(compiled: Dispatcher, number: dict[Dispatcher, int]) -> Any:
     options = sorted(compiled.targetoptions.items())
     try:
         parts = [_value(v, number) for v in (function.__code__, cells, function.__defaults__, options)]
-        return [*parts, *_named(function, number)]
+        return [function.__module__, *parts, *_named(function, number)]  # machine code imports the module by its name
     except TypeError as error:
         raise TypeError(f"{function.__module__}.{function.__qualname__} cannot be kept on disk: {error}") from None
 

@@ -29,7 +29,6 @@ from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
@@ -83,12 +82,6 @@ _PUBLISHED: dict[str, Preset] = {
         {},
         "PID",
         "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s",
-    ),
-    "ppo": Preset(
-        NeuralPolicy,
-        {},
-        "Learnt policy (PPO)",
-        "a network of 1,666 numbers that `robotics reinforce` has learnt; nothing of it is proved",
     ),
     "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (2.1.3.2)"),
     "assm": Preset(SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (2.1.3.2)"),

@@ -130,6 +130,11 @@ class Law(ABC, Generic[Memory]):
     tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
+    def learnt_how(self) -> str:
+        """How it was learnt, in words; "" if it was not."""
+        return ""
+
+    @property
     def message(self) -> tuple[str, ...]:
         """The names of the values that each robot broadcasts."""
         return ()

@@ -6,7 +6,6 @@ from typing import Any, Literal, NamedTuple
 from robotics.laws.law import Law
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.laws.tracking.pdc import ParallelCompensation
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.pure_pursuit import PurePursuit
@@ -39,6 +38,6 @@ class EntryTerms(NamedTuple):
 def terms_of(law: Law[Any]) -> EntryTerms:
     """What a law commands, and what it uses beside its robot's measured posture."""
     said = list(law.knows)
-    if isinstance(law, NeuralPolicy):
-        said.append(law.network.training)
+    if law.learnt_how:
+        said.append(law.learnt_how)
     return EntryTerms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")

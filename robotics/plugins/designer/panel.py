@@ -25,8 +25,8 @@ panel = SessionPanel("Try it", 50, _begin)
 
 
 def formation_data() -> Sequence[Any]:
-    """Formation data as anfis.designer.task.Generator: thesis 5.2.1's, and a scenario's; for the panel "Train"."""
-    from anfis.designer.task import Generator
+    """Formation data, thesis 5.2.1's and a scenario's, each an anfis.plugins.designer.task.Generator for "Train"."""
+    from anfis.plugins.designer.task import Generator
 
     return [
         Generator("formation-literal", "Formation data, as the thesis describes them", partial(_formation, "literal")),
@@ -48,7 +48,7 @@ def _formation(kind: str) -> Any:
 
 def _scenario_asks(folder: Path) -> Any:
     """What is asked before data of a scenario are made: scenario, teacher, robot and output."""
-    from anfis.designer.task import Ask
+    from anfis.plugins.designer.task import Ask
     from fuzzy.plugins.designer.folder import open_folder
     from robotics.laws.catalogue import presets
     from robotics.plugins.designer.folderfiles import scenario_files

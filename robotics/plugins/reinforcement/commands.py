@@ -94,8 +94,8 @@ def reinforce(
 
 def _cost(one: "Trained", unseen: "tuple[Scenario, ...]") -> float:
     """What a policy costs in the mean, where it has not learnt."""
-    from robotics.laws.tracking.neural import NeuralPolicy
     from robotics.plugins.reinforcement.learning import VALIDATION
+    from robotics.plugins.reinforcement.neural import NeuralPolicy
     from robotics.studies.tuning.cost import Cost, costs_of
 
     law: Any = NeuralPolicy(policy=one.policy)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.threads import processors, share_out
-from robotics.laws.tracking.observed import highs_of
 from robotics.plugins.reinforcement.agents import Agents
+from robotics.plugins.reinforcement.observed import highs_of
 from robotics.plugins.reinforcement.reward import END, RewardColumns, RewardNotes, costs, opened, settle
 from robotics.plugins.reinforcement.stepping import EpisodeLanes, advance, look_around, observe_lanes, sense_lanes
 from robotics.plugins.reinforcement.task import Task, TaskError

@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy.compiled.columns import Floats2
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.laws.equation import CommandColumns, SeenColumns
-from robotics.laws.tracking.observed import observe
+from robotics.plugins.reinforcement.observed import observe
 from robotics.plugins.reinforcement.reward import EpisodeNotes, pay
 from robotics.simulation.lanes import PlantLanes
 from robotics.simulation.observer import Moment

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from fuzzy.shown import shown
-from robotics.laws.tracking.observed import Entry, entries
+from robotics.plugins.reinforcement.observed import Entry, entries
 from robotics.plugins.reinforcement.teamcolumns import team_entries
 from robotics.simulation.scenario.reading import load_scenario
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
-from robotics.laws.tracking.observed import Entry, command_limits, entries
+from robotics.plugins.reinforcement.observed import Entry, command_limits, entries
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.environment.world import World, compile_worlds
 from robotics.world.paths.trajectory import side_by_side

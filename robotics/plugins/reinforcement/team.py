@@ -7,9 +7,9 @@ import numpy as np
 
 from fuzzy.extras import install_command
 from robotics.laws.law import Command
-from robotics.laws.tracking.observed import FIXED_ENTRIES, command_limits, highs_of
 from robotics.plugins.reinforcement.agents import BROADCAST, Agents
 from robotics.plugins.reinforcement.choosing import Chooser
+from robotics.plugins.reinforcement.observed import FIXED_ENTRIES, command_limits, highs_of
 from robotics.plugins.reinforcement.reward import END, RewardColumns, costs, pay, reward_observer, settle
 from robotics.plugins.reinforcement.stepping import EpisodeLanes, observe_lanes
 from robotics.plugins.reinforcement.task import RewardKind, TaskError, check_reward, checked_action, checked_seed

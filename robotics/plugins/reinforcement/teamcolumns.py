@@ -7,7 +7,7 @@ import numpy as np
 from fuzzy.compiled.columns import within
 from robotics.laws.equation import HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import Entry, entries
+from robotics.plugins.reinforcement.observed import Entry, entries
 from robotics.world.paths.posture import wrapped
 from robotics.world.vehicle.plant import Level
 

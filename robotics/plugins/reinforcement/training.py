@@ -15,8 +15,8 @@ import numpy as np
 
 from fuzzy.compiled.threads import processors
 from fuzzy.extras import install_command
-from robotics.laws.tracking.policyfile import Policy
 from robotics.plugins.reinforcement.learning import Learning
+from robotics.plugins.reinforcement.policyfile import Policy
 from robotics.plugins.reinforcement.task import Task, TaskError
 from robotics.plugins.reinforcement.vector import TrackingVectorEnv
 from robotics.simulation.scenario.description import Scenario

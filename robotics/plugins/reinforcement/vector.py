@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robotics.laws.tracking.observed import Entry
 from robotics.plugins.reinforcement.choosing import LEARNING, Chooser, Scenarios, chosen_scenarios
 from robotics.plugins.reinforcement.episodes import Episodes
+from robotics.plugins.reinforcement.observed import Entry
 from robotics.plugins.reinforcement.packages import gymnasium
 from robotics.plugins.reinforcement.reward import END, RewardColumns
 from robotics.plugins.reinforcement.task import RewardKind, Task, TaskError, checked_seed

@@ -12,10 +12,10 @@ import anfis
 import fuzzy
 from anfis import METHODS, Options, TrainingError
 from anfis.commands.application import main
-from anfis.designer.panel import methods
-from anfis.designer.task import TrainingTaskError, learn, task_of
 from anfis.methods.catalogue import Listed
 from anfis.methods.method import LearningProblem, make_method
+from anfis.plugins.designer.panel import methods
+from anfis.plugins.designer.task import TrainingTaskError, learn, task_of
 from fuzzy.files.fisfile import format_fis
 from fuzzy.plugins.designer.columns import LoadedTable
 from tests.anfis.training_problem import FIS, TRAINED, X, Y
@@ -119,7 +119,7 @@ def test_every_method_has_its_own_module_and_title(name):
 
 
 def test_the_table_and_the_command_line_are_light():
-    code = "import anfis.methods.catalogue, anfis.commands.application, anfis.designer.panel, sys; "
+    code = "import anfis.methods.catalogue, anfis.commands.application, anfis.plugins.designer.panel, sys; "
     code += "print(*sorted({'torch', 'pandas', 'matplotlib', 'sklearn'} & set(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=Path(__file__).parents[3], capture_output=True, text=True, check=True

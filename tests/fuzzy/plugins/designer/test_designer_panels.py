@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fuzzy
-from anfis.designer.panel import methods, variables
+from anfis.plugins.designer.panel import methods, variables
 from fuzzy.membership import FUNCTIONS, membership_function
 from fuzzy.plugins.designer.datapictures import Rows, data_pictures
 from fuzzy.plugins.designer.views import functions_data
@@ -93,7 +93,7 @@ def test_handles_keep_the_order_and_stand_on_the_curve(bench: ModulePage) -> Non
 
 # The panel "Train" ----------------------------------------------------------------------------------------------
 
-TRAINING = "anfis/designer/static/training.js"
+TRAINING = "anfis/plugins/designer/static/training.js"
 ROLES = {"a": "input", "b": "input", "y": "output", "z": "output"}
 BELLS = {"low": fuzzy.gbellmf(1, 2, 0), "high": fuzzy.gbellmf(1, 2, 3)}
 START = fuzzy.Sugeno(

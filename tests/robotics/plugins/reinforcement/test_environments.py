@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robotics
-from robotics.laws.tracking.observed import command_limits
+from robotics.plugins.reinforcement.observed import command_limits
 from robotics.plugins.reinforcement.task import TaskError
 from robotics.world.sensing.posture import LABORATORY
 

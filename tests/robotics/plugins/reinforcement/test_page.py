@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="needs gymnasium")
 pytest.importorskip("pettingzoo", reason="needs pettingzoo")
-from robotics.laws.tracking.policyfile import load_policy
+from robotics.plugins.reinforcement.policyfile import load_policy
 from robotics.plugins.reinforcement.table import heard, observations
 from tests.snippets import run_commands, run_python, snippets
 

@@ -8,8 +8,8 @@ import pytest
 
 import robotics
 from robotics.commands.application import main
-from robotics.laws.tracking.neural import NeuralPolicy
 from robotics.plugins.reinforcement.learning import VALIDATION, Learning, learning_scenarios, validation_scenarios
+from robotics.plugins.reinforcement.neural import NeuralPolicy
 from robotics.plugins.reinforcement.task import TaskError
 from robotics.studies.tuning.cost import Cost, costs_of
 

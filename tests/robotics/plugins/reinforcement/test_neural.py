@@ -9,9 +9,9 @@ import pytest
 
 import robotics
 from robotics.laws.law import ControllerError
-from robotics.laws.tracking.neural import NeuralPolicy
-from robotics.laws.tracking.observed import entries
-from robotics.laws.tracking.policyfile import Policy, load_policy, parse_policy
+from robotics.plugins.reinforcement.neural import NeuralPolicy
+from robotics.plugins.reinforcement.observed import entries
+from robotics.plugins.reinforcement.policyfile import Policy, load_policy, parse_policy
 from robotics.world.sensing.posture import LABORATORY
 
 SCENARIO = replace(robotics.load_scenario("lyapunov-circle"), duration=4.0, sensing=LABORATORY, latency=0.03)

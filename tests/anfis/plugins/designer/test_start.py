@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from anfis.designer.starts import starts
+from anfis.plugins.designer.starts import starts
 from fuzzy.files.table import read_table
 from fuzzy.insight.diagnosis import check
 from fuzzy.plugins.designer.starts.own import starts as own

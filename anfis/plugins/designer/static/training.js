@@ -1,5 +1,5 @@
 // Train: data and which column is which, a system to start from, the error live, memberships before and after.
-// From what anfis/designer/panel.py hands over; the form is anywidget's.
+// From what anfis/plugins/designer/panel.py hands over; the form is anywidget's.
 
 import {
   axes,

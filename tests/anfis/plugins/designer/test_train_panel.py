@@ -16,10 +16,11 @@ import pytest
 import anfis
 import fuzzy
 from anfis.accuracy import accuracy
-from anfis.designer import panel as designpanel
-from anfis.designer import task as task_module
-from anfis.designer.panel import TrainSession, generators, variables
-from anfis.designer.task import (
+from anfis.methods.catalogue import METHODS
+from anfis.plugins.designer import panel as designpanel
+from anfis.plugins.designer import task as task_module
+from anfis.plugins.designer.panel import TrainSession, generators, variables
+from anfis.plugins.designer.task import (
     Ask,
     Generator,
     TrainingTask,
@@ -31,7 +32,6 @@ from anfis.designer.task import (
     task_of,
     train_task,
 )
-from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning

@@ -8,7 +8,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
 from math import isfinite
 from pathlib import Path
 from typing import Any, get_args
@@ -27,6 +26,8 @@ _MOST_BYTES = 20_000_000
 MOST_UNITS = 4096  # of a layer
 _KEYS = ("format", "level", "inputs", "offset", "scale", "clip", "layers", "most")
 
+_POLICIES = Path(__file__).parent / "data" / "policies"
+
 
 class PolicyColumns(Columns):
     """A policy as a row of numbers."""
@@ -43,7 +44,7 @@ class Policy:
     """A network with tanh between its layers: u = most · clip(net(clip((observation − offset) · scale)))."""
 
     level: Level  # what it commands
-    inputs: tuple[str, ...]  # the entries that it observes, as of robotics.laws.tracking.observed.entries
+    inputs: tuple[str, ...]  # the entries that it observes, as of robotics.plugins.reinforcement.observed.entries
     offset: np.ndarray  # (inputs,) in the unit of each
     scale: np.ndarray  # (inputs,) 1 over the unit of each
     clip: float  # 1: how far from 0 an input can be
@@ -100,8 +101,7 @@ class Policy:
 
 def policy_names() -> list[str]:
     """The names of the policies that come with the package."""
-    folder = resources.files("robotics") / "data" / "policies"
-    return sorted(f.name.removesuffix(".json") for f in folder.iterdir() if f.name.endswith(".json"))
+    return sorted(file.stem for file in _POLICIES.glob("*.json"))
 
 
 def load_policy(name: str | Path) -> Policy:
@@ -110,7 +110,7 @@ def load_policy(name: str | Path) -> Policy:
     if path.suffix != ".json":
         if str(name) not in policy_names():
             raise ControllerError(f"{expected(str(name), policy_names(), 'policy')}; or the path of a .json file")
-        path = Path(str(resources.files("robotics") / "data" / "policies" / f"{name}.json"))
+        path = _POLICIES / f"{name}.json"
     try:
         stat = path.stat()
         if stat.st_size > _MOST_BYTES:

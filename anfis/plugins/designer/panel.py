@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from anfis.designer.task import (
+from anfis.methods.catalogue import METHODS
+from anfis.plugins.designer.task import (
     STARTS,
     Ask,
     Generator,
@@ -28,7 +29,6 @@ from anfis.designer.task import (
     task_of,
     train_task,
 )
-from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data

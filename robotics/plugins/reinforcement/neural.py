@@ -2,9 +2,9 @@
 
     u = u_max ⊙ clip(W₃ tanh(W₂ tanh(W₁ z + b₁) + b₂) + b₃),   z = clip((o − μ) ⊙ s)
 
-with the observation o of :mod:`robotics.laws.tracking.observed`: the errors (5.9), the speeds by the encoders, the
-reference's speeds now and a little later, its curvature there, and the command of the period before. The weights are a
-file (:mod:`robotics.laws.tracking.policyfile`), which reinforcement learning has written.
+with the observation o of :mod:`robotics.plugins.reinforcement.observed`: the errors (5.9), the speeds by the encoders,
+the reference's speeds now and a little later, its curvature there, and the command of the period before. The weights
+are a file (:mod:`robotics.plugins.reinforcement.policyfile`), which reinforcement learning has written.
 
 Stability: none is proved. It was shown by runs on random scenarios alone; where it is asked something unlike what it
 was trained on, anything may come of it.
@@ -24,8 +24,8 @@ from fuzzy.quantity import check_quantities, quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
-from robotics.laws.tracking.observed import LastColumns, entries, observe
-from robotics.laws.tracking.policyfile import Policy, PolicyColumns, load_policy
+from robotics.plugins.reinforcement.observed import LastColumns, entries, observe
+from robotics.plugins.reinforcement.policyfile import Policy, PolicyColumns, load_policy
 from robotics.world.vehicle.plant import Level
 
 _LEVEL = codes(Level)
@@ -96,6 +96,11 @@ class NeuralPolicy(EquationLaw):
     knows = ("reference", "reference velocity", "curvature", "preview", "wheel speeds")
     equation = neural
     remembers, works, derived = LastColumns, NeuralWork, NeuralDerived
+
+    @property
+    def learnt_how(self) -> str:
+        """The training of its policy."""
+        return self.network.training
 
     @cached_property
     def network(self) -> Policy:

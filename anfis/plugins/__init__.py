@@ -1,0 +1,1 @@
+"""What learning can do without, a folder each, found by entry points alone."""
