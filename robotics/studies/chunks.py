@@ -6,7 +6,6 @@ chunks that have no file yet, or one that is not as it was written.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
@@ -22,7 +21,6 @@ from robotics.studies.versions import versions
 if TYPE_CHECKING:
     import pyarrow as pa
 
-CHUNKS = "chunks"  # their folder, in that of the results
 _TRIES = 3  # times that a chunk is read, and computed again, when what was written cannot be read back
 
 
@@ -90,7 +88,7 @@ class KeptChunks(Generic[Pass]):
     """The chunks of some work in a folder that belongs to it alone.
 
     Attributes:
-        folder: The folder of the results.
+        folder: The folder of the chunks.
         kind: What messages call such work: "sweep".
         key: The digest of all that the numbers depend on.
         count: The number of chunks.
@@ -115,8 +113,8 @@ class KeptChunks(Generic[Pass]):
 
     def missing(self) -> list[int]:
         """The numbers of the chunks that are still to be computed; what a killed process was writing is removed."""
-        (self.folder / CHUNKS).mkdir(exist_ok=True)
-        for left in (self.folder / CHUNKS).glob(".chunk-*"):
+        self.folder.mkdir(exist_ok=True)
+        for left in self.folder.glob(".chunk-*"):
             left.unlink()
         return [number for number in range(1, self.count + 1) if self.content(number) is None]
 
@@ -150,7 +148,7 @@ class KeptChunks(Generic[Pass]):
 
     def file(self, number: int) -> Path:
         """The file of a chunk."""
-        return self.folder / CHUNKS / f"chunk-{number:06}.parquet"
+        return self.folder / f"chunk-{number:06}.parquet"
 
     def content(self, number: int) -> bytes | None:
         """The bytes of a chunk's file, if they are as they were written, and of that chunk of this very work."""
@@ -169,17 +167,10 @@ class KeptChunks(Generic[Pass]):
         return kept_piece(self.file(number), read, self.kind)
 
 
-def has_chunks(folder: Path) -> bool:
-    """Whether a folder of results has chunks."""
-    return any((folder / CHUNKS).glob("chunk-*.parquet"))
-
-
 def discard_chunks(folder: Path) -> None:
-    """Remove the chunks that a folder of results has, and their folder."""
-    for old in (folder / CHUNKS).glob("*chunk-*.parquet"):
+    """Remove the chunks that a folder has."""
+    for old in folder.glob("*chunk-*.parquet"):
         old.unlink(missing_ok=True)
-    with suppress(OSError):  # there is none, or somebody put something else there
-        (folder / CHUNKS).rmdir()
 
 
 def _write(table: "pa.Table", path: Path, kind: str, key: str, number: int) -> None:

@@ -6,12 +6,14 @@ it was stopped, the folder of the results holds its chunks; they are discarded w
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from itertools import groupby, islice
+from itertools import accumulate, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import numpy as np
 import pandas as pd
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 Quantity = tuple[str, str]  # of a claim: what is measured, and whose number of a run it is
+PIECES = "pieces"  # the folder of chunks, in that of the results
 _NOTES, _VALUE = "notes ", "value of "  # columns of chunks, beside those of the table
 _PASSES = 10  # of a design in a chunk, at most, so that several workers have something to do
 
@@ -69,33 +72,47 @@ class Case:
         design = self.design and [repr(self.design.sweep.axes), digest(self.design.sweep.table), self.design.points]
         return [repr(self.scenario), repr(self.scenario.robots), self.condition, design]
 
-    def chunks(self, seeds: Sequence[int], asked: Mapping[str, Iterable[Quantity]]) -> Iterator[tuple["RunsPass", ...]]:
-        """The passes of every controller with the same seeds, in chunks: of a design several at a time.
+    def chunks(self, seeds: Sequence[int]) -> int:
+        """The number of chunks of its runs with some seeds."""
+        return -(-self.points * len(self.laws) * _stretches(seeds) // self._size(seeds))
 
-        ``asked`` are what claims ask for, by controller.
+    def chunk(self, place: int, seeds: Sequence[int], asked: Mapping[tuple[str, str], Iterable[Quantity]]) -> "Passes":
+        """The passes of the chunk at a ``place``: points vary slowest, then controllers, then stretches of seeds.
+
+        ``asked`` are what claims ask for, by the names of case and controller.
         """
-        stretches = [tuple(seeds[first : first + DRAWN_SEEDS]) for first in range(0, len(seeds), DRAWN_SEEDS)]
-        points = self.design.points if self.design is not None else ((),)
-        every = (
-            RunsPass(
-                self.scenario,
-                name,
-                law,
-                stretch,
-                quantities=tuple(dict.fromkeys(asked.get(name, ()))),
-                plain=self.plain,
-                condition=self.condition,
-                sweep=None if self.design is None else self.design.sweep,
-                point=point,
-                values=values,
+        laws, stretches, size = list(self.laws), _stretches(seeds), self._size(seeds)
+        found = []
+        for index in range(place * size, min((place + 1) * size, self.points * len(laws) * stretches)):
+            point, law, stretch = (
+                index // stretches // len(laws),
+                laws[index // stretches % len(laws)],
+                index % stretches,
             )
-            for point, values in enumerate(points, start=1)
-            for name, law in self.laws.items()
-            for stretch in stretches
-        )
-        size = 1 if self.design is None else max(1, min(DRAWN_SEEDS // len(seeds), _PASSES))
-        while chunk := tuple(islice(every, size)):
-            yield chunk
+            found.append(
+                RunsPass(
+                    self.scenario,
+                    law,
+                    self.laws[law],
+                    tuple(seeds[stretch * DRAWN_SEEDS : (stretch + 1) * DRAWN_SEEDS]),
+                    quantities=tuple(dict.fromkeys(asked.get((self.scenario.name, law), ()))),
+                    plain=self.plain,
+                    condition=self.condition,
+                    sweep=None if self.design is None else self.design.sweep,
+                    point=point + 1,
+                    values=() if self.design is None else self.design.points[point],
+                )
+            )
+        return tuple(found)
+
+    def _size(self, seeds: Sequence[int]) -> int:
+        """The number of passes in a chunk: of a design several."""
+        return 1 if self.design is None else max(1, min(DRAWN_SEEDS // len(seeds), _PASSES))
+
+
+def _stretches(seeds: Sequence[int]) -> int:
+    """The number of stretches into which seeds are cut."""
+    return -(-len(seeds) // DRAWN_SEEDS)
 
 
 @dataclass(frozen=True)
@@ -132,6 +149,9 @@ class RunsPass:
         if self.sweep is None:
             return self.scenario, self.law
         return scenario_at(self.sweep, self.values), controller_at(self.sweep, str(self.law), self.values)
+
+
+Passes = tuple[RunsPass, ...]
 
 
 def run_pass(
@@ -177,12 +197,12 @@ def _place(part: RunsPass) -> str:
 
 @dataclass(frozen=True)
 class KeptComparisons:
-    """Comparisons with the same seeds, in a folder that belongs to them alone.
+    """Comparisons with the same seeds, whose chunks stand in a folder that belongs to them alone.
 
     Attributes:
-        folder: The folder of the results.
-        key: The digest of all that the numbers depend on.
-        lasting: Whether the key tells, after a stop, that the chunks are of the same work.
+        folder: The folder of the chunks.
+        about: All that the numbers depend on, as JSON can hold it.
+        lasting: Whether that tells, after a stop, that the chunks are of the same work.
         groups: The cases of each comparison: scenarios of a kind, that the same controllers drive.
         seeds: The seeds.
         quantities: What claims ask for, by the names of scenario and controller.
@@ -193,7 +213,7 @@ class KeptComparisons:
     """
 
     folder: Path
-    key: str
+    about: Mapping[str, Any]
     lasting: bool
     groups: Sequence[Sequence[Case]]
     seeds: Sequence[int]
@@ -203,25 +223,32 @@ class KeptComparisons:
     workers: Workers | None = None
     drawn: bool = False
     runs: dict[tuple[str, str], Run] = field(default_factory=dict)  # that stayed in memory
+    session: str = field(default_factory=lambda: uuid4().hex)  # tells chunks of what cannot be told
 
     @cached_property
-    def work(self) -> list[tuple[RunsPass, ...]]:
-        """The work, in chunks, each of one case."""
-        cases = [case for group in self.groups for case in group]
-        asked = {
-            case.scenario.name: {n: self.quantities.get((case.scenario.name, n), ()) for n in case.laws}
-            for case in cases
-        }
-        return [chunk for case in cases for chunk in case.chunks(self.seeds, asked[case.scenario.name])]
+    def cases(self) -> list[Case]:
+        """The cases of all comparisons."""
+        return [case for group in self.groups for case in group]
+
+    @cached_property
+    def ends(self) -> list[int]:
+        """The number of the last chunk of each case."""
+        return list(accumulate(case.chunks(self.seeds) for case in self.cases))
+
+    def chunk(self, number: int) -> Chunk[RunsPass]:
+        """The chunk of that ``number``, from 1; each is of one case."""
+        place = bisect_left(self.ends, number)
+        before = self.ends[place - 1] if place else 0
+        return Chunk(number, self.cases[place].chunk(number - 1 - before, self.seeds, self.quantities))
 
     def compute(self, begin: Callable[[str, int], Advance], resumed: Callable[[int, int], None]) -> None:
         """Do what is left. ``resumed`` is called with how many chunks are there already, and of how many."""
         todo = self.chunks().missing()
-        if len(todo) < len(self.work):
-            resumed(len(self.work) - len(todo), len(self.work))
+        if len(todo) < self.ends[-1]:
+            resumed(self.ends[-1] - len(todo), self.ends[-1])
         if not todo:
             return
-        ticks = (part.scenario.ticks + 1 for number in todo for part in self.work[number - 1])
+        ticks = (part.scenario.ticks + 1 for number in todo for part in self.chunk(number).passes)
         advance = begin("simulating", len(todo) if self.workers else sum(ticks))
         self.chunks(advance).compute(todo, advance if self.workers else None)
 
@@ -236,9 +263,9 @@ class KeptComparisons:
         return KeptChunks(
             folder=self.folder,
             kind="study",
-            key=self.key,
-            count=len(self.work),
-            chunk=lambda number: Chunk(number, self.work[number - 1]),
+            key=digest([self.about, sorted(self.quantities.items())]) if self.lasting else self.session,
+            count=self.ends[-1],
+            chunk=self.chunk,
             one=partial(run_chunk, one, _place, {}, None),
             place=_place,
             workers=self.workers,
@@ -253,10 +280,12 @@ class KeptComparisons:
 
     def comparisons(self) -> tuple[Comparison, ...]:
         """The comparisons, one for each group, when all is done; the runs of all points of a design count alike."""
-        named = zip(self.work, self.chunks().tables(), strict=True)
+        tables = self.chunks().tables()
         whole = {
-            name: pd.concat([table.to_pandas() for _, table in parts], ignore_index=True)
-            for name, parts in groupby(named, key=lambda part: part[0][0].scenario.name)
+            case.scenario.name: pd.concat(
+                [table.to_pandas() for table in islice(tables, case.chunks(self.seeds))], ignore_index=True
+            )
+            for case in self.cases
         }
         return tuple(self._comparison(group, [whole[case.scenario.name] for case in group]) for group in self.groups)
 

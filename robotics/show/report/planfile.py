@@ -80,7 +80,7 @@ def _study(name: str) -> tuple[str, list[Row], list[str]]:
 def _amount(plan: StudyPlan) -> Iterator[str]:
     cases = [case for group in plan.cases for case in group]
     runs = sum(len(case.laws) * case.points * plan.seeds for case in cases)
-    pieces = sum(1 for case in cases for _ in case.chunks(plan.row, {}))
+    pieces = sum(case.chunks(plan.row) for case in cases)
     yield f" = {counted(runs, 'run')} in {counted(pieces, 'piece')}, {counted(plan.rows, 'row')}"
     for group in plan.groups:
         yield from (f"   without {on}: {line}" for on, lines in group.skipped.items() for line in lines)

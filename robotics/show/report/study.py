@@ -8,14 +8,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from shutil import rmtree
 from types import MappingProxyType
 from typing import Any, cast
-from uuid import uuid4
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
@@ -38,10 +39,10 @@ from robotics.show.report.summarytable import shown_metrics
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
-from robotics.studies.chunks import discard_chunks, has_chunks
+from robotics.studies.chunks import discard_chunks
 from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
-from robotics.studies.keptcomparison import Case, KeptComparisons
+from robotics.studies.keptcomparison import PIECES, Case, KeptComparisons
 from robotics.studies.tuning.results import write_tuned
 from robotics.studies.tuning.tune import tune
 from robotics.studies.versions import digest, digest_of, versions
@@ -50,7 +51,7 @@ from robotics.tables.text import parse_table
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
-_PLAN = "configuration.json"
+_RESULTS = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html")
 MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a progress display and the folder
 
 
@@ -268,11 +269,11 @@ def _work(
     workers: Workers | None = None,
 ) -> KeptComparisons:
     """The runs of a study. What is not ``named`` in files cannot be told from another: nobody goes on with its runs."""
-    cases = [case.about for group in groups for case in group]
-    about = [configuration, cases, sorted((key, sorted(asked)) for key, asked in quantities.items())]
+    about = {name: configuration[name] for name in ("controllers", "metrics", "files_sha256", "seeds", "versions")}
+    cases = {case.scenario.name: digest(case.about) for group in groups for case in group}
     return KeptComparisons(
-        folder=folder,
-        key=digest(about) if named else uuid4().hex,
+        folder=folder / PIECES,
+        about=json.loads(json.dumps({"scenarios": cases, **about}, default=shown_gain)),
         lasting=named,
         groups=groups,
         seeds=seeds,
@@ -297,18 +298,25 @@ def _written(
     fresh: bool = False,
 ) -> Study:
     """Do what is left of the work, and write all that becomes of it and of the chapters that are made beside."""
-    folder, begin = work.folder, watch.begin
+    folder, begin = work.folder.parent, watch.begin
     first = plan.shown_metrics if plan is not None else ()
-    about = json.loads(json.dumps(configuration, default=shown_gain))
+
+    def prepare() -> None:
+        """Remove the results that the folder has: none of them stands beside those of another study."""
+        for name in _RESULTS:
+            (folder / name).unlink(missing_ok=True)
+        discard_chunks(work.folder)
+
     with (
         claimed(
-            folder, _PLAN, about, partial(_discard, folder), kind="study", fault=StudyError,
-            fresh=fresh or not (work.lasting and has_chunks(folder)),
+            work.folder, "plan.json", work.about, prepare, kind="study", fault=StudyError,
+            fresh=fresh or not work.lasting,
         ),
         # Matrices here are small: with more threads they wait for each other, and last digits depend on the machine.
         threadpool_limits(1, "blas"),
         chapters(begin, folder, work.seeds[0], report) if chapters is not None else nullcontext(list[Chapter]) as wait,
     ):  # fmt: skip
+        write_json(folder / "configuration.json", configuration, default=shown_gain)
         comparisons = _compared(work, watch)
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
@@ -340,10 +348,8 @@ def _written(
                 first=first,
                 front=opening,
             )
-        discard_chunks(folder)
-    files = sorted(
-        str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and path.name[0] != "."
-    )
+        rmtree(work.folder)
+    files = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
     groups = plan.groups if plan is not None else ()
     skipped = tuple(f"{on}: {line}" for g in groups for on, lines in g.skipped.items() for line in lines)
     return Study(comparisons, summary, all_claims, shown, files, first, skipped, answers)
@@ -356,15 +362,8 @@ def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], work: KeptCompa
     first = next(name for name, about in shown.items() if not about.larger)
     table = described_table(work.rows(), plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
-    write_json(work.folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
+    write_json(work.folder.parent / "answers.json", {name: answer.row() for name, answer in answers.items()})
     return answers
-
-
-def _discard(folder: Path) -> None:
-    """Remove the results that a folder has: none of them stands beside the plan of another study."""
-    for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html"):
-        (folder / name).unlink(missing_ok=True)
-    discard_chunks(folder)
 
 
 def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
@@ -373,13 +372,15 @@ def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
     def keep(rows: pd.DataFrame) -> None:
         with uninterrupted():  # what is said to be kept is what was written
             if len(rows):
-                write_frame(rows, work.folder / "results.csv")
+                write_frame(rows, work.folder.parent / "results.csv")
             watch.kept(len(rows))
 
     try:
         work.compute(watch.begin, watch.resumed)
-    except (KeyboardInterrupt, WorkerError):
+    except (KeyboardInterrupt, InputError) as error:
         keep(work.rows())
+        if isinstance(error, InputError) and not isinstance(error, WorkerError):
+            rmtree(work.folder)  # the same command would fail again, and what is mended begins anew
         raise
     keep(work.rows())
     return work.comparisons()
@@ -487,7 +488,14 @@ def _configuration(plan: StudyPlan) -> dict[str, Any]:
         "file": plan.content,
         "files_sha256": {name: digest_of(file) for name, file in sorted(_files(plan).items())},
         "versions": versions(),
+        **({"questions_sha256": _question_files(plan)} if plan.questions else {}),
     }
+
+
+def _question_files(plan: StudyPlan) -> dict[str, str]:
+    """The files of a user's own questions, which change no number, with their digests."""
+    named = {name: Specification.of(name).located(plan.folder).file for name in plan.questions}
+    return {name: digest_of(Path(file)) for name, file in named.items() if file.endswith(".py")}
 
 
 def _prefix(plan: StudyPlan) -> str:
@@ -511,9 +519,9 @@ def _files(plan: StudyPlan) -> dict[str, Path]:
     for law in plan.laws.values():
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
-    for text in (*plan.metric_files.values(), *plan.questions):
-        if (named := Specification.of(text).file).endswith(".py"):
-            found[named] = Path(Specification.of(text).located(plan.folder).file)
+    for text in plan.metric_files.values():
+        named = Specification.of(text).file
+        found[named] = plan.folder / named
     return found
 
 

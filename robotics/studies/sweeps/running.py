@@ -36,7 +36,7 @@ from robotics.studies.sweeps.plan import (
 if TYPE_CHECKING:
     import pyarrow as pa
 
-_PLAN, RESULTS = "plan.json", "results.parquet"
+_PLAN, RESULTS, CHUNKS = "plan.json", "results.parquet", "chunks"
 ROW_GROUP = 65_536  # rows
 
 
@@ -121,7 +121,7 @@ def run_sweep(
     def prepare() -> None:
         check_plan(plan, begin("checking every point", len(plan.points)))
         (folder / RESULTS).unlink(missing_ok=True)
-        discard_chunks(folder)
+        discard_chunks(folder / CHUNKS)
 
     with claimed(folder, _PLAN, about, prepare, kind="sweep", fault=SweepError, fresh=fresh):
         todo = chunks.missing()
@@ -142,7 +142,7 @@ def landed_chunks(plan: SweepPlan, folder: Path) -> int:
 def _chunks(plan: SweepPlan, folder: Path, about: dict[str, Any], workers: Workers | None = None) -> KeptChunks[Pass]:
     place = partial(_place, plan.sweep)
     one = partial(run_chunk, partial(_run_pass, plan.sweep), place, about["versions"], SweepError)
-    return KeptChunks(folder, "sweep", digest(about), plan.chunks, plan.chunk, one, place, SweepError, workers)
+    return KeptChunks(folder / CHUNKS, "sweep", digest(about), plan.chunks, plan.chunk, one, place, SweepError, workers)
 
 
 def _gather(chunks: KeptChunks[Pass], folder: Path) -> tuple[int, int, int]:

@@ -75,7 +75,7 @@ def whole(out):
 def check_end(place, name, out):
     assert whole(out) == whole(place / name)
     assert len(whole(out)) == (6 if name == "study" else 3)
-    assert not (out / "chunks").exists()
+    assert not (out / "pieces").exists()
 
 
 @pytest.mark.parametrize("name", ["compare", "study"])
@@ -88,7 +88,7 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kill
     for _ in range(kills):
         child = warm.start(command(name, place, out, *options))
         count, moment = len(before) + int(random.integers(1, 4)), random.uniform(0, 0.05)
-        wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)
+        wait_until(lambda count=count: len(landed(out, "pieces")) >= count, child.is_running)
         time.sleep(moment)
         workers = []
         with contextlib.suppress(psutil.NoSuchProcess):
@@ -102,8 +102,8 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kill
         if workers:
             wait_for_the_end_of(workers)
         if not (out / "results.csv").exists():  # else the pieces were being discarded
-            assert before.items() <= landed(out).items(), "a piece was done twice"
-        before = landed(out)
+            assert before.items() <= landed(out, "pieces").items(), "a piece was done twice"
+        before = landed(out, "pieces")
     arguments = [sys.executable, "-m", "robotics", *command(name, place, out, *options)]
     ended = subprocess.run(arguments, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert (ended.returncode, ended.stderr.replace("\n", "")) == (0, "")
@@ -114,10 +114,10 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kill
 def test_damaged_and_foreign_pieces_are_refused_and_done_again(place, tmp_path, warm, capsys):
     out = tmp_path / "out"
     child = warm.start(command("study", place, out))
-    wait_until(lambda: len(landed(out)) >= 5, child.is_running)
+    wait_until(lambda: len(landed(out, "pieces")) >= 5, child.is_running)
     child.kill()
     warm.end()
-    chunks = sorted((out / "chunks").glob("chunk-*.parquet"))
+    chunks = sorted((out / "pieces").glob("chunk-*.parquet"))
     damaged = bytearray(chunks[0].read_bytes())
     damaged[len(damaged) // 2] ^= 1
     chunks[0].write_bytes(damaged)
@@ -132,7 +132,7 @@ def test_damaged_and_foreign_pieces_are_refused_and_done_again(place, tmp_path, 
 def test_a_folder_with_another_study_that_was_interrupted_is_refused(place, tmp_path, warm, capsys):
     out = tmp_path / "out"
     child = warm.start(command("compare", place, out))
-    wait_until(lambda: len(landed(out)) >= 2, child.is_running)
+    wait_until(lambda: len(landed(out, "pieces")) >= 2, child.is_running)
     child.kill()
     warm.end()
     assert main([*command("compare", place, out), "--seed", "1"]) == 2

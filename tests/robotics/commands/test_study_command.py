@@ -77,13 +77,13 @@ def test_an_interrupt_keeps_the_rows_that_are_done(
     monkeypatch.undo()
     assert main(["study", str(study), "--out", str(tmp_path / "out"), "--no-report", "-q", "--seeds", "2"]) == 2
     told = capsys.readouterr().err
-    assert "out holds another study: seeds changed; give another --out, or --fresh to throw it away" in told
+    assert "out/pieces holds another study: seeds changed; give another --out, or --fresh to throw it away" in told
     for out in ("out", "whole"):
         assert main(["study", str(study), "--out", str(tmp_path / out), "--no-report"]) == 0
     assert f"{tmp_path / 'out'}: 3 of 5 pieces are there already" in capsys.readouterr().err
     for name in ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "configuration.json"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
-    assert not (tmp_path / "out" / "chunks").exists()
+    assert not (tmp_path / "out" / "pieces").exists()
 
 
 def test_studies_are_listed_and_begun_anew(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -54,8 +54,8 @@ class Warm:
         return int(self.line()), self.out.read_text(encoding="utf-8"), self.err.read_text(encoding="utf-8")
 
 
-def landed(out):
-    return {f.name: (f.stat().st_ino, f.stat().st_mtime_ns) for f in (out / "chunks").glob("chunk-*.parquet")}
+def landed(out, folder="chunks"):
+    return {f.name: (f.stat().st_ino, f.stat().st_mtime_ns) for f in (out / folder).glob("chunk-*.parquet")}
 
 
 def wait_until(condition, running):

@@ -153,3 +153,27 @@ def test_an_answer_says_what_it_cannot_show():
         Answer("")
     with pytest.raises(QuestionError, match=r"must be a pandas\.DataFrame; got list"):
         robotics.Answer("So.", table=[1])  # type: ignore[arg-type]
+
+
+def test_a_question_that_failed_is_asked_again_without_a_run(folder, capsys, monkeypatch):
+    """What was simulated is kept while a question is mended; a metric that is mended begins anew."""
+    file, out = folder / "study.toml", folder / "out"
+    file.write_text(STUDY.replace("mine.py:nearest", "mine.py:fails"), encoding="utf-8")
+    command = ["study", str(file), "--out", str(out), "--no-report"]
+    assert main(command) == 2
+    (folder / "mine.py").write_text(
+        OWN.replace('table["no such column"]', 'robotics.Answer("Well.")'), encoding="utf-8"
+    )
+    monkeypatch.setattr("robotics.studies.keptcomparison.simulate", None)
+    assert main(command) == 0
+    told = capsys.readouterr()
+    assert f"{out}: 4 of 4 pieces are there already" in told.err
+    assert "Well." in told.out
+    monkeypatch.undo()
+    file.write_text(STUDY + 'metrics = ["mine.py:no_metric"]\n', encoding="utf-8")
+    (folder / "mine.py").write_text(OWN + "\ndef no_metric(run):\n    return 1 / 0\n", encoding="utf-8")
+    assert main(command) == 2
+    assert "ZeroDivisionError" in capsys.readouterr().err
+    assert not (out / "pieces").exists()
+    (folder / "mine.py").write_text(OWN + '\ndef no_metric(run):\n    return run["x"][..., 0]\n', encoding="utf-8")
+    assert main(command) == 0
