@@ -11,7 +11,7 @@ from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
-from robotics.commands.shared import Fresh, print_forewarnings, print_outside
+from robotics.commands.shared import Dask, Fresh, print_forewarnings, print_outside
 from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
 from robotics.commands.sweep import sweep
 from robotics.studies.versions import versions
@@ -29,6 +29,7 @@ def study(
     workers: Annotated[
         int, option("Number of processes that simulate; the numbers do not depend on it.", min=1, max=1000)
     ] = 1,
+    dask: Dask = None,
     report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
     fresh: Fresh = False,
     json: Json = False,
@@ -81,7 +82,7 @@ def study(
         if run is None:
             raise InputError(f"{note}; or robotics tune LAW SCENARIO --space {name}")
         print(f"robotics: note: {note}", file=sys.stderr)
-        common: Any = {"out": out, "fresh": fresh, "json": json, "quiet": quiet}
+        common: Any = {"dask": dask, "out": out, "fresh": fresh, "json": json, "quiet": quiet}
         count = workers if workers > 1 else None
         run(name, workers=count, **common)
         return
@@ -102,6 +103,7 @@ def study(
             plan,
             folder,
             jobs=workers,
+            dask=dask,
             report=report,
             begin=begin,
             command=shlex.join(command),
@@ -117,7 +119,6 @@ def study(
                 "claims": [claim.row() for claim in made.claims],
                 "evidence": [row for claim in made.claims for row in claim.evidence()],
                 "summary": made.summary.to_dict(orient="records"),
-                "answers": {name: answer.row() for name, answer in made.answers.items()},
                 "contacts": contact_rows(made),
                 "diverged": made.divergences,
                 "outside": left,
@@ -125,6 +126,7 @@ def study(
                 "files": made.files,
                 "versions": versions(),
             }
+            | ({"answers": {name: answer.row() for name, answer in made.answers.items()}} if made.answers else {})
         )
         return
     print_comparisons(made)

@@ -31,8 +31,8 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.studies.chunks import Chunk, KeptChunks, run_chunk
 from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, rows_of
 from robotics.studies.executors import Workers
-from robotics.studies.sweeps.plan import Sweep, SweepPlan, column_value, controller_at, described, scenario_at
-from robotics.studies.versions import digest
+from robotics.studies.sweeps.plan import PACKAGES, Sweep, SweepPlan, column_value, controller_at, described, scenario_at
+from robotics.studies.versions import digest, versions
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -266,7 +266,7 @@ class KeptComparisons:
             key=digest([self.about, sorted(self.quantities.items())]) if self.lasting else self.session,
             count=self.ends[-1],
             chunk=self.chunk,
-            one=partial(run_chunk, one, _place, {}, None),
+            one=partial(run_chunk, one, _place, versions(*PACKAGES) if self.workers else {}, None),
             place=_place,
             workers=self.workers,
         )

@@ -154,6 +154,7 @@ def run_study(
     out: str | Path | None = None,
     *,
     jobs: int = 1,
+    dask: str | None = None,
     report: bool = True,
     begin: Begin = unwatched,
     chapters: MakeChapters | None = None,
@@ -173,6 +174,7 @@ def run_study(
         plan: The study, such as :func:`robotics.show.report.plan.load_study` reads it.
         out: The folder of the results. Default: the plan's.
         jobs: Number of processes that simulate; the numbers do not depend on it.
+        dask: The address of a Dask scheduler whose workers simulate instead, such as tcp://127.0.0.1:8786.
         report: Whether figures and the report are made.
         begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
         chapters: Makes chapters beside the comparison. Default: those that the plan names.
@@ -187,6 +189,7 @@ def run_study(
 
     Raises:
         StudyError: A study that cannot be run, or a folder that holds another one, which was interrupted.
+        WorkerError: Workers have died, or cannot be reached; what is done is kept.
         MetricError: A metric cannot be used, or fails.
         ControllerError: A controller that is unknown, or cannot drive the scenario.
         OSError: Files cannot be written.
@@ -197,7 +200,7 @@ def run_study(
     plan = _tuned(plan, folder, begin, fresh) if plan.tune is not None else plan
     watch, configuration = _Watch(begin, kept, resumed), _configuration(plan)
     plan.check_points(begin)
-    with workers_at(jobs if jobs > 1 else None, preload=["robotics.studies.keptcomparison"]) as workers:
+    with workers_at(jobs if jobs > 1 else None, dask, ["robotics.studies.keptcomparison"]) as workers:
         work = _work(
             folder,
             configuration,

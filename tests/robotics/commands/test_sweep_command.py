@@ -237,6 +237,18 @@ def test_a_dask_cluster_gives_the_same_table(place, tmp_path, cluster):
 
 
 @pytest.mark.long
+def test_a_study_on_a_cluster_has_the_same_tables(place, tmp_path, cluster):
+    study = tmp_path / "study.toml"
+    lines = (f'scenarios = ["{place / "short.toml"}"]', 'controllers = ["lyapunov", "fuzzy"]', "seeds = 3")
+    axis = '[[axes]]\nkey = "latency"\nvalues = [0.0, 0.05]\n'
+    study.write_text("\n".join((*lines, axis)), encoding="utf-8")
+    for out, options in (("here", []), ("there", ["--dask", cluster])):
+        assert main(["study", str(study), "--out", str(tmp_path / out), "--no-report", "-q", *options]) == 0
+    for name in ("results.csv", "summary.csv"):
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+
+
+@pytest.mark.long
 def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     """As if the sweep had been planned with another numpy than the workers have."""
     script = (
