@@ -29,7 +29,7 @@ from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.scenario.robots import robot_tables
 from robotics.studies.keptcomparison import Case
 from robotics.studies.sweeps.plan import Axis, Method, Sweep, assign, check_plan, plan_sweep, scenario_at
-from robotics.studies.sweeps.reading import AXIS_VALUES, StudyAxis, check_design, scenario_source, study_axes
+from robotics.studies.sweeps.reading import AXIS_VALUES, StudyAxis, check_design, dotted, scenario_source, study_axes
 from robotics.studies.tuning.file import StudyTuning
 from robotics.studies.tuning.space import NothingMovesError
 from robotics.tables.build import Builder, Keys
@@ -485,17 +485,8 @@ ConditionsByName = Mapping[str, Mapping[str, Any]]  # the type of such a field
 def _conditions(value: Any, keys: Keys) -> dict[str, dict[str, Any]]:
     builder, found = Builder(StudyError), dict[str, dict[str, Any]]()
     for name, changes in builder.table(value, keys).items():
-        found[name] = dict(_flat(builder.table(changes, (*keys, name))))
+        found[name] = dict(dotted(builder.table(changes, (*keys, name))))
     return found
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Values by their dotted keys; a key may be quoted as a whole, or dotted as TOML has it."""
-    for key, value in table.items():
-        if isinstance(value, dict) and value:
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value
 
 
 def tuned_name(name: str) -> str:

@@ -289,7 +289,7 @@ def _checked_metrics(listed: tuple[str, ...], folder: Path, kind: str) -> tuple[
 
 def _axes(said: SweepFile, section: str, text: str) -> Iterator[Axis]:
     """The axes of a section of the file whose ``text`` says their lines."""
-    for name, value in _flat(getattr(said, section) or {}):
+    for name, value in dotted(getattr(said, section) or {}):
         at = (section, *name.split("."))
         try:
             yield _axis(name, _SECTIONS[section], value, said.method, line_of(text, at))
@@ -314,11 +314,11 @@ def _axis(name: str, target: Target, value: Any, method: Method, line: int) -> A
     return Axis(name, target, low=span.low, high=span.high, log=span.scale == "log", line=line)
 
 
-def _flat(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Axes by their dotted names; a key may be quoted as a whole or dotted as TOML has it."""
+def dotted(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of a table by their dotted names; a key may be quoted as a whole, or dotted as TOML has it."""
     for key, value in table.items():
         if isinstance(value, dict) and value and not set(value) & {f.name for f in fields(Range)}:
-            yield from _flat(value, f"{prefix}{key}.")
+            yield from dotted(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value
 
