@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 Quantity = tuple[str, str]  # of a claim: what is measured, and whose number of a run it is
-PIECES = "pieces"  # the folder of chunks, in that of the results
+PIECES_FOLDER = "pieces"  # the folder of chunks, in that of the results
 _NOTES, _VALUE = "notes ", "value of "  # columns of chunks, beside those of the table
 _PASSES = 10  # of a design in a chunk, at most, so that several workers have something to do
 

@@ -42,7 +42,7 @@ from robotics.simulation.scenario.robots import robot_files
 from robotics.studies.chunks import discard_chunks
 from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
-from robotics.studies.keptcomparison import PIECES, Case, KeptComparisons
+from robotics.studies.keptcomparison import PIECES_FOLDER, Case, KeptComparisons
 from robotics.studies.tuning.results import write_tuned
 from robotics.studies.tuning.tune import tune
 from robotics.studies.versions import digest, digest_of, versions
@@ -275,7 +275,7 @@ def _work(
     about = {name: configuration[name] for name in ("controllers", "metrics", "files_sha256", "seeds", "versions")}
     cases = {case.scenario.name: digest(case.about) for group in groups for case in group}
     return KeptComparisons(
-        folder=folder / PIECES,
+        folder=folder / PIECES_FOLDER,
         about=json.loads(json.dumps({"scenarios": cases, **about}, default=shown_gain)),
         lasting=named,
         groups=groups,
