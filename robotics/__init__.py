@@ -59,7 +59,7 @@ _APART = """
     show.report.learning:learning.report studies.arena:arena studies.certificate:certificates.certificate
     studies.compensation:certificates.compensation studies.learning.drivedata:logs.drivedata
     studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
-    studies.scaling:thesis.scaling studies.stress:stress
+    studies.scaling:thesis.recovery studies.stress:stress
 """  # earlier places of what is a plug-in now, and that plug-in
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(

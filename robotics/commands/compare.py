@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,9 +18,7 @@ from robotics.commands.study_printing import already_there, contact_rows, print_
 from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
-    from robotics.show.report.study import MakeChapters, MakeFront
+    from robotics.show.report.study import MakeChapters
 
 SUITE_GROUP = "fuzzyfleet.suites"  # entry points: by the name of a packaged study, what makes its chapters
 FRONT_GROUP = "fuzzyfleet.fronts"  # entry points: what opens a report
@@ -87,7 +86,7 @@ def compare(
     from robotics.studies.forewarnings import forewarnings
 
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
-    packaged = _suites()
+    packaged = {point.name: point for point in entry_points(group=SUITE_GROUP)}
     default = next(iter(packaged), KINDS[0])
     if suite is None and not own and not packaged:
         print("robotics: no installed plug-in brings a study: the tracking scenarios are compared", file=sys.stderr)
@@ -116,7 +115,8 @@ def compare(
     wanted = sum(len(s.robots) for s in settings) * len(laws) * seeds
     with rows_kept(wanted, out / "results.csv") as kept, progress_bar(quiet) as begin:
         chapters = _chapters(packaged, suite, thorough, save_runs) if judged else None
-        front = _front() if (plan is not None if arena is None else arena) else None
+        opened = plan is not None if arena is None else arena
+        front = next((point.load() for point in entry_points(group=FRONT_GROUP) if opened), None)
         told: Any = {"front": front, "begin": begin, "report": report, "command": shlex.join(command), "kept": kept}
         told |= {"fresh": fresh, "resumed": already_there(out, quiet)}
         if judged and plan is not None:
@@ -162,13 +162,7 @@ def split_controllers(text: str) -> list[str]:
     return result
 
 
-def _suites() -> "dict[str, EntryPoint]":
-    from importlib.metadata import entry_points
-
-    return {point.name: point for point in sorted(entry_points(group=SUITE_GROUP), key=lambda each: each.name)}
-
-
-def _chapters(packaged: "dict[str, EntryPoint]", suite: str, thorough: bool, save_runs: bool) -> "MakeChapters":
+def _chapters(packaged: dict[str, EntryPoint], suite: str, thorough: bool, save_runs: bool) -> "MakeChapters":
     """What makes the chapters of a plug-in's study: of the suite, or the first. Raises InputError if there is none."""
     from robotics.studies.executors import import_ahead
 
@@ -178,10 +172,3 @@ def _chapters(packaged: "dict[str, EntryPoint]", suite: str, thorough: bool, sav
     import_ahead([point.module])  # this takes seconds, in which the same is done here
     made: MakeChapters = point.load()(thorough, save_runs)
     return made
-
-
-def _front() -> "MakeFront | None":
-    """What opens the report, if a plug-in brings it."""
-    from importlib.metadata import entry_points
-
-    return next((point.load() for point in entry_points(group=FRONT_GROUP)), None)

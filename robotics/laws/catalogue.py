@@ -194,8 +194,7 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         own: Whether those of this distribution are meant, or those of all others.
         taken: Presets whose names no other has.
     """
-    good: dict[str, Preset] = {}
-    bad: dict[str, str] = {}
+    good, bad = dict[str, Preset](), dict[str, str]()
     entries = [entry for entry in entry_points(group=LAW_ENTRY_POINTS) if _is_own(entry) == own]
     for entry in sorted(entries, key=lambda e: e.name):
         what = f"the law {entry.name!r} of {_origin(entry)}"

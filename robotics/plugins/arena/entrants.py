@@ -24,8 +24,7 @@ _SORTS: Mapping[type[Law[Any]], Sort] = {
 
 def sort_of(law: Law[Any]) -> Sort:
     """What sort of law it is; one of the user's own with rule bases is fuzzy, and any other "other"."""
-    own: Sort | None = vars(type(law)).get("sort_of_law")
-    return _SORTS.get(type(law)) or own or ("fuzzy" if law.fuzzy_systems else "other")
+    return _SORTS.get(type(law)) or vars(type(law)).get("sort_of_law") or ("fuzzy" if law.fuzzy_systems else "other")
 
 
 class EntryTerms(NamedTuple):
@@ -37,7 +36,5 @@ class EntryTerms(NamedTuple):
 
 def terms_of(law: Law[Any]) -> EntryTerms:
     """What a law commands, and what it uses beside its robot's measured posture."""
-    said = list(law.knows)
-    if law.learnt_how:
-        said.append(law.learnt_how)
+    said = [*law.knows, *filter(None, [law.learnt_how])]
     return EntryTerms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")

@@ -51,7 +51,7 @@ def crossing(
     from robotics.laws.catalogue import make_controller
     from robotics.plugins.stress.crew import in_chunks
     from robotics.plugins.stress.crossing_runs import stress_crossing
-    from robotics.plugins.stress.forewarnings import crossing_forewarnings
+    from robotics.plugins.stress.crossings import crossing_forewarnings
     from robotics.plugins.stress.single import ALIASES
     from robotics.simulation.opening import has_equation
 

@@ -8,13 +8,22 @@ thesis has its two tests only; the classes are a choice.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.laws.law import Law
 from robotics.laws.setting import Setting
-from robotics.plugins.stress.conflict import SAMPLES, ends_apart, ends_clear, in_conflict, sampled_evenly
+from robotics.plugins.stress.conflict import (
+    CLEAR,
+    CONFLICT,
+    SAMPLES,
+    ends_apart,
+    ends_clear,
+    in_conflict,
+    sampled_evenly,
+)
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.simulation.scenario.description import Member, Scenario
@@ -163,3 +172,20 @@ def _draw(numbers, width, height, shape):  # type: ignore[no-untyped-def]
     fill(shape[0], x, end_x, reach * math.cos(out), reach * math.cos(into))
     fill(shape[1], y, end_y, reach * math.sin(out), reach * math.sin(into))
     return reach >= SHORTEST_SHARE * math.sqrt(width * height) and reach >= SHORTEST
+
+
+def crossing_forewarnings(law: Law[Any], name: str, kind: Literal["A", "B"]) -> list[str]:
+    """Sentences on what will go wrong in the random crossings of a ``kind``, whatever their seeds."""
+    sentences = []
+    if not law.yields:
+        sentences.append(
+            f"{name} takes no care of other robots: in every crossing two of them come nearer than {CONFLICT:g} m if "
+            "all are on time"
+        )
+    room, of = (CLEAR, "from the paths of others") if kind == "A" else (APART, "from each other")
+    if law.yields and law.safety_distance is not None and law.safety_distance > room:
+        sentences.append(
+            f"{name} keeps {law.safety_distance:g} m between robots, and starts and goals of class {kind} may be only "
+            f"{room:g} m {of}: robots may wait for ever"
+        )
+    return sentences

@@ -20,8 +20,7 @@ from robotics.laws.catalogue import law_title
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.measures.evidence import Estimate, rate_of
-from robotics.plugins.thesis.recovery import Recovery
-from robotics.plugins.thesis.scaling import Scaling
+from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.show.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 
 _ALPHA, _REACH = 3.0, 2.0  # s/m: α in the exponent of Q(S); m/s: the largest |S|

@@ -29,6 +29,18 @@ _FIRST, _LAST = 5.0, 35.0  # s: when a fault may begin
 
 
 @dataclass(frozen=True)
+class Scaling:
+    """The coordination of one team, of one size, on a radio that loses a share of its messages."""
+
+    robots: int
+    loss: float
+    spread: float  # s
+    late: float  # s: the arrival of the last after the time of the reference
+    gap: float  # largest s_i − s_j
+    step: float  # s between two samples: arrivals are known no better
+
+
+@dataclass(frozen=True)
 class Recovery:
     """The recovery of the runs with one controller and outage; arrays are (runs,).
 

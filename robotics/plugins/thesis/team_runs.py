@@ -16,8 +16,7 @@ from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
-from robotics.plugins.thesis.recovery import Recovery, recovery_curve
-from robotics.plugins.thesis.scaling import Scaling
+from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team

@@ -11,9 +11,8 @@ from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
-from robotics.plugins.thesis.recovery import Recovery
+from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.plugins.thesis.rows import film_of, run_columns
-from robotics.plugins.thesis.scaling import Scaling
 from robotics.plugins.thesis.team_runs import (
     DUELS,
     EXPERIMENTS,

@@ -11,6 +11,7 @@ from robotics.commands.application import main
 from robotics.plugins.thesis import chapters
 from robotics.show.report.plan import load_study
 from robotics.show.report.study import _chapters_named, with_seeds
+from robotics.simulation.scenario.reading import scenario_names
 from tests.robotics.show.report.test_study import EXTRA, SHORT, STUDY, TEAM
 
 
@@ -109,3 +110,22 @@ def test_compare_without_names_runs_the_study_of_the_thesis(tmp_path: Path, monk
     assert first == second == with_seeds(load_study("thesis"), 7)
     assert first.chapters == "robotics.plugins.thesis.chapters:judging"
     assert _chapters_named(first) is chapters.judging
+
+
+def test_compare_without_a_study_says_so_and_takes_the_tracking_scenarios(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[Any] = []
+
+    def write_study(folder: Path, settings: Any, *_: Any, **told: Any) -> None:
+        asked.append(([each.name for each in settings], told["chapters"], told["front"]))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robotics.show.report.study.write_study", write_study)
+    monkeypatch.setattr("robotics.commands.compare.entry_points", lambda group: [])
+    assert main(["compare", "--out", str(tmp_path), "-q"]) == 130
+    assert asked == [(scenario_names("tracking"), None, None)]
+    sentence = "robotics: no installed plug-in brings a study: the tracking scenarios are compared\n"
+    assert capsys.readouterr().err.startswith(sentence)
+    assert main(["compare", "--claims", "--out", str(tmp_path), "-q"]) == 2
+    assert "no installed plug-in brings a study with claims" in capsys.readouterr().err

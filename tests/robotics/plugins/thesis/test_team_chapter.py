@@ -12,7 +12,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.measures.teams import measure_team
 from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed
-from robotics.plugins.thesis.scaling import Scaling
+from robotics.plugins.thesis.recovery import Scaling
 from robotics.plugins.thesis.team_runs import DUELS, TEAM_TESTS, mean_errors
 from robotics.plugins.thesis.teams import PRINTED_TEAMS, chapter_of
 from robotics.show.report.chapter import Picture
