@@ -14,26 +14,7 @@ from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import expected
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
 
-TEMPLATE = '''"""A plant for the tab Step response and for fuzzy step: a pendulum with a motor, hanging at rest."""
-
-from math import sin
-
-states = 2  # the angle [rad] and its rate [rad/s]
-# initial = [0, 0]  # where the states begin
-# dead_time = 0.05  # s: how much later the input acts
-# substeps = 4      # of the integration in each sample: more where the plant is much faster than the sampling
-
-
-def plant(x, u, t):
-    """The derivatives of the states x under the input u [N m] at the time t [s]."""
-    angle, rate = x
-    return [rate, -9.81 * sin(angle) - 0.5 * rate + u]
-
-
-def output(x):
-    """What is measured and controlled; without this function it is the first state."""
-    return x[0]
-'''
+TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
 _OPTIONAL = ("states", "initial", "dead_time", "substeps")
 _KEYS = ("numerator", "denominator", "dead_time")
 
