@@ -30,26 +30,12 @@ class Example(NamedTuple):
     disturbance: tuple[float, float]  # s, size
 
 
-PLANT_EXAMPLES = {
-    "lag": Example(
-        "first order with dead time", TransferFunction((1,), (1, 1), 0.2), 15, (1, 0.6, 1, 0.8, 1.2), (-4, 4), (8, 0.5)
-    ),
-    "oscillating": Example(
-        "second order, oscillating", TransferFunction((1,), (1, 0.4, 1)), 20, (1, 1, 1, 3, 2.5), (-6, 6), (12, 0.5)
-    ),
-    "integrating": Example(
-        "integrating with lag", TransferFunction((1,), (1, 1, 0)), 16, (1, 0.8, 1, 4, 1), (-4, 4), (9, 0.5)
-    ),
-    "unstable": Example("unstable", TransferFunction((1,), (1, -1)), 10, (1, 0.1, 1, 6, 4), (-10, 10), (6, 0.5)),
-    "motor": Example(
-        "position of a DC motor",
-        TransferFunction((0.01,), (0.005, 0.06, 0.1001, 0)),
-        10,
-        (1, 0.35, 1, 60, 30),
-        (-24, 24),
-        (6, 4),
-    ),
-}
+def _examples() -> dict[str, Example]:
+    tables = tomllib.loads(Path(__file__).with_name("examples.toml").read_text(encoding="utf-8"))
+    return {name: Example(**table | {"plant": TransferFunction(**table["plant"])}) for name, table in tables.items()}
+
+
+PLANT_EXAMPLES = _examples()
 
 
 def plant_of_text(text: str) -> TransferFunction:
