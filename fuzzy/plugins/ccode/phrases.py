@@ -37,6 +37,11 @@ def _parts(file: str) -> list[tuple[str, re.Pattern[str]]]:
     return found
 
 
+def filled(file: Path, **words: str) -> str:
+    """The text of a ``file`` of C, with what stands for its ``words``."""
+    return re.sub("|".join(words), lambda found: words[found[0]], file.read_text(encoding="utf-8"))
+
+
 def guarded(name: str, lines: Iterable[str], includes: Iterable[str] = ()) -> list[str]:
     """The lines of a header, after its comment: read once, and by C++ too."""
     upper = name.upper()

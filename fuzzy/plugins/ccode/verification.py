@@ -11,6 +11,7 @@ import numpy as np
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.plugins.ccode.compiler import SANITIZERS, Compiler, CompilerError, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import FIXED_POINT, ONE, c_type, in_q16
+from fuzzy.plugins.ccode.phrases import filled
 from fuzzy.plugins.ccode.proofpoints import answers_of, proof_points
 from fuzzy.plugins.ccode.writing import CFiles
 from fuzzy.system import Sugeno
@@ -21,21 +22,6 @@ _FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type 
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
 _TYPES = {"double": np.float64, "float": np.float32, FIXED_POINT: np.int32}
-_DRIVER = """#include "{name}.h"
-
-#include <stdio.h>
-
-int main(int count, char **names) {{
-    {real} x[{upper}_INPUTS], y[{upper}_OUTPUTS];
-    FILE *in = count == 3 ? fopen(names[1], "rb") : NULL, *out = count == 3 ? fopen(names[2], "wb") : NULL;
-    if (in == NULL || out == NULL) return 2;
-    while (fread(x, sizeof x, 1, in) == 1) {{
-        {name}_infer(x, y);
-        if (fwrite(y, sizeof y, 1, out) != 1) return 3;
-    }}
-    return fclose(in) != 0 || fclose(out) != 0 ? 4 : 0;
-}}
-"""
 
 
 @dataclass(frozen=True)
@@ -137,9 +123,8 @@ def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _program(compiler: Compiler, files: CFiles, folder: Path, *flags: str) -> Path:
     driver = folder / "driver.c"
-    driver.write_text(
-        _DRIVER.format(name=files.name, upper=files.name.upper(), real=c_type(files.number)), encoding="utf-8"
-    )
+    words = {"NAME": files.name, "UPPER": files.name.upper(), "REAL": c_type(files.number)}
+    driver.write_text(filled(Path(__file__).with_name("driver.c"), **words), encoding="utf-8")
     include = f"-I{files.header.parent}"
     return compiler.compile([driver, files.source], folder / "driver", include, *(flags or ("-O2",)))
 

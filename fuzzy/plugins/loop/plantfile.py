@@ -14,26 +14,7 @@ from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import expected
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
 
-TEMPLATE = '''"""A plant for the tab Step response and for fuzzy step: a pendulum with a motor, hanging at rest."""
-
-from math import sin
-
-states = 2  # the angle [rad] and its rate [rad/s]
-# initial = [0, 0]  # where the states begin
-# dead_time = 0.05  # s: how much later the input acts
-# substeps = 4      # of the integration in each sample: more where the plant is much faster than the sampling
-
-
-def plant(x, u, t):
-    """The derivatives of the states x under the input u [N m] at the time t [s]."""
-    angle, rate = x
-    return [rate, -9.81 * sin(angle) - 0.5 * rate + u]
-
-
-def output(x):
-    """What is measured and controlled; without this function it is the first state."""
-    return x[0]
-'''
+TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
 _OPTIONAL = ("states", "initial", "dead_time", "substeps")
 _KEYS = ("numerator", "denominator", "dead_time")
 
@@ -49,26 +30,12 @@ class Example(NamedTuple):
     disturbance: tuple[float, float]  # s, size
 
 
-PLANT_EXAMPLES = {
-    "lag": Example(
-        "first order with dead time", TransferFunction((1,), (1, 1), 0.2), 15, (1, 0.6, 1, 0.8, 1.2), (-4, 4), (8, 0.5)
-    ),
-    "oscillating": Example(
-        "second order, oscillating", TransferFunction((1,), (1, 0.4, 1)), 20, (1, 1, 1, 3, 2.5), (-6, 6), (12, 0.5)
-    ),
-    "integrating": Example(
-        "integrating with lag", TransferFunction((1,), (1, 1, 0)), 16, (1, 0.8, 1, 4, 1), (-4, 4), (9, 0.5)
-    ),
-    "unstable": Example("unstable", TransferFunction((1,), (1, -1)), 10, (1, 0.1, 1, 6, 4), (-10, 10), (6, 0.5)),
-    "motor": Example(
-        "position of a DC motor",
-        TransferFunction((0.01,), (0.005, 0.06, 0.1001, 0)),
-        10,
-        (1, 0.35, 1, 60, 30),
-        (-24, 24),
-        (6, 4),
-    ),
-}
+def _examples() -> dict[str, Example]:
+    tables = tomllib.loads(Path(__file__).with_name("examples.toml").read_text(encoding="utf-8"))
+    return {name: Example(**table | {"plant": TransferFunction(**table["plant"])}) for name, table in tables.items()}
+
+
+PLANT_EXAMPLES = _examples()
 
 
 def plant_of_text(text: str) -> TransferFunction:

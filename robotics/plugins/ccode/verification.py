@@ -12,6 +12,7 @@ import numpy as np
 
 from fuzzy.plugins.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.phrases import filled
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
@@ -25,24 +26,6 @@ _COUNTS = 1e12  # a turn: of encoders that count finely
 _LIMIT = 1e-9  # m: between the two trajectories, in double
 _REAL = {"double": (ctypes.c_double, np.float64), "float": (ctypes.c_float, np.float32)}
 _WHEELS = {"double": 1e-9, "float": 1e-4}  # rad/s: of the wheel speeds from those of the robot's limits
-_DRIVER = """#include "{name}.h"
-
-#include <stdio.h>
-
-int main(int count, char **names) {{
-    {name}_state state;
-    {name}_input input;
-    {name}_output output;
-    FILE *in = count == 3 ? fopen(names[1], "rb") : NULL, *out = count == 3 ? fopen(names[2], "wb") : NULL;
-    if (in == NULL || out == NULL) return 2;
-    {name}_init(&state);
-    while (fread(&input, sizeof input, 1, in) == 1) {{
-        if (!{name}_step(&state, &input, &output)) return 3;
-        if (fwrite(&output, sizeof output, 1, out) != 1) return 4;
-    }}
-    return fclose(in) != 0 || fclose(out) != 0 ? 5 : 0;
-}}
-"""
 
 
 @dataclass(frozen=True)
@@ -229,7 +212,7 @@ def _apart(law: Law[Any], in_c: InC, setting: Setting, seeds: tuple[int, ...]) -
 def _watched(compiler: Compiler, folder: Path, files: CLawFiles, codes: list[Path], steps: dict[str, Any]) -> None:
     """Make the steps of the first robot again, under the sanitizers, and see that they say the same."""
     driver = folder / "driver.c"
-    driver.write_text(_DRIVER.format(name=files.sources.name), encoding="utf-8")
+    driver.write_text(filled(Path(__file__).with_name("driver.c"), NAME=files.sources.name), encoding="utf-8")
     flags = ("-O1", "-g", "-ffp-contract=off", f"-I{files.folder}", *SANITIZERS)
     program = compiler.compile([driver, *codes], folder / "driver", *flags)
     asked, said = folder / "asked", folder / "said"

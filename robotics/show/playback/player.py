@@ -112,25 +112,8 @@ def player_script() -> str:
     """The script that makes a player of every :func:`player_fragment` before it; a page needs it once."""
     folder = Path(str(resources.files("robotics") / "show" / "playback" / "static"))
     looks = stylesheet() + (folder / "player.css").read_text(encoding="utf-8")
-    start = f"""
-document.head.append(Object.assign(document.createElement("style"), {{ textContent: {_script_json(looks)} }}));
-const begin = (el, given) => entry.default.render({{ model: {{ get: (name) => given[name] }}, el }});
-async function open(el) {{
-  const waiting = el.querySelector(".fp-waiting");
-  try {{
-    begin(el, await entry.unpacked(el.querySelector("script").textContent));
-  }} catch (error) {{
-    waiting.textContent = `This browser cannot unpack the player's data: ${{error.message}}`;
-  }}
-}}
-for (const el of document.querySelectorAll("[data-fleet-player]")) {{
-  const plain = el.querySelector('script[type="application/json"]');
-  const folded = el.closest("details:not([open])");
-  if (plain) begin(el, JSON.parse(plain.textContent));
-  else if (folded) folded.addEventListener("toggle", () => open(el), {{ once: true }});
-  else open(el);
-}}"""
-    return f'<script type="module">\n{composed(folder / "player.js", start)}</script>'
+    begin = (folder / "fragments.js.txt").read_text(encoding="utf-8").replace("LOOKS", _script_json(looks))
+    return f'<script type="module">\n{composed(folder / "player.js", begin)}</script>'
 
 
 def write_player(
