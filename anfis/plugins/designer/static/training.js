@@ -21,13 +21,18 @@ import {
   shape,
   styled,
   ticks,
-} from "../../../fuzzy/plugins/designer/static/chart.js";
-import { dataPictures } from "../../../fuzzy/plugins/designer/static/datapictures.js";
-import { columnField, described, fillColumns, tableFields } from "../../../fuzzy/plugins/designer/static/datasource.js";
-import { field, group, panelForm, row } from "../../../fuzzy/plugins/designer/static/form.js";
-import { degree, places } from "../../../fuzzy/plugins/designer/static/membership.js";
+} from "../../../../fuzzy/plugins/designer/static/chart.js";
+import { dataPictures } from "../../../../fuzzy/plugins/designer/static/datapictures.js";
+import {
+  columnField,
+  described,
+  fillColumns,
+  tableFields,
+} from "../../../../fuzzy/plugins/designer/static/datasource.js";
+import { field, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import { degree, places } from "../../../../fuzzy/plugins/designer/static/membership.js";
 
-const SHARED = "../../../fuzzy/plugins/designer/static";
+const SHARED = "../../../../fuzzy/plugins/designer/static";
 const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, `${SHARED}/datapictures.css`, "./training.css"].map(
   (sheet) => new URL(sheet, import.meta.url).href,
 );

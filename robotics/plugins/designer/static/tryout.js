@@ -25,8 +25,8 @@ import {
 import { field, panelForm } from "../../../../fuzzy/plugins/designer/static/form.js";
 import { asker, clockwork } from "./moments.js";
 import { draggedTime, overTime } from "./overtime.js";
-import player from "../../playback/static/player.js";
-import { ruleStrip } from "../../playback/static/rulestrip.js";
+import player from "../../../show/playback/static/player.js";
+import { ruleStrip } from "../../../show/playback/static/rulestrip.js";
 import { band, bundle, seedStrip, sign } from "./seeds.js";
 import { forgetText, textEditor, unsavedTexts } from "./texteditor.js";
 
@@ -40,7 +40,7 @@ const SHEETS = [
   "./tryout.css",
   "./seeds.css",
   "./texteditor.css",
-  "../../playback/static/player.css",
+  "../../../show/playback/static/player.css",
 ].map((sheet) => new URL(sheet, import.meta.url).href);
 const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds", "rules"];
 const SPEEDS = [0.5, 1, 2, 5, 10, 20];
