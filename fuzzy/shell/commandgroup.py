@@ -32,6 +32,7 @@ class CommandGroup(TyperGroup):
     program: ClassVar[str]  # its name in entry points; "": none are read
     modules: ClassVar[str]  # how the names of its own commands' modules begin, such as "robotics.commands."
     own: ClassVar[Mapping[str, str]]  # the headings of its own commands, by the names of their modules
+    headings: ClassVar[tuple[str, ...]]  # in the order of the help; those that only others know come after them
     taken: tuple[Any, ...] = ()  # entry points of commands whose names others have
 
     @cached_property
@@ -78,7 +79,7 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands below their headings, and those below "more" by their names alone."""
-        names = dict[str, list[str]]()
+        names: dict[str, list[str]] = {heading: [] for heading in self.headings}
         for name, (heading, _) in self._places.items():
             names.setdefault(heading, []).append(name)
         for point in self.taken:
@@ -86,7 +87,7 @@ class CommandGroup(TyperGroup):
         more = names.pop(MORE, [])
         wide = max((len(name) for group in names.values() for name in group), default=0)
         left = formatter.width - 6 - wide  # characters for a sentence
-        for heading, group in names.items():
+        for heading, group in ((heading, group) for heading, group in names.items() if group):
             with formatter.section(heading.capitalize()):
                 formatter.write_dl([(n.ljust(wide), self.get_command(ctx, n).get_short_help_str(left)) for n in group])
         if more:

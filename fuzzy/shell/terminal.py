@@ -44,14 +44,14 @@ def application(
         program: The name by which installed packages add commands: :mod:`fuzzy.shell.commandgroup`.
         modules: How the names of its commands' modules begin, "robotics.commands." of the program "robotics".
         commands: The commands in the order of the help, with blanks between; or such lists by their headings, of which
-            "more" only names its commands. The module of each has a function of the command's name, with an underscore
-            behind it where Python has that name already, or a group of commands. Empty for a group whose commands are
-            registered where it is made.
+            "more" only names its commands; an empty one keeps the place of a heading for the commands of plug-ins. The
+            module of each has a function of the command's name, with an underscore behind it where Python has that name
+            already, or a group of commands. Empty for a group whose commands are registered where it is made.
         version: Gives what the option --version prints; without, there is no such option.
     """
     by_heading = {"commands": commands or ""} if commands is None or isinstance(commands, str) else commands
     own = {name: heading for heading, names in by_heading.items() for name in names.split()}
-    about = {"program": program, "modules": modules or f"{program}.commands.", "own": own}
+    about = {"program": program, "modules": modules or f"{program}.commands.", "own": own, "headings": (*by_heading,)}
     app = Application(
         cls=type("Commands", (CommandGroup,), about) if own else None,
         help="\n  ".join((f"{purpose}\n\n\b\nExample:", *examples)),

@@ -20,6 +20,8 @@ app = application(
         "run": "new run",
         "compare": "compare sweep study",
         "tune": "tune",
+        "learn": "",
+        "deploy": "",
         "more": "copy team",
     },
     version=lambda: " ".join(f"{name} {version}" for name, version in versions().items()),
