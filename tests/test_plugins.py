@@ -116,7 +116,11 @@ def run_in(tree, *words):
     return done.stdout
 
 
-@pytest.mark.parametrize(("package", "plugin"), PLUGINS)
+# Seconds each: those that most else is made for, and the others with the long tests.
+DEAR = [pytest.param(*each, marks=() if each[1] in ("mamdani", "thesis") else pytest.mark.long) for each in PLUGINS]
+
+
+@pytest.mark.parametrize(("package", "plugin"), DEAR)
 def test_the_core_stands_without(package, plugin, tmp_path):
     tree = tree_without(package, plugin, tmp_path)
     lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin, *users_of(package, plugin)))

@@ -78,8 +78,10 @@ def check_end(place, name, out):
     assert not (out / "pieces").exists()
 
 
-@pytest.mark.parametrize("name", ["compare", "study"])
-@pytest.mark.parametrize("kills", [2, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("name", "kills"),
+    [("compare", 2), *(pytest.param(name, 20, marks=pytest.mark.long) for name in ("compare", "study"))],
+)
 def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kills):
     """Killed a random number of pieces after each start, and a random moment later; the study with two processes."""
     random = np.random.default_rng(kills)
