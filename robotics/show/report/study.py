@@ -174,7 +174,7 @@ def run_study(
         plan: The study, such as :func:`robotics.show.report.plan.load_study` reads it.
         out: The folder of the results. Default: the plan's.
         jobs: Number of processes that simulate; the numbers do not depend on it.
-        dask: The address of a Dask scheduler whose workers simulate instead, such as tcp://127.0.0.1:8786.
+        dask: The address of a Dask scheduler whose workers simulate instead, such as ``tcp://127.0.0.1:8786``.
         report: Whether figures and the report are made.
         begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
         chapters: Makes chapters beside the comparison. Default: those that the plan names.
