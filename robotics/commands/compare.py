@@ -11,11 +11,9 @@ from fuzzy.files.atomic import check_folder
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controller_list, scenarios, suites
-from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, print_outside, report_divergences
-from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
-from robotics.studies.versions import versions
+from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, report_divergences
+from robotics.commands.study_printing import already_there, print_study, rows_kept
 
 if TYPE_CHECKING:
     from robotics.show.report.study import MakeChapters
@@ -124,22 +122,8 @@ def compare(
         else:
             every = range(seed, seed + seeds)
             study = write_study(out, settings, laws, every, metrics=metric or (), chapters=chapters, **told)
-    left = print_outside(note.outside for each in study.comparisons for note in each.notes.values())
-    if json:
-        print_json(
-            {
-                "summary": study.summary.to_dict(orient="records"),
-                "claims": [claim.row() for claim in study.claims],
-                "contacts": contact_rows(study),
-                "diverged": study.divergences,
-                "outside": left,
-                "files": study.files,
-                "versions": versions(),
-            }
-        )
-    else:
-        print_comparisons(study)
-        print_verdicts(study)
+    told_as_json = ("summary", "claims", "contacts", "diverged", "outside", "files", "versions")
+    print_study(study, told_as_json if json else ())
     report_divergences(study.divergences)
 
 

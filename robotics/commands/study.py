@@ -9,12 +9,10 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import studies
-from robotics.commands.shared import Dask, Fresh, print_forewarnings, print_outside
-from robotics.commands.study_printing import already_there, contact_rows, print_comparisons, print_verdicts, rows_kept
+from robotics.commands.shared import Dask, Fresh, print_forewarnings
+from robotics.commands.study_printing import already_there, print_study, rows_kept
 from robotics.commands.sweep import sweep
-from robotics.studies.versions import versions
 
 
 @renamed_options(jobs="--workers")
@@ -111,24 +109,7 @@ def study(
             fresh=fresh,
             resumed=already_there(folder, quiet),
         )
-    left = print_outside(note.outside for each in made.comparisons for note in each.notes.values())
-    if json:
-        print_json(
-            {
-                "title": plan.title or plan.name,
-                "claims": [claim.row() for claim in made.claims],
-                "evidence": [row for claim in made.claims for row in claim.evidence()],
-                "summary": made.summary.to_dict(orient="records"),
-                "contacts": contact_rows(made),
-                "diverged": made.divergences,
-                "outside": left,
-                "skipped": list(made.skipped),
-                "files": made.files,
-                "versions": versions(),
-            }
-            | ({"answers": {name: answer.row() for name, answer in made.answers.items()}} if made.answers else {})
-        )
-        return
-    print_comparisons(made)
-    print_verdicts(made)
-    print_forewarnings(made.divergences[:5])
+    told_as_json = ("title", "claims", "evidence", "summary", "contacts", "diverged", "outside", "skipped", "files")
+    print_study(made, (*told_as_json, "versions") if json else (), plan.title or plan.name)
+    if not json:
+        print_forewarnings(made.divergences[:5])

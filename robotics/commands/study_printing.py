@@ -1,18 +1,43 @@
 """How the outcome of a comparison or of a study is printed."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fuzzy.shell.interrupts import interrupted
-from robotics.commands.shared import UNTIL_CONTACT
+from fuzzy.shell.terminal import print_json
+from robotics.commands.shared import UNTIL_CONTACT, print_outside
 from robotics.studies.executors import WorkerError
+from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from robotics.show.report.study import Study
     from robotics.studies.comparison import Comparison
+
+
+def print_study(study: "Study", wanted: Sequence[str] = (), title: str = "") -> None:
+    """Print the outcome of a comparison or of a study: tables and verdicts, or as JSON what of it is ``wanted``."""
+    outside = print_outside(note.outside for each in study.comparisons for note in each.notes.values())
+    if not wanted:
+        print_comparisons(study)
+        _print_verdicts(study)
+        return
+    about = {
+        "title": title,
+        "summary": study.summary.to_dict(orient="records"),
+        "claims": [claim.row() for claim in study.claims],
+        "evidence": [row for claim in study.claims for row in claim.evidence()],
+        "contacts": _contact_rows(study),
+        "diverged": study.divergences,
+        "outside": outside,
+        "skipped": list(study.skipped),
+        "files": study.files,
+        "versions": versions(),
+    }
+    answers = {"answers": {name: answer.row() for name, answer in study.answers.items()}} if study.answers else {}
+    print_json({name: about[name] for name in wanted} | answers)
 
 
 def print_comparisons(study: "Study") -> None:
@@ -22,7 +47,7 @@ def print_comparisons(study: "Study") -> None:
     count = len(study.comparison.seeds)
     over = study.comparison.counted_runs
     print("one seed" if count == 1 else f"mean over {over} ± half the 95 % confidence interval")
-    if any(row["with_contact"] for row in contact_rows(study)):
+    if any(row["with_contact"] for row in _contact_rows(study)):
         print(UNTIL_CONTACT)
 
 
@@ -61,7 +86,7 @@ def already_there(folder: Path, quiet: bool) -> Callable[[int, int], None]:
     return resumed
 
 
-def print_verdicts(study: "Study") -> None:
+def _print_verdicts(study: "Study") -> None:
     """Print every claim with its verdict and what decides it, every answer, and the file to open."""
     from robotics.show.report.wording import sentence
 
@@ -76,7 +101,7 @@ def print_verdicts(study: "Study") -> None:
     print(f"\n{study.shown}")
 
 
-def contact_rows(study: "Study") -> list[dict[str, Any]]:
+def _contact_rows(study: "Study") -> list[dict[str, Any]]:
     """How many runs of each controller on each scenario had a contact, where there is something to touch."""
     from robotics.studies.comparison import contact_runs
 
