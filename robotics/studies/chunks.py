@@ -133,14 +133,19 @@ class KeptChunks(Generic[Pass]):
 
     def table(self, number: int) -> "pa.Table":
         """A chunk; one that cannot be read back is computed again."""
+        for _ in range(_TRIES):
+            if (found := self.there(number)) is not None:
+                return found
+            self.compute([number])
+        raise (self.fault or InputError)(f"{self.file(number)}: what is written here cannot be read back")
+
+    def there(self, number: int) -> "pa.Table | None":
+        """A chunk, if its file is as it was written."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        for _ in range(_TRIES):
-            if (found := self.content(number)) is not None:
-                return pq.ParquetFile(pa.BufferReader(found)).read()
-            self.compute([number])
-        raise (self.fault or InputError)(f"{self.file(number)}: what is written here cannot be read back")
+        content = self.content(number)
+        return None if content is None else pq.ParquetFile(pa.BufferReader(content)).read()
 
     def _places(self, chunk: Chunk[Pass]) -> str:
         first, *others = chunk.passes

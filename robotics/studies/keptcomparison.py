@@ -1,8 +1,8 @@
 """Comparisons in a folder: what is done is kept as it goes, and the same work goes on from there after a stop.
 
 A chunk holds the runs of one controller on one scenario, DRAWN_SEEDS of them at most; of a design, of several points.
-While the work goes on, or where
-it was stopped, the folder of the results holds its chunks; they are discarded when all that is made of them is written.
+While the work goes on, or where it was stopped, the folder PIECES_FOLDER of the results holds its chunks; they are
+discarded when all that is made of them is written.
 """
 
 import json
@@ -273,9 +273,8 @@ class KeptComparisons:
 
     def rows(self) -> pd.DataFrame:
         """The rows of all chunks that are there, in the order of the whole table."""
-        chunks = self.chunks()
-        there = (number for number in range(1, chunks.count + 1) if chunks.content(number) is not None)
-        tables = [_shown(chunks.table(number).to_pandas()) for number in there]
+        there = map(self.chunks().there, range(1, self.ends[-1] + 1))
+        tables = [_shown(table.to_pandas()) for table in there if table is not None]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
     def comparisons(self) -> tuple[Comparison, ...]:

@@ -320,14 +320,14 @@ def _written(
         chapters(begin, folder, work.seeds[0], report) if chapters is not None else nullcontext(list[Chapter]) as wait,
     ):  # fmt: skip
         write_json(folder / "configuration.json", configuration, default=shown_gain)
-        comparisons = _compared(work, watch)
+        comparisons, table = _compared(work, watch)
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
-        answers = _answers(plan, comparisons, work) if plan is not None and plan.questions else {}
+        answers = _answers(plan, comparisons, table, folder) if plan is not None and plan.questions else {}
         sections = []
         if report:
             sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
@@ -358,19 +358,19 @@ def _written(
     return Study(comparisons, summary, all_claims, shown, files, first, skipped, answers)
 
 
-def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], work: KeptComparisons) -> dict[str, Answer]:
-    """The answers to the study's questions, which answers.json has, too."""
+def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], rows: pd.DataFrame, folder: Path) -> dict[str, Answer]:
+    """The answers to the study's questions about the ``rows`` of results.csv; answers.json has them, too."""
     one = comparisons[0]
     shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
     first = next(name for name, about in shown.items() if not about.larger)
-    table = described_table(work.rows(), plan.own_metrics, first, [axis.name for axis in plan.axis_list])
+    table = described_table(rows, plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
-    write_json(work.folder.parent / "answers.json", {name: answer.row() for name, answer in answers.items()})
+    write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
     return answers
 
 
-def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
-    """The comparisons; results.csv holds them, or what was done of them where the work is interrupted."""
+def _compared(work: KeptComparisons, watch: _Watch) -> tuple[tuple[Comparison, ...], pd.DataFrame]:
+    """The comparisons and their rows; results.csv holds these, or what there is of them after an interruption."""
 
     def keep(rows: pd.DataFrame) -> None:
         with uninterrupted():  # what is said to be kept is what was written
@@ -385,8 +385,8 @@ def _compared(work: KeptComparisons, watch: _Watch) -> tuple[Comparison, ...]:
         if isinstance(error, InputError) and not isinstance(error, WorkerError):
             rmtree(work.folder)  # the same command would fail again, and what is mended begins anew
         raise
-    keep(work.rows())
-    return work.comparisons()
+    keep(rows := work.rows())
+    return work.comparisons(), rows
 
 
 def _chapters_named(plan: StudyPlan) -> MakeChapters:
