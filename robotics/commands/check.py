@@ -44,10 +44,10 @@ def check(
     if kind := plan_kind(scenario):
         plan_text = drawn_plan(kind, scenario)
         if json:
-            print_json({"file": scenario, "kind": kind, "ok": True, "plan": plan_text})
+            print_json({"file": scenario, "kind": kind.name, "ok": True, "plan": plan_text})
             return
         print(plan_text)
-        if kind != "study":
+        if kind.new_form:
             print(f"robotics: note: {note_on(kind, scenario)}", file=sys.stderr)
         return
     check_plot(out)

@@ -71,12 +71,12 @@ def study(
     from robotics.laws.catalogue import as_law
     from robotics.measures.evidence import FEWEST_RUNS
     from robotics.show.report.plan import load_study
-    from robotics.show.report.planfile import note_on, plan_kind, plan_kinds
+    from robotics.show.report.planfile import note_on, plan_kind
     from robotics.show.report.study import default_folder, run_study, with_seeds
     from robotics.studies.forewarnings import forewarnings
 
-    if (kind := plan_kind(name)) not in ("", "study"):
-        note, run = note_on(kind, name), sweep if kind == "sweep" else plan_kinds()[kind].run
+    if (kind := plan_kind(name)) is not None and kind.new_form:
+        note, run = note_on(kind, name), sweep if kind.name == "sweep" else kind.run
         if run is None:
             raise InputError(f"{note}; or robotics tune LAW SCENARIO --space {name}")
         print(f"robotics: note: {note}", file=sys.stderr)

@@ -18,6 +18,7 @@ def drawn(name: str) -> tuple[str, list[Row], list[str]]:
 
 
 ARENA = PlanKind(
+    "arena",
     frozenset({"laws", "like", "testing_runs", "choosing_runs"}),
     drawn,
     "a study with [tune], in which every law is tuned with the same budget",

@@ -235,7 +235,8 @@ class StudyPlan:
                     except InputError as error:
                         about = StudyError(f"conditions: {condition}: {source}: {error}")
                         raise about.about("conditions", condition, key) from None
-                changed = scenario_at(sweep, ())
+                if not changes:
+                    changed = scenario_at(sweep, ())
                 design = plan_sweep(replace(sweep, axes=self.axis_list)) if self.axes else None
                 yield Case(changed, group.laws, scenario.name, condition, design)
 

@@ -1,7 +1,8 @@
 """Files of plans, whatever their kind: told apart by their keys, and drawn in text before anything runs."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import entry_points
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from robotics.studies.sweeps.reading import load_sweep
 from robotics.studies.tuning.file import load_tuning
 from robotics.tables.text import parse_table, read_text
 
-PLAN_GROUP = "fuzzyfleet.plans"  # entry points: kinds of plugins' files, each a PlanKind by its name
+PLAN_GROUP = "fuzzyfleet.plans"  # entry points: kinds of files of plug-ins, each a PlanKind
 
 Row = tuple[int, str, str]  # how many, of what, which: what a plan multiplies
 
@@ -22,42 +23,45 @@ class PlanKind(NamedTuple):
     """A kind of files that plan runs.
 
     Attributes:
+        name: What it is called.
         keys: The keys that only such a file has.
         draw: Gives its title, its rows and further lines, from the file.
         new_form: What it is as a study's file; "": it is one.
         run: Runs the file, with the options workers, out, fresh, json and quiet; None: there is nothing to run.
     """
 
+    name: str
     keys: frozenset[str]
     draw: Callable[[str], tuple[str, list[Row], list[str]]]
     new_form: str = ""
     run: Callable[..., None] | None = None
 
 
-def plan_kind(name: str) -> str:
-    """Which kind of plan a file is, by its keys, one of :func:`plan_kinds`; "" for none, as a scenario."""
+def plan_kind(name: str) -> PlanKind | None:
+    """The kind of plan that a file is, by its keys; None for no plan, as a scenario. Plug-ins are asked last."""
     if name in study_names():
-        return "study"
+        return _STUDY
     path = Path(name)
     if path.suffix != ".toml" or not path.is_file():
-        return ""
+        return None
     keys = {*parse_table(read_text(path, InputError), name, InputError)}
-    return next((kind for kind, about in plan_kinds().items() if keys & about.keys), "")
+    others = (point.load() for point in entry_points(group=PLAN_GROUP))
+    return next((kind for kind in chain((_STUDY, _SWEEP, _TUNING), others) if keys & kind.keys), None)
 
 
-def note_on(kind: str, name: str) -> str:
+def note_on(kind: PlanKind, name: str) -> str:
     """What is said of a file that is no study's, but readable as what it is."""
-    article = "an" if kind[0] in "aeiou" else "a"
-    new_form = plan_kinds()[kind].new_form
-    return f"{name} is {article} {kind}'s file, and is read as one; its new form: {new_form} (robotics new study)"
+    article = "an" if kind.name[0] in "aeiou" else "a"
+    what = f"{name} is {article} {kind.name}'s file, and is read as one"
+    return f"{what}; its new form: {kind.new_form} (robotics new study)"
 
 
-def drawn_plan(kind: str, name: str) -> str:
+def drawn_plan(kind: PlanKind, name: str) -> str:
     """The plan in a file, in text: what is multiplied with what, how many runs and pieces that makes, what is asked.
 
     Raises an InputError for a file that makes no plan.
     """
-    title, rows, tail = plan_kinds()[kind].draw(name)
+    title, rows, tail = kind.draw(name)
     heads = [f"{'× ' if place else '':2}{counted(count, word)}" for place, (count, word, _) in enumerate(rows)]
     width = max(map(len, heads), default=0)
     drawn = [f"{head:{width}}  {text}" for head, (_, _, text) in zip(heads, rows, strict=True)]
@@ -131,21 +135,16 @@ def _design(axes: Sequence[Axis], method: str) -> str:
     return f"{method}: {' × '.join(spans)}"
 
 
-def plan_kinds() -> Mapping[str, PlanKind]:
-    """The kinds of plans by name: ours, and those of plug-ins."""
-    return _KINDS | {point.name: point.load() for point in entry_points(group=PLAN_GROUP)}
-
-
-_KINDS = {
-    "study": PlanKind(frozenset({"scenarios"}), _study),
-    "sweep": PlanKind(
-        frozenset({"scenario", "scenario_fields", "controller_parameters"}),
-        _sweep,
-        "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
-    ),
-    "tuning": PlanKind(
-        frozenset({"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"}),
-        _tuning,
-        "the key space of a study's [tune]",
-    ),
-}
+_STUDY = PlanKind("study", frozenset({"scenarios"}), _study)
+_SWEEP = PlanKind(
+    "sweep",
+    frozenset({"scenario", "scenario_fields", "controller_parameters"}),
+    _sweep,
+    "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
+)
+_TUNING = PlanKind(
+    "tuning",
+    frozenset({"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"}),
+    _tuning,
+    "the key space of a study's [tune]",
+)

@@ -180,11 +180,15 @@ def _cases(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
         yield ", ".join(word for word in words if word), rows
 
 
+def _by_run(rows: pd.DataFrame, column: str) -> Any:
+    """A column by the runs of one case or of several."""
+    names = [name for name in (*CASE, "seed") if name in rows]
+    return rows.groupby(names, sort=False, dropna=False)[column]
+
+
 def _runs(rows: pd.DataFrame, metric: str, about: Metric) -> np.ndarray:
     """One number a run, of the rows of one case or of several."""
-    names = [name for name in (*CASE, "seed") if name in rows]
-    grouped = rows.groupby(names, sort=False, dropna=False)[metric]
-    return np.asarray(grouped.agg(about.of_run).to_numpy(dtype=float))
+    return np.asarray(_by_run(rows, metric).agg(about.of_run).to_numpy(dtype=float))
 
 
 def _summary(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
@@ -238,8 +242,7 @@ def _rates(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
     for law, mine in table.groupby("controller", sort=False):
         for what in ("contact", "diverged"):
             if what in mine and mine[what].notna().any():
-                names = [name for name in (*CASE, "seed") if name in mine]
-                happened = mine[what].eq(True).groupby([mine[name] for name in names], dropna=False).any()
+                happened = _by_run(mine.assign(**{what: mine[what].eq(True)}), what).any()
                 found = rate_of(happened.to_numpy())
                 share = {"share": found.value, "low": found.low, "high": found.high, "runs": found.runs}
                 rows.append({"controller": law, "what": what} | share)
