@@ -30,11 +30,11 @@ import robotics
 from benchmarks.reporting import heading, machine, start
 from benchmarks.robotsimulators import PEERS, measured
 from benchmarks.simulation import CONTROLLERS, scenario, seconds
-from fuzzy.shell.progress import progress_bar
+from robotics.commands.crew import Crew
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.plugins.stress.crew import in_chunks
+from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.crossing_runs import stress_crossing
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Scenario
@@ -199,10 +199,9 @@ def population() -> float | None:
 
 def stress(runs: int, robots: int) -> float:
     """Seconds for so many random crossings under right of way, as `robotics stress crossing` simulates them."""
-    one = partial(stress_crossing, "right-of-way", robots)
-    with progress_bar(quiet=True) as begin:
-        in_chunks(one, robots, range(2), jobs=1, begin=begin)
-        return seconds(lambda: in_chunks(one, robots, range(runs), jobs=THREADS[-1], begin=begin))
+    one, crew = partial(stress_crossing, "right-of-way", robots), Crew(workers=THREADS[-1])
+    in_pieces(one, robots, range(2), Crew(workers=1))
+    return seconds(lambda: in_pieces(one, robots, range(runs), crew))
 
 
 def large(quick: bool) -> dict[str, float | None]:

@@ -62,7 +62,6 @@ from robotics.plugins.stress.crossing_runs import stress_crossing as stress_cros
 from robotics.plugins.stress.obstaclecourse import stress_obstacles as stress_obstacles
 from robotics.plugins.thesis.figures import plot_recovery as plot_recovery
 from robotics.plugins.thesis.figures import plot_scaling as plot_scaling
-from robotics.plugins.thesis.recovery import Recovery as Recovery
 from robotics.plugins.thesis.recovery import recovery_curve as recovery_curve
 from robotics.show.figures.avoidance import plot_avoidance as plot_avoidance
 from robotics.show.figures.avoidance import plot_trajectories as plot_trajectories

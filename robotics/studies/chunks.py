@@ -5,33 +5,28 @@ all that its numbers depend on, and a checksum. Work that was killed at any mome
 chunks that have no file yet, or one that is not as it was written.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
 from fuzzy.shell.progress import Advance
-from robotics.studies.executors import Workers
+from robotics.studies.executors import WorkerError, Workers
 from robotics.studies.pieces import kept_piece, run_pieces
 from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
+    import pandas as pd
     import pyarrow as pa
 
 _TRIES = 3  # times that a chunk is read, and computed again, when what was written cannot be read back
 
 
-class _Pass(Protocol):
-    """The runs that are simulated in one go: one scenario, one controller, some seeds."""
-
-    @property
-    def seeds(self) -> tuple[int, ...]: ...
-
-
-Pass = TypeVar("Pass", bound=_Pass)
+Pass = TypeVar("Pass")  # the runs that are simulated in one go: one scenario, one controller, some seeds
 
 
 @dataclass(frozen=True)
@@ -41,14 +36,9 @@ class Chunk(Generic[Pass]):
     number: int  # from 1
     passes: tuple[Pass, ...]
 
-    @property
-    def runs(self) -> int:
-        """The number of its runs."""
-        return sum(len(part.seeds) for part in self.passes)
-
 
 def run_chunk(
-    one: "Callable[[Pass], pa.Table]",
+    one: "Callable[[Pass], pa.Table | pd.DataFrame]",
     place: Callable[[Pass], str],
     expected: dict[str, str],
     fault: type[InputError] | None,
@@ -73,13 +63,16 @@ def run_chunk(
     tables = []
     for part in chunk.passes:
         try:
-            tables.append(one(part))
+            table = one(part)
         except Exception as error:
             if fault is None:
                 raise
             # A worker's traceback is of little use far away; what was run can be run again by hand.
             message = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             raise fault(f"{place(part)}: {message}") from error
+        if not isinstance(table, pa.Table):
+            table = pa.Table.from_pandas(table, preserve_index=False).replace_schema_metadata()
+        tables.append(table)
     return pa.concat_tables(tables, promote_options="default").combine_chunks()
 
 
@@ -113,16 +106,21 @@ class KeptChunks(Generic[Pass]):
 
     def missing(self) -> list[int]:
         """The numbers of the chunks that are still to be computed; what a killed process was writing is removed."""
-        self.folder.mkdir(exist_ok=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
         for left in self.folder.glob(".chunk-*"):
             left.unlink()
         return [number for number in range(1, self.count + 1) if self.content(number) is None]
 
-    def compute(self, numbers: Iterable[int], advance: Advance | None = None) -> None:
-        """Compute chunks and write them, each as it gets done."""
+    def compute(
+        self,
+        numbers: Iterable[int],
+        advance: Advance | None = None,
+        lost: Callable[[WorkerError], None] | None = None,
+    ) -> None:
+        """Compute chunks and write them, each as it gets done; ``lost`` is that of :func:`run_pieces`."""
         chunks = map(self.chunk, numbers)
         for chunk, table in run_pieces(
-            self.one, chunks, self.workers, called=self._places, kept=self.fault, advance=advance
+            self.one, chunks, self.workers, called=self._places, kept=self.fault, lost=lost, advance=advance
         ):
             _write(table, self.file(chunk.number), self.kind, self.key, chunk.number)
             self.computed.append(chunk.number)
@@ -170,6 +168,27 @@ class KeptChunks(Generic[Pass]):
             return content if own == (self.key.encode(), str(number).encode()) else None
 
         return kept_piece(self.file(number), read, self.kind)
+
+
+def kept_passes(
+    folder: Path,
+    kind: str,
+    key: str,
+    passes: Sequence[Pass],
+    one: "Callable[[Pass], pd.DataFrame]",
+    *,
+    place: Callable[[Pass], str],
+    expected: dict[str, str],
+    fault: type[InputError] | None = None,
+    workers: Workers | None = None,
+) -> KeptChunks[Pass]:
+    """Passes in a folder, a chunk each; the arguments are those of :class:`KeptChunks` and :func:`run_chunk`."""
+
+    def chunk(number: int) -> Chunk[Pass]:
+        return Chunk(number, (passes[number - 1],))
+
+    alone = partial(run_chunk, one, place, expected, fault)
+    return KeptChunks(folder, kind, key, len(passes), chunk, alone, place, fault, workers)
 
 
 def discard_chunks(folder: Path) -> None:

@@ -4,15 +4,8 @@ from functools import partial
 from typing import Annotated, Literal
 
 from fuzzy.shell.options import Json, Quiet, option, renamed_options
-from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import (
-    Law,
-    Workers,
-    chosen_controller,
-    controller_option,
-    print_forewarnings,
-)
-from robotics.plugins.stress.printing import Wrong, print_stressed
+from robotics.commands.shared import Law, chosen_controller, controller_option, print_forewarnings
+from robotics.plugins.stress.printing import Runners, Wrong, run_stress
 
 Ends = Literal["A", "B"]  # the class of a crossing: where its paths may end
 
@@ -34,7 +27,7 @@ def crossing(
     law: Law = None,
     disturbance: Wrong,
     seed: Annotated[int, option("The first crossing's seed.", min=0)] = 0,
-    workers: Workers = None,
+    crew: Runners,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -42,16 +35,16 @@ def crossing(
 
     The plant is the full one and postures are noisy. A crossing depends on its seed alone, so that `robotics repeat
     crossing --seed N` with the same options repeats, draws and saves one that failed. The number of workers changes no
-    number.
+    number. With --out the same command goes on after a stop.
 
     \b
     Example:
       robotics stress crossing --robots 3 --runs 20 --json
     """
     from robotics.laws.catalogue import make_controller
-    from robotics.plugins.stress.crew import in_chunks
     from robotics.plugins.stress.crossing_runs import stress_crossing
     from robotics.plugins.stress.crossings import crossing_forewarnings
+    from robotics.plugins.stress.outcome import StressOutcome
     from robotics.plugins.stress.single import ALIASES
     from robotics.simulation.opening import has_equation
 
@@ -59,9 +52,15 @@ def crossing(
     name = ALIASES["crossing"].get(controller, controller)
     driver = make_controller(name)
     print_forewarnings(crossing_forewarnings(driver, controller, ends))
-    with progress_bar(quiet) as begin:
-        stress = partial(stress_crossing, name, robots, kind=ends, disturbance=disturbance)
-        seeds, threads = range(seed, seed + runs), has_equation(driver)
-        stressed = in_chunks(stress, robots, seeds, jobs=workers, begin=begin, threads=threads)
-    about = {"controller": controller, "class": ends, "robots": robots, "first_seed": seed}
-    print_stressed(about, stressed, json)
+    stress = partial(stress_crossing, name, robots, kind=ends, disturbance=disturbance)
+    run_stress(
+        {"controller": controller, "class": ends, "robots": robots, "first_seed": seed},
+        stress,
+        StressOutcome,
+        robots,
+        range(seed, seed + runs),
+        crew,
+        json=json,
+        quiet=quiet,
+        threads=has_equation(driver),
+    )

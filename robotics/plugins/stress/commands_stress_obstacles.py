@@ -4,15 +4,8 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 from fuzzy.shell.options import Json, Quiet, option, renamed_options
-from fuzzy.shell.progress import progress_bar
-from robotics.commands.shared import (
-    Law,
-    Workers,
-    chosen_controller,
-    controller_option,
-    print_forewarnings,
-)
-from robotics.plugins.stress.printing import Wrong, print_stressed
+from robotics.commands.shared import Law, chosen_controller, controller_option, print_forewarnings
+from robotics.plugins.stress.printing import Runners, Wrong, run_stress
 
 Field = Literal["A", "B", "U"]  # the class of a course: what stands on it
 Team = Literal["1", "3"]  # the number of robots on a course
@@ -35,22 +28,22 @@ def obstacles(
     seed: Annotated[int, option("The first course's seed.", min=0)] = 0,
     disturbance: Wrong,
     moving: Annotated[int, option("Number of discs that cross the lanes, at 0.2 m/s at most.", min=0, max=10)] = 0,
-    workers: Workers = None,
+    crew: Runners,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Simulate random courses among obstacles that the robots only sense: who arrives, and who touches what.
 
     The plant is the full one, sonars and postures are noisy. A course depends on its seed alone, so that `robotics
-    repeat obstacles --seed N` with the same options repeats one. The number of workers changes no number.
+    repeat obstacles --seed N` with the same options repeats one. The number of workers changes no number. With --out
+    the same command goes on after a stop.
 
     \b
     Example:
       robotics stress obstacles --runs 20 --class U --json
     """
     from robotics.laws.catalogue import make_controller
-    from robotics.plugins.stress.crew import in_chunks
-    from robotics.plugins.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
+    from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
     from robotics.plugins.stress.single import ALIASES
     from robotics.studies.forewarnings import blind
 
@@ -59,11 +52,16 @@ def obstacles(
     driver = make_controller(name)
     count = int(robots)
     print_forewarnings(blind(obstacle_ensemble([seed], field, count, lanes=lanes), driver, controller))
-    with progress_bar(quiet) as begin:
-        course: dict[str, Any] = {"kind": field, "moving": moving, "lanes": lanes}
-        stress = partial(stress_obstacles, name, robots=count, disturbance=disturbance, **course)
-        stressed = in_chunks(stress, count, range(seed, seed + runs), jobs=workers, begin=begin)
+    course: dict[str, Any] = {"kind": field, "moving": moving, "lanes": lanes}
     about: dict[str, Any] = {"controller": controller, "class": field, "robots": count, "lanes": lanes}
     wrong = {"loss": disturbance.loss, "latency_s": disturbance.latency, "freeze_s": disturbance.freeze}
-    about |= {"first_seed": seed, **wrong, "moving": moving}
-    print_stressed(about, stressed, json)
+    run_stress(
+        about | {"first_seed": seed, **wrong, "moving": moving},
+        partial(stress_obstacles, name, robots=count, disturbance=disturbance, **course),
+        ObstacleOutcome,
+        count,
+        range(seed, seed + runs),
+        crew,
+        json=json,
+        quiet=quiet,
+    )

@@ -19,7 +19,7 @@ from robotics.measures.arrival import together
 from robotics.plugins.stress.crossings import SPEED, drawn_ensemble
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.lanes import Lanes, lanes_beside, lanes_crossing
-from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.outcome import StressOutcome, of_runs
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import ScenarioError
 from robotics.world.environment.obstaclefields import GAP, random_field, random_trap
@@ -116,8 +116,8 @@ class ObstacleOutcome(StressOutcome):
 
     limit = 8.0
 
-    hit: np.ndarray  # (runs,) bool: a robot touched an obstacle
-    trapped: np.ndarray  # (runs,) bool: a robot followed a wall
+    hit = of_runs("hit")  # a robot touched an obstacle
+    trapped = of_runs("trapped")  # a robot followed a wall
 
     @property
     def succeeded(self) -> np.ndarray:

@@ -4,11 +4,12 @@ A run goes on after a contact, as if robots could overlap: collisions and deadlo
 have both. A deadlock is a run that started and in which not all robots have arrived after 4 nominal durations.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
+import pandas as pd
 
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import spread, together
@@ -17,23 +18,52 @@ _SHOWN = 50  # seeds of failures that are named, at most
 Outcome = TypeVar("Outcome", bound="StressOutcome")
 
 
+def table_of(columns: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """The table of an outcome from arrays (runs,), each for all robots of a run, and (runs, robots), but the robots."""
+    runs, robots = next(values.shape for values in columns.values() if values.ndim > 1)
+    table = pd.DataFrame({name: np.repeat(v, robots) if v.ndim == 1 else v.ravel() for name, v in columns.items()})
+    table.insert(1, "robot", np.tile(np.arange(1, robots + 1), runs))
+    return table
+
+
+def of_runs(column: str) -> Any:
+    """A column that says the same in all rows of a run: an array (runs,)."""
+    return property(lambda outcome: outcome.column(column)[:, 0].copy())
+
+
+def of_robots(column: str) -> Any:
+    """A column of robots: an array (runs, robots)."""
+    return property(lambda outcome: outcome.column(column))
+
+
 @dataclass(frozen=True, eq=False)
 class StressOutcome:
-    """The outcome of every run; arrays are (runs,) unless they say otherwise."""
+    """The outcome of every run.
+
+    Attributes:
+        table: A row a run and robot, the robots of a run one after the other: seed, robot, nominal_s, arrival_s,
+            collided, refused, min_distance_m, clearance_m, caused, driven_s, overridden_s, hit, trapped.
+    """
 
     # Nominal durations: a robot that has not arrived by then never will; a plan may take as long
     limit: ClassVar[float] = 4.0
 
-    seeds: tuple[int, ...]
-    nominal: np.ndarray  # s
-    arrivals: np.ndarray  # (runs, robots) s; infinite: never
-    collided: np.ndarray  # bool: two robots touched
-    refused: np.ndarray  # bool: the law said before the start that there is no safe plan
-    min_distance: np.ndarray  # m between the centers of two robots
-    clearance: np.ndarray  # m: the least signed clearance of a robot to anything; < 0: how deep they overlapped
-    caused: np.ndarray  # (runs, robots) bool: the robot drove into something; else what it touched drove into it
-    driven: np.ndarray  # s: of all robots together, each until it arrived or the run was over
-    overridden: np.ndarray | None  # s of those in which the emergency rule acted; None: the law has no such rule
+    table: pd.DataFrame = field(repr=False)
+
+    seeds = property(lambda outcome: tuple(outcome.column("seed")[:, 0].tolist()))
+    nominal = of_runs("nominal_s")
+    arrivals = of_robots("arrival_s")  # infinite: never
+    collided = of_runs("collided")  # two robots touched
+    refused = of_runs("refused")  # the law said before the start that there is no safe plan
+    min_distance = of_runs("min_distance_m")  # between the centers of two robots
+    clearance = of_runs("clearance_m")  # the least signed one of a robot to anything; < 0: how deep they overlapped
+    caused = of_robots("caused")  # the robot drove into something; else what it touched drove into it
+    driven = of_runs("driven_s")  # of all robots together, each until it arrived or the run was over
+    overridden = of_runs("overridden_s")  # of those in which the emergency rule acted; NaN: the law has no such rule
+
+    def column(self, name: str) -> np.ndarray:
+        """A column of the table (runs, robots)."""
+        return self.table[name].to_numpy().reshape(-1, int(self.table["robot"].max()))
 
     @classmethod
     def longest(cls, ensemble: Setting, extra: float = 0.0) -> np.ndarray:
@@ -61,7 +91,7 @@ class StressOutcome:
 
         Not-a-number for a run that never began; None where the law has no such rule.
         """
-        if self.overridden is None:
+        if np.isnan(self.overridden).all():
             return None
         with np.errstate(invalid="ignore"):
             return np.asarray(self.overridden / self.driven)
@@ -69,22 +99,21 @@ class StressOutcome:
     @property
     def emergency_share(self) -> float | None:
         """The same share over the time of the robots of all runs; None too where no run began."""
-        if self.overridden is None or not self.driven.any():
-            return None
-        return float(self.overridden.sum() / self.driven.sum())
+        share = float(self.overridden.sum() / self.driven.sum()) if self.driven.any() else np.nan
+        return None if np.isnan(share) else share
 
     def summary(self) -> dict[str, Any]:
         """The numbers that ``robotics stress --json`` prints."""
         good = self.arrived & ~self.collided
         at_once = good & together(self.arrivals)
         ratio = self.arrivals.max(axis=1)[good] / self.nominal[good]
-        moving = ~self.refused
+        moving, seeds = ~self.refused, self.seeds
 
         def named(which: np.ndarray) -> list[int]:
-            return [self.seeds[k] for k in np.flatnonzero(which)[:_SHOWN]]
+            return [seeds[k] for k in np.flatnonzero(which)[:_SHOWN]]
 
         return {
-            "runs": len(self.seeds),
+            "runs": len(seeds),
             "collisions": int(self.collided.sum()),
             "deadlocks": int(self.deadlocked.sum()),
             "refused": int(self.refused.sum()),
@@ -105,13 +134,3 @@ class StressOutcome:
                 "apart": named(good & ~at_once),
             },
         }
-
-
-def joined(outcomes: Sequence[Outcome]) -> Outcome:
-    """The outcomes of several parts of the runs as one, in their order; all of one class and one law."""
-    first = outcomes[0]
-    arrays = {f.name: [getattr(part, f.name) for part in outcomes] for f in fields(first) if f.name != "seeds"}
-    whole: dict[str, Any] = {
-        name: None if parts[0] is None else np.concatenate(parts) for name, parts in arrays.items()
-    }
-    return replace(first, seeds=tuple(seed for part in outcomes for seed in part.seeds), **whole)

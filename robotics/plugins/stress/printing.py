@@ -1,19 +1,24 @@
-"""Shared parts of the commands about stress tests: the options of disturbances, and how outcomes are printed."""
+"""Shared parts of the commands about stress tests: options, how they are run, and how outcomes are printed."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.options import FieldOptions, Shown
+from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import USAGE, print_json
 from robotics.commands.shared import number_cell
+from robotics.commands.study_printing import already_there
 
 if TYPE_CHECKING:
-    from robotics.plugins.stress.crew import Stressed
+    from robotics.commands.crew import Crew
     from robotics.plugins.stress.disturbance import Disturbance
+    from robotics.plugins.stress.outcome import StressOutcome
 
 Wrong = Annotated[
     "Disturbance",
@@ -22,23 +27,64 @@ Wrong = Annotated[
         freeze=Shown(doc="Stop one robot for this many seconds."),
     ),
 ]
+Runners = Annotated["Crew", FieldOptions("robotics.commands.crew:Crew")]
 
 
-def print_stressed(about: Mapping[str, Any], stressed: "Stressed[Any]", json: bool) -> None:
-    """Print the outcome of a stress test, also of one that was stopped: then say which seeds are missing, and exit."""
-    if stressed.outcome is not None:
-        missing = [list(seeds) for seeds in stressed.missing]
-        print_outcome({**about, **stressed.outcome.summary()} | ({"missing_seeds": missing} if missing else {}), json)
-    if not stressed.missing:
+def run_stress(
+    about: Mapping[str, Any],
+    stress: "partial[Any]",
+    kind: "type[StressOutcome]",
+    robots: int,
+    seeds: Sequence[int],
+    crew: "Crew",
+    *,
+    json: bool,
+    quiet: bool,
+    threads: bool = False,
+) -> None:
+    """Do a stress test and print its outcome, also of one that was stopped: then say which seeds are missing, and exit.
+
+    Args:
+        about: What is printed before the outcome.
+        stress: As :func:`robotics.plugins.stress.crew.in_pieces` takes it, as the next four and ``threads``.
+        kind: The class of the outcome.
+        robots: Number of robots of each run.
+        seeds: One run for each.
+        crew: Who does it.
+        json: Whether one JSON object is printed.
+        quiet: Whether no progress is shown.
+        threads: Whether processes are threads.
+    """
+    from robotics.laws.catalogue import files_of
+    from robotics.plugins.stress.crew import in_pieces
+    from robotics.studies.versions import digest_of
+
+    files = {name: digest_of(path) for name, path in sorted(files_of(stress.args[0]).items())}
+    whole = {"test": stress.func.__name__, **about, **stress.keywords, "runs": len(seeds), "files_sha256": files}
+    told = already_there(crew.out or Path(), quiet)
+    with progress_bar(quiet) as begin:
+        done = in_pieces(stress, robots, seeds, crew, begin=begin, threads=threads, about=whole, resumed=told)
+    missing = _stretches(done.missing)
+    if done.table is not None:
+        print_outcome({**about, **kind(done.table).summary()} | ({"missing_seeds": missing} if missing else {}), json)
+    if not missing:
         return
-    done = 0 if stressed.outcome is None else len(stressed.outcome.seeds)
-    total = done + sum(last - first + 1 for first, last in stressed.missing)
-    seeds = ", ".join(f"{first} to {last}" if last > first else str(first) for first, last in stressed.missing)
-    left = f"{done} of {total} runs are done; the seeds {seeds} are missing"
-    if stressed.interrupted:
-        interrupted(left)
-    print(f"robotics: {stressed.reason}; {left}", file=sys.stderr)
+    left = ", ".join(f"{first} to {last}" if last > first else str(first) for first, last in missing)
+    said = f"{len(seeds) - sum(map(len, done.missing))} of {len(seeds)} runs are done; the seeds {left} are missing"
+    said += "" if crew.out is None else "; the same command goes on from there"
+    if done.interrupted:
+        interrupted(said)
+    print(f"robotics: {done.reason}; {said}", file=sys.stderr)
     raise typer.Exit(USAGE)
+
+
+def _stretches(parts: Sequence[Sequence[int]]) -> list[list[int]]:
+    """The first and the last seed of every stretch of parts that follow each other."""
+    found: list[list[int]] = []
+    for part in parts:
+        first = found.pop()[0] if found and found[-1][1] + 1 == part[0] else part[0]
+        found.append([first, part[-1]])
+    return found
 
 
 def print_outcome(figures: Mapping[str, Any], json: bool) -> None:

@@ -7,17 +7,17 @@ an equation are driven a few at a time, by compiled code, until all of these are
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import reached_within
 from robotics.measures.blame import at_fault
 from robotics.plugins.stress.judge import JudgeNotes, judge
-from robotics.plugins.stress.outcome import Outcome, joined
+from robotics.plugins.stress.outcome import Outcome, table_of
 from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk
 from robotics.simulation.observer import Observer
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
@@ -85,34 +85,30 @@ class Tally:
         last = float(known.arrivals.max())
         return round(np.ceil(last + self.after) / period) if np.isfinite(last) else None
 
-    def judged(self, seeds: Sequence[int], wanted: Sequence[str]) -> dict[str, Any]:
-        """The ``wanted`` fields of an outcome of its runs; ``seeds`` are those of all runs.
-
-        They are those of :class:`robotics.plugins.stress.outcome.StressOutcome`, and of
-        :class:`robotics.plugins.stress.obstaclecourse.ObstacleOutcome`.
-        """
+    def table(self, seeds: Sequence[int]) -> pd.DataFrame:
+        """The :attr:`robotics.plugins.stress.outcome.StressOutcome.table` of its runs; ``seeds`` are of all runs."""
         known, period = self.known, self.ensemble.period
         touched = np.isfinite(known.watch.contacts.first).any(axis=2)
-        all_of_them = {
-            "seeds": tuple(seeds[self.runs]),
-            "nominal": self.ensemble.references.ends[self.runs, 0],
-            "arrivals": known.arrivals,
+        columns = {
+            "seed": np.array(seeds[self.runs]),
+            "nominal_s": self.ensemble.references.ends[self.runs, 0],
+            "arrival_s": known.arrivals,
             "collided": touched[TO.robot],
             "refused": known.refused,
-            "min_distance": known.nearest,
-            "clearance": known.watch.contacts.least.min(axis=(0, 2)),
+            "min_distance_m": known.nearest,
+            "clearance_m": known.watch.contacts.least.min(axis=(0, 2)),
             "caused": self.caused,
-            "driven": known.driven * period,
-            "overridden": known.guarded * period if self.guards else None,
+            "driven_s": known.driven * period,
+            "overridden_s": known.guarded * (period if self.guards else np.nan),
             "hit": touched[TO.obstacle],
             "trapped": known.followed,
         }
-        return {name: all_of_them[name] for name in wanted}
+        return table_of(columns)
 
 
 def judged(kind: type[Outcome], tallies: Sequence[Tally], seeds: Sequence[int]) -> Outcome:
     """The outcome of all runs, those of ``seeds``, as one of its ``kind``."""
-    return joined([kind(**tally.judged(seeds, [f.name for f in fields(kind)])) for tally in tallies])
+    return kind(pd.concat([tally.table(seeds) for tally in tallies], ignore_index=True))
 
 
 def run_ensemble(

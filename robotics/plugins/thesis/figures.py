@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ from robotics.laws.catalogue import law_title
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.measures.evidence import Estimate, rate_of
-from robotics.plugins.thesis.recovery import Recovery, Scaling
+from robotics.plugins.thesis.recovery import Scaling
 from robotics.show.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 
 _ALPHA, _REACH = 3.0, 2.0  # s/m: α in the exponent of Q(S); m/s: the largest |S|
@@ -130,36 +131,37 @@ def _pair(width: float) -> Iterator[tuple[Figure, Axes, Axes]]:
 _MARKERS = "os^Dv"
 
 
-def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figure:
+def plot_recovery(recoveries: pd.DataFrame, width: float = DOUBLE) -> Figure:
     """Draw the share of runs that recover, with Wilson's interval, and the largest distance from the path.
 
     Controllers stand side by side at each length of an outage, so that none covers another.
 
     Args:
-        recoveries: What is drawn, by controller and outage.
+        recoveries: The table of :func:`robotics.recovery_curve`.
         width: The width of the figure in inches.
     """
-    names = list(dict.fromkeys(r.controller for r in recoveries))
+    parts: dict[Any, pd.DataFrame] = dict(iter(recoveries.groupby(["controller", "outage_s"], sort=False)))
+    names = list(dict.fromkeys(name for name, _ in parts))
     with styled_figure(width, 2.3 + 0.15 * len(names)) as figure:
         left, right = figure.subplots(1, 2)
         for i, name in enumerate(names):
-            mine = [r for r in recoveries if r.controller == name]
-            at = np.array([r.outage for r in mine]) + 0.5 * (i - (len(names) - 1) / 2)
+            mine = {outage: part for (law, outage), part in parts.items() if law == name}
+            at = np.array([*mine]) + 0.5 * (i - (len(names) - 1) / 2)
             look = {"color": COLORS[i], "linestyle": LINES[i], "marker": _MARKERS[i], "markersize": 4, "linewidth": 0.9}
-            shares = [rate_of(r.recovered) for r in mine]
+            shares = [rate_of(part["recovered"].to_numpy()) for part in mine.values()]
             ends = np.array([[s.value - s.low, s.high - s.value] for s in shares]).T
             values = [100 * s.value for s in shares]
             left.errorbar(at, values, 100 * ends, label=law_title(name), capsize=2, elinewidth=0.8, **look)
-            right.plot(at, [float(r.deviation.mean()) for r in mine], **look)
+            right.plot(at, [float(part["deviation_m"].to_numpy().mean()) for part in mine.values()], **look)
         left.axvline(15.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)))
         left.text(14.7, 3, "limit in\nthe thesis", fontsize=7, color="0.3", ha="right")
         left.set(ylim=(-3, 103), ylabel="teams that recover [%]")
         right.set_ylim(bottom=0)
         right.set_ylabel("largest distance from\nthe path, mean [m]")
         for ax in (left, right):
-            ax.set_xticks(sorted({r.outage for r in recoveries}))
+            ax.set_xticks(sorted({outage for _, outage in parts}))
             ax.set_xlabel("length of the outage [s]")
-        counts = sorted({len(r.recovered) for r in recoveries})
+        counts = sorted({*map(len, parts.values())})
         figure.legend(
             loc="outside upper left",
             ncol=3 if width > PAGE_WIDTH else 1,

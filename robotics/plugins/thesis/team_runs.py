@@ -7,6 +7,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
@@ -16,7 +17,7 @@ from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
-from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
+from robotics.plugins.thesis.recovery import Scaling, recovery_curve
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
@@ -86,7 +87,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
 def values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
     """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
     if need.on in DECIDED:
-        return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
+        return np.asarray(results["recovery", need.of, DECIDED[need.on]]["recovered"])
     if need.on == LEMMA:
         return np.array([_share_of_bound(results[LEMMA,], need.of.removeprefix("condition "))])
     found = results[need]
@@ -107,10 +108,9 @@ def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
     return separation(driven(need, held, need.of, seeds), since=10.0)
 
 
-def _recovery(law: str, outage: float, seeds: Sequence[int]) -> Recovery:
+def _recovery(law: str, outage: float, seeds: Sequence[int]) -> pd.DataFrame:
     late = law == "virtual-structure"  # its clock waits for who is held up; the others' runs to the timetable
-    (found,) = recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
-    return found
+    return recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
 
 
 def _scaled(robots: int, loss: float, seed: int) -> Scaling:

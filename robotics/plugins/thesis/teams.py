@@ -1,7 +1,9 @@
 """The report's chapter on teams: graph, virtual structure, fuzzy cooperation; thesis 3, 4, 5.3 and 5.4."""
 
 from functools import partial
-from itertools import product, zip_longest
+from itertools import zip_longest
+
+import pandas as pd
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import label
@@ -11,7 +13,7 @@ from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
-from robotics.plugins.thesis.recovery import Recovery, Scaling
+from robotics.plugins.thesis.recovery import Scaling
 from robotics.plugins.thesis.rows import film_of, run_columns
 from robotics.plugins.thesis.team_runs import (
     DUELS,
@@ -157,9 +159,9 @@ def _duel(results: Results, test: str) -> Grid:
 
 def _recovery(results: Results) -> Grid:
     def cell(law: str, outage: float) -> str:
-        found: Recovery = results["recovery", law, outage]
-        share = f"{shown(rate_of(found.recovered), '1')} of {len(found.recovered)} runs"
-        return f"{share}, {shown(mean_of(found.deviation), 'm')}"
+        found = results["recovery", law, outage]
+        share = f"{shown(rate_of(found['recovered'].to_numpy()), '1')} of {len(found)} runs"
+        return f"{share}, {shown(mean_of(found['deviation_m'].to_numpy()), 'm')}"
 
     return Grid.of(
         "Failure of robot 2 and delay of robot 3 at random times: share of the runs that recover, with Wilson's 95 % "
@@ -204,7 +206,7 @@ def _pictures(results: Results) -> list[Picture]:
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, [results["recovery", *key] for key in product(RECOVERERS, OUTAGES)], PAGE_WIDTH),
+            partial(plot_recovery, pd.concat([t for key, t in results.items() if key[0] == "recovery"]), PAGE_WIDTH),
         ),
         Picture(
             "team-scaling",

@@ -5,10 +5,12 @@ import signal
 import threading
 from contextlib import contextmanager
 
+import pandas as pd
 import pytest
 
-from robotics.plugins.stress import crew
-from robotics.plugins.stress.crew import in_chunks
+from robotics.commands.crew import Crew
+from robotics.plugins.stress.crew import in_pieces
+from robotics.plugins.stress.outcome import StressOutcome
 from robotics.studies.executors import WorkerError, processes, uninterrupted
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals")
@@ -29,12 +31,12 @@ def fails():
     raise ValueError("no")
 
 
-def seeds_but_two(seeds, begin=None):
-    return dies() if 2 in seeds else list(seeds)
+def outcome_of(seeds):
+    return StressOutcome(pd.DataFrame({"seed": seeds, "robot": 1}))
 
 
-def silent(text, total):
-    return lambda: None
+def seeds_but_two(seeds):
+    return dies() if 2 in seeds else outcome_of(seeds)
 
 
 def test_a_process_that_dies_loses_nothing_and_one_that_always_dies_only_its_own(tmp_path, monkeypatch):
@@ -51,22 +53,24 @@ def test_a_process_that_dies_loses_nothing_and_one_that_always_dies_only_its_own
         def these(count, preload):
             yield workers
 
-        monkeypatch.setattr(crew, "processes", these)
-        monkeypatch.setattr(crew, "joined", lambda parts: [seed for part in parts for seed in part])
-        found = in_chunks(seeds_but_two, 600, range(4), jobs=2, begin=silent)
-    assert (found.outcome, found.missing, found.interrupted) == ([0, 1, 3], ((2, 2),), False)
+        monkeypatch.setattr("robotics.commands.crew.processes", these)
+        found = in_pieces(seeds_but_two, 600, range(4), Crew(workers=2))
+    assert (found.table["seed"].tolist(), found.missing, found.interrupted) == ([0, 1, 3], (range(2, 3),), False)
     assert "died" in found.reason
 
 
-def test_ctrl_c_keeps_the_chunks_that_are_done(monkeypatch):
-    def stress(seeds, begin):
+def test_ctrl_c_keeps_the_pieces_that_are_done():
+    def stress(seeds):
         if 2 in seeds:
             raise KeyboardInterrupt
-        return list(seeds)
+        return outcome_of(seeds)
 
-    monkeypatch.setattr(crew, "joined", lambda parts: [seed for part in parts for seed in part])
-    found = in_chunks(stress, 600, range(4), jobs=1, begin=silent)
-    assert (found.outcome, found.missing, found.interrupted) == ([0, 1], ((2, 3),), True)
+    found = in_pieces(stress, 600, range(4), Crew(workers=1))
+    assert (found.table["seed"].tolist(), found.missing, found.interrupted) == (
+        [0, 1],
+        (range(2, 3), range(3, 4)),
+        True,
+    )
 
 
 def test_ctrl_c_is_put_off_where_there_are_other_threads_too():

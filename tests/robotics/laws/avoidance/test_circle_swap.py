@@ -10,7 +10,7 @@ from scipy.spatial.distance import pdist
 from benchmarks.avoidance import Clocked, Entrant, Orca, circle_swap, ensemble, entered, figures, random_goals
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Observation
-from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.outcome import StressOutcome, table_of
 from tests.robotics.world.vehicle.etsro import ETSRO
 
 
@@ -46,10 +46,8 @@ def test_success_is_arriving_in_time_without_a_touch():
     arrivals = np.array([[9.0, 10.0], [41.0, 5.0], [9.0, 10.0], [np.inf, np.inf]])
     touched, refused = np.array([False, False, True, False]), np.array([False, False, False, True])
     nearest, clearance = np.array([0.5, 0.6, 0.2, 0.9]), np.array([0.1, 0.2, -0.1, 0.5])
-    times, blamed = np.full(4, 10.0), np.stack([touched, touched], axis=1)
-    outcome = StressOutcome(
-        (0, 1, 2, 3), times, arrivals, touched, refused, nearest, clearance, blamed, times, overridden=None
-    )
+    columns = {"seed": np.arange(4), "arrival_s": arrivals, "collided": touched, "refused": refused}
+    outcome = StressOutcome(table_of(columns | {"min_distance_m": nearest, "clearance_m": clearance}))
     found = figures(outcome, np.full(4, 10.0))
     assert found["success"] == 0.25
     assert (found["collisions"], found["refused"], found["late"]) == (1, 1, 1)

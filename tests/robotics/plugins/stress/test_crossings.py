@@ -1,19 +1,20 @@
 """Random crossings: what the classes promise, how runs are judged, and robots that are parked in each other's way."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from robotics.commands.crew import Crew
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
-from robotics.plugins.stress.crew import in_chunks
+from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.crossing_runs import stress_crossing
 from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing
 from robotics.plugins.stress.disturbance import Disturbance
-from robotics.plugins.stress.outcome import StressOutcome, joined
+from robotics.plugins.stress.outcome import StressOutcome, table_of
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import PathColumns, Quintic
 from robotics.world.paths.quintic_table import quintic_table
@@ -67,7 +68,8 @@ def assert_same(whole, part, k):
 def test_an_outcome_does_not_depend_on_chunks():
     law, wrong = make_controller("right-of-way"), Disturbance(freeze=3.0, loss=0.2)
     whole = stress_crossing(law, 3, range(3), "A", wrong)
-    parts = joined([stress_crossing(law, 3, part, "A", wrong) for part in (range(1), range(1, 3))])
+    tables = [stress_crossing(law, 3, part, "A", wrong).table for part in (range(1), range(1, 3))]
+    parts = StressOutcome(pd.concat(tables, ignore_index=True))
     assert whole.seeds == parts.seeds
     assert_same(whole, parts, 0)
 
@@ -87,9 +89,10 @@ def test_rates_are_counted_apart():
     yes = np.array([False, True, False, False])
     refused, clearance = yes[[0, 2, 3, 1]], np.array([0.3, -0.02, 0.2, -1.0])
     near, blamed, driven = np.full(4, 0.5), np.stack([yes, yes], axis=1), np.array([60.5, 150.0, 62.0, 0.0])
-    judged = StressOutcome(
-        (5, 6, 7, 8), np.full(4, 30.0), arrivals, yes, refused, near, clearance, blamed, driven, None
-    )
+    columns = {"seed": np.arange(5, 9), "nominal_s": np.full(4, 30.0), "arrival_s": arrivals, "collided": yes}
+    columns |= {"refused": refused, "min_distance_m": near, "clearance_m": clearance, "caused": blamed}
+    columns |= {"driven_s": driven, "overridden_s": np.full(4, np.nan)}
+    judged = StressOutcome(table_of(columns))
     found = judged.summary()
     assert (found["collisions"], found["deadlocks"], found["refused"], found["arrived"]) == (1, 1, 1, 2)
     assert found["arrived_together"] == 1
@@ -193,15 +196,9 @@ def test_robots_parked_in_the_way_are_passed_without_contact():
     assert found["arrived_together"] == 20 - found["refused"]
 
 
-def silent(description: str, total: int) -> Any:
-    """A bar of a progress display that nobody sees."""
-    return lambda more=1: None
-
-
 def test_an_outcome_does_not_depend_on_threads():
     """Chunks in threads of this process, and all runs one after the other: the same bits."""
     stress, seeds = partial(stress_crossing, "right-of-way", 3, disturbance=Disturbance(loss=0.2)), range(40)
     alone = stress(seeds)
-    shared = in_chunks(stress, 3, seeds, jobs=2, begin=silent, threads=True).outcome
-    for name in ("arrivals", "collided", "refused", "min_distance", "clearance", "caused", "driven"):
-        np.testing.assert_array_equal(getattr(alone, name), getattr(shared, name))
+    shared = in_pieces(stress, 3, seeds, Crew(workers=2), threads=True)
+    pd.testing.assert_frame_equal(alone.table, shared.table, check_exact=True)

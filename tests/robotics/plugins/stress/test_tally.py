@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
-from robotics.plugins.stress.outcome import StressOutcome, joined
+from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.single import single_run
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
@@ -60,19 +61,18 @@ def test_the_emergency_rules_share_is_of_the_time_on_the_way(guarded):
     """It acts in odd seconds: 4.9 s of 9.9 and 7 s of 14.9; and two of four."""
     np.testing.assert_allclose(guarded.guarded, [(4.9 + 7.0) / 24.8, 0.5], rtol=1e-12)
     assert guarded.summary()["emergency_share"] == pytest.approx((4.9 + 7.0 + 4.0) / (24.8 + 8.0), rel=1e-12)
-    twice = joined([guarded, guarded])
+    twice = StressOutcome(pd.concat([guarded.table, guarded.table]))
     assert twice.seeds == (0, 1, 0, 1)
     assert twice.guarded.tolist() == guarded.guarded.tolist() * 2
 
 
 def test_where_no_run_began_and_where_there_is_no_rule_there_is_no_share(guarded):
-    never = replace(guarded, driven=np.zeros(2), overridden=np.zeros(2))
+    never = StressOutcome(guarded.table.assign(driven_s=0.0, overridden_s=0.0))
     assert np.isnan(never.guarded).all()
     assert never.summary()["emergency_share"] is None
     without = run_ensemble(StressOutcome, straight([BESIDE], [1.0]), make_controller("cooperation"), (0,))
     assert without.guarded is None
     assert without.summary()["emergency_share"] is None
-    assert joined([without, without]).guarded is None
 
 
 def test_a_robot_that_is_held_up_does_not_cause_what_drives_into_it():
