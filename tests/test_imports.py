@@ -45,8 +45,8 @@ STAIRS = {
         formations own leading teams emergencies avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions chunks population together comparison forewarnings inspection sweeps keptcomparison
-        tuning
+        executors pieces versions chunks population together comparison forewarnings inspection design axes
+        keptcomparison tuning
     """,
     "robotics.show": "figures playback report",
 }

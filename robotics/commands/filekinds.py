@@ -61,8 +61,8 @@ FILE_KINDS: dict[str, FileKind] = {
     ),
     "sweep": FileKind(
         "a sweep",
-        "robotics.studies.sweeps.reading:sweep_table",
-        "robotics.studies.sweeps.reading:parse_sweep",
+        "robotics.show.report.keys:sweep_table",
+        "robotics.show.report.plan:parse_study",
         "robotics sweep FILE",
         {"sweep": "sweep"},
     ),

@@ -104,7 +104,7 @@ values = { low = 0.0, high = 0.1, step = 0.05 }
     assert main(["sweep", str(folder / "sweep.toml"), "--out", str(folder / "s"), "-q"]) == 0
     assert main(["study", str(folder / "axes.toml"), "--out", str(folder / "a"), "-q", "--no-report"]) == 0
     swept, studied = pd.read_parquet(folder / "s" / "results.parquet"), pd.read_csv(folder / "a" / "results.csv")
-    pd.testing.assert_frame_equal(swept, studied[list(swept)], check_dtype=False, rtol=1e-15)
+    pd.testing.assert_frame_equal(swept, studied, check_dtype=False, rtol=1e-15)
 
 
 BAD = {
@@ -245,6 +245,7 @@ first_seed = 3
 metrics = ["max_cross_track_m"]
 method = "random"
 samples = 2
+chunk = 50
 seed = 4
 questions = ["leads", "axes"]
 chapters = "tests.robotics.show.report.test_study_axes:chapters"
