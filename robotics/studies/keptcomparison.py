@@ -26,13 +26,12 @@ from robotics.laws.law import Law
 from robotics.measures.outside import OutsideInput, merged
 from robotics.measures.own import OwnMetrics
 from robotics.measures.quantities import measured, quantity_called
-from robotics.measures.registry import ALL_METRICS, own_metrics
-from robotics.measures.tracking import Metric
+from robotics.measures.registry import own_metrics
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.chunks import Chunk, KeptChunks, run_chunk
-from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, rows_of
+from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, column_titles, rows_of
 from robotics.studies.design import Point, ScenarioDesign
 from robotics.studies.executors import Workers
 from robotics.studies.versions import digest, versions
@@ -305,7 +304,7 @@ class KeptComparisons:
     def write_parquet(self, path: Path) -> TableCounts:
         """Write the rows of all chunks into a Parquet file, whole or not at all; only some are in memory at a time.
 
-        Each column says in its metadata what it is, and its unit. One that only some chunks have is empty elsewhere.
+        Each column says in its metadata its title and unit. One that only some chunks have is empty elsewhere.
         """
         import pyarrow as pa
         import pyarrow.compute as pc
@@ -315,9 +314,10 @@ class KeptComparisons:
             for table in self.chunks().tables():
                 yield table.drop_columns([n for n in table.column_names if n.startswith((_NOTES, _VALUE))])
 
-        about = {**ALL_METRICS, **own_metrics(self.metrics)}
         schema = pa.unify_schemas([table.schema for table in tables()], promote_options="permissive")
-        schema = pa.schema([_described(each, about) for each in schema], metadata={self.kind: self.chunks().key})
+        about = column_titles(schema.names, self.metrics)
+        columns = [each.with_metadata(dict(zip(("title", "unit"), about[each.name], strict=True))) for each in schema]
+        schema = pa.schema(columns, metadata={self.kind: self.chunks().key})
         rows = diverged = contacts = 0
         with replacing(path) as temporary, pq.ParquetWriter(temporary, schema) as writer:
             batch: list[pa.Table] = []
@@ -384,11 +384,6 @@ class KeptComparisons:
             table["seed"] += (table["point"] - 1) * len(self.seeds) - self.seeds[0]
             table = table.drop(columns=["point", *(axis.name for axis in case.design.axes)])
         return table.drop(columns="condition", errors="ignore")
-
-
-def _described(column: "pa.Field", about: Mapping[str, Metric]) -> "pa.Field":
-    found = about.get(column.name)
-    return column.with_metadata({} if found is None else {"title": found.title, "unit": found.unit})
 
 
 def _shown(table: pd.DataFrame) -> pd.DataFrame:

@@ -49,7 +49,7 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
 from robotics.studies.chunks import discard_chunks
-from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
+from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, column_titles, contact_runs, summarise
 from robotics.studies.design import SweepError
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
 from robotics.studies.keptcomparison import PIECES_FOLDER, Case, KeptComparisons, TableCounts
@@ -61,7 +61,7 @@ from robotics.tables.text import parse_table
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
-_RESULTS = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html")
+_RESULTS = ("results.csv", "columns.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html")
 MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a progress display and the folder
 
 
@@ -118,9 +118,10 @@ def write_study(
 ) -> Study:
     """Compare controllers on scenarios, and write all results into a folder.
 
-    The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv and
-    evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/. What is done is kept in
-    the folder until all is written; after a stop the same work goes on from there, with the same bytes in the end.
+    The files are configuration.json, results.csv (one row for each seed and robot), columns.csv (what its columns are),
+    summary.csv, claims.csv and evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/.
+    What is done is kept in the folder until all is written; after a stop the same work goes on from there, with the
+    same bytes in the end.
 
     Args:
         folder: The folder of the results.
@@ -396,6 +397,9 @@ def _written(
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
+        titles = column_titles(map(str, table), work.metrics)
+        about = [{"column": name, "title": title, "unit": unit} for name, (title, unit) in titles.items()]
+        write_frame(pd.DataFrame(about), folder / "columns.csv")
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []

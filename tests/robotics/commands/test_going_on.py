@@ -36,7 +36,15 @@ of = "lyapunov"
 against = ["csm", "esm"]
 less = true
 """
-TABLES = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "configuration.json")
+TABLES = (
+    "results.csv",
+    "columns.csv",
+    "summary.csv",
+    "claims.csv",
+    "evidence.csv",
+    "answers.json",
+    "configuration.json",
+)
 # Of a comparison 2 scenarios × 3 laws × 130 seeds; of the study 2 scenarios × 2 conditions × 6 passes, by 2
 CHUNKS = 12
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 import robotics
@@ -103,6 +104,11 @@ values = { low = 0.0, high = 0.1, step = 0.05 }
     (folder / "axes.toml").write_text(axes, encoding="utf-8")
     assert main(["sweep", str(folder / "sweep.toml"), "--out", str(folder / "s"), "-q"]) == 0
     assert main(["study", str(folder / "axes.toml"), "--out", str(folder / "a"), "-q", "--no-report"]) == 0
+    titles = pd.read_csv(folder / "a" / "columns.csv").set_index("column")
+    described = {name: (title, unit) for name, title, unit in titles.fillna("").itertuples()}
+    schema = pq.read_schema(folder / "s" / "results.parquet")
+    assert described == {n: tuple(m.decode() for m in schema.field(n).metadata.values()) for n in schema.names}
+    assert described["rms_cross_track_m"] == ("RMS cross-track error", "m")
     swept, studied = pd.read_parquet(folder / "s" / "results.parquet"), pd.read_csv(folder / "a" / "results.csv")
     pd.testing.assert_frame_equal(swept, studied, check_dtype=False, rtol=1e-15)
 
