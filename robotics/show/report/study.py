@@ -119,9 +119,9 @@ def write_study(
     """Compare controllers on scenarios, and write all results into a folder.
 
     The files are configuration.json, results.csv (one row for each seed and robot), columns.csv (what its columns are),
-    summary.csv, claims.csv and evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/.
-    What is done is kept in the folder until all is written; after a stop the same work goes on from there, with the
-    same bytes in the end.
+    summary.csv, claims.csv and evidence.csv if ``chapters`` are made, and with ``report`` also report.html and
+    figures/. What is done is kept in the folder until all is written; after a stop the same work goes on from there,
+    with the same bytes in the end.
 
     Args:
         folder: The folder of the results.
