@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted, got, is_number
 from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
@@ -48,10 +48,8 @@ class Builder:
         if missing:
             usual = f"{kind.__name__.lower()} lacks {', '.join(missing)}"
             raise self.fault(next(filter(None, missing.values()), usual)).about(*keys)
-        try:
+        with concerning(*keys):
             return kind(**values)
-        except InputError as error:
-            raise error.about(*keys) from None
 
     def convert(self, value: Any, hint: Any, field: Field[Any], keys: Keys) -> Any:
         """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""

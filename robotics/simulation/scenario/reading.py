@@ -6,7 +6,7 @@ Any fault of a file is a ScenarioError that names the file, the line, the field 
 from pathlib import Path as FilePath
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.naming import expected
 from robotics.laws.catalogue import located, make_controller
 from robotics.laws.foreign import checked_init
@@ -19,7 +19,7 @@ from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import reading
 from robotics.world.environment.world import OBSTACLES, Obstacle
 from robotics.world.paths.offset import Offset, offset_start
-from robotics.world.paths.path import SHAPES, PathError, Shape
+from robotics.world.paths.path import SHAPES, Shape
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
@@ -147,10 +147,8 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | No
             )
 
     path: Offset = _BUILDER.build(Offset, {"offset": table.pop("offset")}, keys, path=virtual.path)
-    try:
+    with concerning(*at):
         start = offset_start(path, virtual.timing)
-    except PathError as error:
-        raise error.about(*at) from None
     table = {"start": list(start), **table}
     return _BUILDER.build(
         Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=virtual.timing, **given

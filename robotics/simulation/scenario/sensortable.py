@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import concerning
 from fuzzy.naming import expected
 from robotics.tables.build import Builder, Keys
 from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor, lidar, sonar
@@ -55,10 +55,8 @@ def _sensors(row: dict[str, Any], at: Keys, builder: Builder, robot: Robot) -> d
     if preset == "sonar":
         sensors = sonar(robot.length, robot.width)
     elif preset == "lidar":
-        try:
+        with concerning(*at):
             sensors = lidar(**{key: own.pop(key) for key in SCANNER if key in own})
-        except InputError as error:
-            raise error.about(*at) from None
     return {
         prefix + name: builder.build(
             RangeSensor, {k: v for k, v in vars(sensor).items() if v is not None} | own, at, PRESET_KEYS

@@ -143,11 +143,10 @@ def _located(metric: str, folder: Path) -> str:
 def tuning_table() -> KeyTable:
     """The description of a tuning's file."""
     keys = keys_of(TuningFile, {Mapping[str, Bound] | None: _bound_key}, without=("cost",))
-    term = table_of(Term, "term")
-    cost = Key(name="cost", doc="A term of the cost, whose sum is made smaller.", holds="tables", table=term)
-    return KeyTable(name="tuning", doc=first_line(TuningFile), keys=(*keys, cost))
+    cost = Key("cost", "A term of the cost, whose sum is made smaller.", "tables", table=table_of(Term, "term"))
+    return KeyTable("tuning", first_line(TuningFile), (*keys, cost))
 
 
 def _bound_key(name: str) -> Key:
-    bound = Key(name="PARAMETER", doc="From where to where it moves.", holds="table", table=table_of(Bound, "bound"))
-    return Key(name=name, doc="", holds="table", table=KeyTable(name=name, doc="Bounds by parameter.", any_key=bound))
+    bound = Key("PARAMETER", "From where to where it moves.", "table", table=table_of(Bound, "bound"))
+    return Key(name, "", "table", table=KeyTable(name, "Bounds by parameter.", any_key=bound))

@@ -15,10 +15,10 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, Floats3, Ints1, Ints2, Ints3, column
 from fuzzy.compiled.jit import kernel
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.quantity import check_quantities, described, got, is_number, quantity, whole
-from robotics.world.paths.path import PathError, Shape, compile_path
-from robotics.world.paths.trajectory import Timing, Trajectory, compile_trajectory, together
+from robotics.world.paths.path import Shape
+from robotics.world.paths.trajectory import Timing, Trajectory, compile_motion, together
 
 Point = tuple[float, float]
 
@@ -414,13 +414,8 @@ def _listed(world: World, moving: list[tuple[int, Obstacle]]) -> _Listed:
 def _motion(i: int, obstacle: Obstacle) -> Trajectory:
     assert obstacle.path is not None
     assert obstacle.timing is not None
-    about = "path"
-    try:
-        path = compile_path(obstacle.path)
-        about = "timing"
-        return compile_trajectory((path,), (obstacle.timing,))
-    except PathError as error:
-        raise error.about("obstacles", i, about) from None
+    with concerning("obstacles", i):
+        return compile_motion(obstacle.path, obstacle.timing)
 
 
 def _moved(p: Point, obstacle: Obstacle) -> Point:

@@ -9,9 +9,10 @@ from math import inf
 
 import numpy as np
 
+from fuzzy.errors import concerning
 from fuzzy.quantity import check_quantities, quantity
 from robotics.world.paths.joined import join_paths
-from robotics.world.paths.path import Path, PathError
+from robotics.world.paths.path import Path, PathError, Shape, compile_path
 from robotics.world.paths.references import References
 from robotics.world.paths.road import TIMED, road_of
 
@@ -108,6 +109,14 @@ def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> 
             end, s, rate = _even_in_x(path, timing.start, timing.x_rate, nodes)
         tables[i], ends[i] = np.stack([s, rate]), end
     return Trajectory(paths, tables, ends)
+
+
+def compile_motion(shape: Shape, timing: Timing) -> Trajectory:
+    """One reference's trajectory. A PathError is about the key "path" or about "timing"."""
+    with concerning("path"):
+        path = compile_path(shape)
+    with concerning("timing"):
+        return compile_trajectory((path,), (timing,))
 
 
 def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:
