@@ -8,9 +8,8 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, argument, option
-from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import FILE_KINDS, file_kind
-from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from robotics.commands.filekinds import FILE_KINDS, TEMPLATES, file_kind, template_text, write_template
+from robotics.commands.shared import print_result
 
 
 def _kinds(incomplete: str) -> list[str]:
@@ -64,7 +63,4 @@ def new(
             print(text, end="")
             return
         write_whole(file, text)
-    if json:
-        print_json({"file": str(file), "use": use})
-    else:
-        print(f"{file}\n  {use}")
+    print_result(json, {"file": str(file), "use": use}, f"{file}\n  {use}")

@@ -7,8 +7,7 @@ from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, argument, option
-from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import OneSeed
+from robotics.commands.shared import OneSeed, print_result
 
 
 class Kind(NamedTuple):
@@ -100,7 +99,4 @@ def plot(
         options["robot"] = robot - 1 if about.several else robot  # the pictures of several runs count from 0
     options |= {name: value for name, value in (("time", time), ("task", task)) if value is not None}
     save_figure(getattr(robotics, about.function)(loaded if about.several else loaded[0], **options), out)
-    if json:
-        print_json({"file": str(out), "kind": kind, "scenario": loaded[0].scenario})
-    else:
-        print(out)
+    print_result(json, {"file": str(out), "kind": kind, "scenario": loaded[0].scenario}, str(out))
