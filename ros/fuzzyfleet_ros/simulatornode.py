@@ -135,11 +135,10 @@ class Simulator(Node):
             self._advance()
         else:
             self.idle += self.loop.setting.period  # who goes by this clock decides only when it goes on
-        if not self.done:
             self._tell()
 
     def _advance(self) -> None:
-        """Move on by a period, or end."""
+        """Move on by a period and tell of it, or end."""
         over = self.loop.over
         self.loop.advance()
         self.answered.clear()
@@ -150,6 +149,7 @@ class Simulator(Node):
             return
         self.sensed = self.loop.sense()
         self.since = clocks.monotonic()
+        self._tell()
 
     def _move_together(self) -> None:
         """In lockstep: begin the next period if all has come that this one waits for."""
@@ -159,8 +159,6 @@ class Simulator(Node):
         if len(self.answered) == self.robots and not silent:
             self.began = True
             self._advance()
-            if not self.done:
-                self._tell()
 
     def _look(self) -> None:
         """In lockstep: ask once more, or go on without those that do not answer."""
@@ -171,8 +169,6 @@ class Simulator(Node):
             for i in set(range(self.robots)) - self.answered:
                 self._complain(f"{robot_name(i)} sent no command within step_timeout: it does not wait for it any more")
             self._advance()
-            if not self.done:
-                self._tell()
         elif now - self.told > _AGAIN:
             self._tell()
 
