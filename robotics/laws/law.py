@@ -6,7 +6,7 @@ Arrays carry (runs, robots) in front, and a law is written for all of them at on
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from math import inf
 from types import MappingProxyType
@@ -19,7 +19,7 @@ from fuzzy.naming import expected
 from fuzzy.quantity import check_quantities
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
-from robotics.laws.setting import Setting
+from robotics.laws.setting import Kind, Setting
 from robotics.world.paths.references import Reference, References
 from robotics.world.radio.channel import NOTHING, Heard
 from robotics.world.radio.graph import is_connected
@@ -266,3 +266,22 @@ def check_connected(setting: Setting) -> None:
             f"{setting.name}: the graph {setting.radio.graph!r} is not connected: every robot must reach every other, "
             "over others if need be"
         )
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A law with some of its gains set.
+
+    Attributes:
+        law: The class.
+        gains: Those that differ from its defaults, by name.
+        title: What tables and pictures call it.
+        note: Where the gains come from.
+        kind: The kind of scenario that it drives.
+    """
+
+    law: type[Law[Any]]
+    gains: dict[str, Any]
+    title: str
+    note: str
+    kind: Kind = "tracking"

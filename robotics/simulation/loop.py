@@ -7,6 +7,7 @@ which runs are beside it, nor on how many threads share them out.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import count
 from multiprocessing import parent_process
@@ -30,9 +31,9 @@ from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
-from robotics.simulation.state import State
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
 from robotics.world.paths.references import Reference
+from robotics.world.radio.channel import Heard
 from robotics.world.radio.faults import Faults
 from robotics.world.sensing.carried import look as read_ranges
 from robotics.world.sensing.sonar import Ranges
@@ -126,6 +127,31 @@ def when_stopped(lanes: Lanes, k: int) -> np.ndarray:
 
 
 # The loop, in Python ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """All runs in one period, after the law has decided and before the robots move; arrays are copies.
+
+    They are (runs, robots) unless they say otherwise.
+    """
+
+    k: int  # the period
+    time: float  # s
+    truth: np.ndarray  # (plant channels, runs, robots): the plant's state
+    posture: np.ndarray  # (3, runs, robots): x [m], y [m], heading [rad] as measured
+    v: np.ndarray  # m/s, from the encoders
+    w: np.ndarray  # rad/s, from the encoders
+    reference: Reference  # the setting's
+    heard: Heard
+    ranges: Ranges | None  # what the range sensors read
+    memory: Any  # of the law
+    command: Command
+    target: Reference  # where the law wants the robots to be
+    fault: np.ndarray  # int: of robotics.world.radio.faults.FAULTS, or 0
+    order: np.ndarray  # (2, runs, robots): the command after faults
+    stopped: np.ndarray  # int: the period before this one in which the robot was stopped, or -1
+    lost: np.ndarray  # bool: it is stopped in this one
 
 
 def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None) -> Iterator[State]:

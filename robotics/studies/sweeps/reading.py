@@ -18,8 +18,7 @@ from robotics.studies.sweeps.plan import MOST_POINTS, ROW_KEYS, Axis, Method, Sw
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of, table_of
-from robotics.tables.lines import line_of
-from robotics.tables.text import parse_table, reading
+from robotics.tables.text import line_of, parse_table, reading
 
 _MOST = 2**62  # whole numbers are smaller: a file of 64 bits holds them
 Target = Literal["scenario", "controller"]
