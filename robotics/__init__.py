@@ -64,7 +64,8 @@ _APART = """
 _MERGED = """
     commands.templatefiles:commands.filekinds laws.preset:laws.law measures.emergencies:measures.avoidance
     show.figures.progress:show.figures.team show.figures.sonar:show.figures.modes simulation.state:simulation.loop
-    tables.lines:tables.text
+    simulation.scenario.sensortable:simulation.scenario.robots tables.lines:tables.text
+    world.paths.level:world.paths.references
 """  # modules that are a part of another one now
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(

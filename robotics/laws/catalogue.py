@@ -181,8 +181,9 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         taken: Presets whose names no other has.
     """
     good, bad = dict[str, Preset](), dict[str, str]()
-    entries = [entry for entry in entry_points(group=LAW_ENTRY_POINTS) if _is_own(entry) == own]
-    for entry in sorted(entries, key=lambda e: e.name):
+    for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
+        if (entry.dist is not None and entry.dist.name == _OWN) != own:
+            continue
         what = f"the law {entry.name!r} of {_origin(entry)}"
         if entry.name in taken:
             bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
@@ -199,10 +200,6 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         else:
             bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
     return good, bad
-
-
-def _is_own(entry: EntryPoint) -> bool:
-    return entry.dist is not None and entry.dist.name == _OWN
 
 
 def _origin(entry: EntryPoint) -> str:

@@ -47,7 +47,7 @@ from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import expected
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.world.paths.references import Reference, References
+from robotics.world.paths.references import Reference
 from robotics.world.paths.road import Road
 from robotics.world.radio.channel import AirColumns
 from robotics.world.radio.channel import HeardColumns as HeardColumns
@@ -330,10 +330,6 @@ class EquationLaw(Law[Memory]):
         """The packed rule bases that the equation reads as a row of ``known.rules``."""
         return ()
 
-    def drives_on(self, setting: Setting) -> References:
-        """The paths and their timing that the equation reads as ``known.road``."""
-        return setting.references
-
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The memory (numbers, runs, robots) at the start. Raises ControllerError where it cannot drive ``setting``."""
         return np.zeros((self.remembers.size, runs, len(setting.robots)))
@@ -341,7 +337,7 @@ class EquationLaw(Law[Memory]):
     def setup(self, setting: Setting, runs: int) -> Setup:
         """All that the equation reads and does not change; raises as :meth:`begin`."""
         robots = len(setting.robots)
-        road, lanes = self.drives_on(setting).road, np.arange(runs * robots)
+        road, lanes = setting.references.road, np.arange(runs * robots)
         flat = [np.ravel(row) for row in self.gain_rows(setting)]
         width = max((len(row) for row in flat), default=1)
         gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
@@ -403,7 +399,6 @@ class EquationLaw(Law[Memory]):
             out.refused[:, 0] > 0 if self.may_refuse else None,
             out.mode.astype(int) if self.has_modes else None,
             out.values[said:] if self.rule_inputs else None,
-            None,
         )
 
 

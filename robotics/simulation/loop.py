@@ -242,19 +242,9 @@ class Simulation:
             return cast(Command, law.commanded(self.rows(one.command.copy())))
         lanes = self.lanes
         seen = SeenColumns(self.rows(lanes.known.seen.copy()))  # a law may keep what it is given
-        robot = seen.robot
-        observation = Observation(
-            k * self.setting.period,
-            robot.x,
-            robot.y,
-            robot.heading,
-            robot.v,
-            robot.w,
-            Reference(*seen.aim.array),
-            self.setting.references,
-            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
-            self.ranges,
-        )
+        x, y, heading, v, w = seen.robot.array
+        now, aim, references = k * self.setting.period, Reference(*seen.aim.array), self.setting.references
+        observation = Observation(now, x, y, heading, v, w, aim, references, self.heard(), self.ranges)
         command, self.memory = checked_control(self.law, observation, self.memory, self.setting.period)
         self.told(command)
         return command
@@ -309,6 +299,11 @@ class Simulation:
         """Columns (..., lanes) as (..., runs, robots)."""
         return columns.reshape(*columns.shape[:-1], self.runs, self.robots)
 
+    def heard(self) -> Heard:
+        """What the radio has brought, of which nothing changes any more."""
+        air = self.lanes.air
+        return self.supply.channel.heard(air._replace(heard=air.heard.copy()))
+
     def state(self, k: int, command: Command) -> State:
         """The state of period ``k``, of which nothing changes any more."""
         lanes = self.lanes
@@ -322,7 +317,7 @@ class Simulation:
             robot.v,
             robot.w,
             reference,
-            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
+            self.heard(),
             self.ranges,
             self.memory.copy() if has_equation(self.law) else self.memory,
             command,

@@ -54,10 +54,9 @@ class Builder:
     def convert(self, value: Any, hint: Any, field: Field[Any], keys: Keys) -> Any:
         """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""
 
-        def refuse(what: str) -> InputError:
-            return self.fault(f"{field.name} must be {field.metadata.get('accepts') or what}; {got(value)}").about(
-                *keys
-            )
+        def refuse(usual: str) -> InputError:
+            what = field.metadata.get("accepts") or usual
+            return self.fault(f"{field.name} must be {what}; {got(value)}").about(*keys)
 
         origin = get_origin(hint)
         if origin in (Union, types.UnionType) and hint not in self.special:

@@ -162,9 +162,8 @@ class Scenario:
             if abs(steps - round(steps)) > 1e-9:
                 raise ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}").about(name)
         if self.ticks < 1:
-            raise ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}").about(
-                "duration"
-            )
+            what = f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"
+            raise ScenarioError(what).about("duration")
         self._check_team()
         trajectory = _trajectory(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
