@@ -14,7 +14,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.tables.keys import KeyTable
 
 
@@ -84,8 +84,7 @@ FILE_KINDS: dict[str, FileKind] = {
 
 def file_kind(name: str) -> FileKind:
     """The kind of file of that name. Raises InputError for another."""
-    if name not in FILE_KINDS:
-        raise InputError(expected(name, FILE_KINDS, "kind of file"))
+    check_known(name, FILE_KINDS, "kind of file")
     return FILE_KINDS[name]
 
 
@@ -99,8 +98,7 @@ TEMPLATES: dict[str, tuple[str, str, str]] = {
 
 def template_text(kind: str, file: str = "") -> str:
     """The commented template of a kind, whose comments call it ``file``. Raises InputError for an unknown kind."""
-    if kind not in TEMPLATES:
-        raise InputError(expected(kind, TEMPLATES, "kind of file"))
+    check_known(kind, TEMPLATES, "kind of file")
     packaged, name, _ = TEMPLATES[kind]
     return _packaged(packaged).replace(name, file or name)
 

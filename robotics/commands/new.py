@@ -6,7 +6,7 @@ from typing import Annotated
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.shell.options import Json, argument, option
 from robotics.commands.filekinds import FILE_KINDS, TEMPLATES, file_kind, template_text, write_template
 from robotics.commands.shared import print_result
@@ -39,8 +39,7 @@ def new(
     """
     from robotics.tables.template import commented_file
 
-    if kind not in (*FILE_KINDS, *TEMPLATES):
-        raise InputError(expected(kind, (*FILE_KINDS, *TEMPLATES), "kind of file"))
+    check_known(kind, (*FILE_KINDS, *TEMPLATES), "kind of file")
     if kind in TEMPLATES and (variant is not None or minimal):
         raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
     if kind in FILE_KINDS and variant is not None and variant not in file_kind(kind).templates:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.shell.options import Json, argument, option
 from robotics.commands.shared import OneSeed, print_result
 
@@ -76,8 +76,7 @@ def plot(
       robotics run three-cross --save run.npz
       robotics plot run.npz --kind distances -o distances.png
     """
-    if kind not in PLOT_KINDS:
-        raise InputError(expected(kind, PLOT_KINDS, "kind of picture"))
+    check_known(kind, PLOT_KINDS, "kind of picture")
     about = PLOT_KINDS[kind]
     for name, value in (("robot", robot), ("time", time), ("task", task)):
         if value is not None and name not in about.takes:

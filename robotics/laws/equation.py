@@ -44,7 +44,7 @@ from fuzzy.compiled.columns import (
 )
 from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
 from fuzzy.compiled.packed import packed_work
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.world.paths.references import Reference
@@ -153,8 +153,7 @@ class Equation:
         self.function = function
         self.asks = tuple(inspect.signature(function).parameters)
         for name in self.asks:
-            if name not in ARGUMENTS:
-                raise ControllerError(f"{function.__name__}: " + expected(name, ARGUMENTS, "argument of an equation"))
+            check_known(name, ARGUMENTS, "argument of an equation", ControllerError, where=function.__name__)
         self._one = kernel(nogil=True, _nrt=False, inline="always")(function)
         self._loops: dict[Any, Any] = {}  # of each class that gave it to a law, and each layout of memory and work
 

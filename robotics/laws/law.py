@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar, cast
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
@@ -186,8 +186,7 @@ class Law(ABC, Generic[Memory]):
         return f"{gain}.{held.rule_base_gain(task)}" if isinstance(held, Law) else gain
 
     def _gain_of(self, task: str) -> str:
-        if task not in self.tasks:
-            raise ControllerError(expected(task, self.tasks, f"task of a rule base in {type(self).__name__}"))
+        check_known(task, self.tasks, f"task of a rule base in {type(self).__name__}", ControllerError)
         return self.tasks[task]
 
     @property
