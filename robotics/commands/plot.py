@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 from fuzzy.shell.options import Json, argument, option
+from robotics.commands.completion import one_of
 from robotics.commands.shared import OneSeed, print_result
 
 
@@ -38,10 +38,6 @@ PLOT_KINDS = {
 }
 
 
-def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, PLOT_KINDS)
-
-
 def plot(
     runs: Annotated[
         list[Path],
@@ -58,7 +54,7 @@ def plot(
             "; ".join(f"{name}: {about.shows}" for name, about in PLOT_KINDS.items()) + ".",
             "--kind",
             "-k",
-            autocompletion=_kinds,
+            autocompletion=one_of(PLOT_KINDS),
         ),
     ] = "run",
     seed: OneSeed = None,

@@ -89,10 +89,8 @@ class Controller(Node):
         if self.standing.odom_timeout:
             self.create_timer(self.standing.odom_timeout / 4, self._watch, clock=steady)
         if not self.lockstep:
-            self.ticker = self.create_timer(self._period(), self._tick)
-
-    def _period(self) -> float:
-        return self.task.setting.period if self.task else 1 / (self.values["rate"] or 20.0)
+            period = self.task.setting.period if self.task else 1 / (self.values["rate"] or 20.0)
+            self.ticker = self.create_timer(period, self._tick)
 
     def _take(self, task: Onboard) -> None:
         """Take up a task, which begins with the next odometry."""

@@ -110,16 +110,15 @@ class Simulator(Node):
             )
             kind = TwistStamped if self.values["stamped"] else Twist
             self.create_subscription(kind, f"{inside}cmd_vel", partial(self._on_command, i), 10)
-        self.transforms = Transforms(self, self.robots, [self._mounts(i) for i in range(self.robots)])
+        mounts = [
+            {n: Posture(carried[n].x, carried[n].y, carried[n].axis) for n in eyes}
+            for carried, eyes in zip(sensors, self.eyes, strict=True)
+        ]
+        self.transforms = Transforms(self, self.robots, mounts)
         if self.lockstep:
             self.create_timer(_AGAIN / 2, self._look, clock=steady)
         else:
             self.create_timer(self.loop.setting.period, self._tick, clock=steady)
-
-    def _mounts(self, robot: int) -> dict[str, Posture]:
-        """Where the published sensors of a robot sit, by name."""
-        carried = self.loop.setting.sensors[robot]
-        return {n: Posture(carried[n].x, carried[n].y, carried[n].axis) for n in self.eyes[robot]}
 
     # Periods -----------------------------------------------------------------------------------------------------
 
