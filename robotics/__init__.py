@@ -61,9 +61,16 @@ _APART = """
     studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
     studies.scaling:thesis.recovery studies.stress:stress
 """  # earlier places of what is a plug-in now, and that plug-in
+_MERGED = """
+    commands.templatefiles:commands.filekinds laws.preset:laws.law measures.emergencies:measures.avoidance
+    show.figures.progress:show.figures.team show.figures.sonar:show.figures.modes simulation.state:simulation.loop
+    simulation.scenario.sensortable:simulation.scenario.robots tables.lines:tables.text
+    world.paths.level:world.paths.references
+"""  # modules that are a part of another one now
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+    | {f"robotics.{name}": f"robotics.{now}" for name, _, now in (s.partition(":") for s in _MERGED.split())}
     | {f"robotics.{name}": f"robotics.plugins.{now}" for name, _, now in (s.partition(":") for s in _APART.split())}
     | {"robotics.experiments": "robotics.studies"},
     lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import

@@ -11,7 +11,7 @@ import pytest
 
 from fuzzy.errors import InputError
 from robotics.commands.application import main
-from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from robotics.commands.filekinds import TEMPLATES, template_text, write_template
 from robotics.laws.catalogue import make_controller
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario

@@ -14,8 +14,7 @@ from robotics.simulation.scenario.reading import parse_scenario, scenario_file
 from robotics.studies.design import MOST_POINTS, Axis, Method, SweepError
 from robotics.tables.build import Builder, Keys
 from robotics.tables.keys import Key, table_of
-from robotics.tables.lines import line_of
-from robotics.tables.text import parse_table
+from robotics.tables.text import line_of, parse_table
 
 ROW_KEYS = ("scenario", "condition", "point", "controller", "seed", "robot")  # the columns that identify a row
 _TAKEN = {*ROW_KEYS, "diverged", "contact"}

@@ -31,6 +31,8 @@ MOVED = {
     "robotics.tuning.cost": "robotics.studies.tuning.cost",
     "robotics.arena.description": "robotics.plugins.arena.description",
     "robotics.figures.team": "robotics.show.figures.team",
+    "robotics.figures.sonar": "robotics.show.figures.modes",
+    "robotics.laws.preset": "robotics.laws.law",
     "robotics.playback.player": "robotics.show.playback.player",
     "robotics.report.study": "robotics.show.report.study",
     "robotics.designer": "robotics.plugins.designer",

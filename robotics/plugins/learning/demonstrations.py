@@ -20,8 +20,7 @@ from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
 from robotics.plugins.learning.courses import ImitationTask
 from robotics.plugins.learning.tandem import TandemMemory, TeacherAndPupil
-from robotics.simulation.loop import drive
-from robotics.simulation.state import State
+from robotics.simulation.loop import State, drive
 from robotics.world.environment.swept import Watch
 from robotics.world.vehicle.plant import TruthColumns
 

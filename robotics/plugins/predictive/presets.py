@@ -1,6 +1,6 @@
 """The presets of predictive laws, which entry points name."""
 
-from robotics.laws.preset import Preset
+from robotics.laws.law import Preset
 from robotics.plugins.predictive.mppi import PathIntegral
 from robotics.plugins.predictive.nmpc import PredictiveControl
 

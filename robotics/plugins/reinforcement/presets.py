@@ -1,6 +1,6 @@
 """The preset of the learnt policy, which an entry point names."""
 
-from robotics.laws.preset import Preset
+from robotics.laws.law import Preset
 from robotics.plugins.reinforcement.neural import NeuralPolicy
 
 PPO = Preset(

@@ -43,8 +43,7 @@ from robotics.studies.tuning.file import StudyTuning
 from robotics.studies.tuning.space import NothingMovesError
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
-from robotics.tables.lines import line_of
-from robotics.tables.text import reading
+from robotics.tables.text import line_of, reading
 
 
 class StudyError(InputError):
