@@ -89,9 +89,8 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
     laws, tuned, published = standings.laws, standings.tuned, standings.published
     order = np.argsort(np.where(np.isnan(tuned.value), np.inf, tuned.value), kind="stable")
     known = np.concatenate([tuned.value, published.value])
+    _some_finite(known)
     known = known[np.isfinite(known)]
-    if known.size == 0:
-        raise PlotError("no law has a finite cost: there is nothing to draw")
     right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
     with styled_figure(width, 1.05 + 0.2 * len(laws)) as figure:
         columns = _columns(standings, order)
@@ -212,10 +211,9 @@ def plot_budget(
     with styled_figure(width, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
-            color, middle = _FAMILIES[law.family].color, _finite(curves.value[own])
-            ax.fill_between(
-                budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
-            )
+            color = _FAMILIES[law.family].color
+            middle, least, most = (_finite(part[own]) for part in (curves.value, curves.low, curves.high))
+            ax.fill_between(budgets, least, most, color=color, alpha=0.13, linewidth=0)
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
         low, high = _room(curves)
         ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
@@ -333,16 +331,14 @@ def plot_profiles(
 def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np.ndarray, profiles: Interval) -> None:
     color, turn = _FAMILIES[family].color, 0
     for k, law in enumerate(laws):
+        share, low, high = (100 * part[k] for part in (profiles.value, profiles.low, profiles.high))
         if law.family != family:
-            ax.plot(limits, 100 * profiles.value[k], color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
+            ax.plot(limits, share, color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
             continue
-        ax.fill_between(
-            limits, 100 * profiles.low[k], 100 * profiles.high[k], color=color, alpha=0.2, linewidth=0, zorder=2
-        )
+        ax.fill_between(limits, low, high, color=color, alpha=0.2, linewidth=0, zorder=2)
         ax.plot(
-            limits, 100 * profiles.value[k], color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1,
-            label=law.title, zorder=3,
-        )  # fmt: skip
+            limits, share, color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1, label=law.title, zorder=3
+        )
         turn += 1
     ax.set_title(_FAMILIES[family].words, color=color, fontsize=7.5, loc="left")
     ax.legend(
@@ -588,16 +584,12 @@ def _legend(
     figure: Figure, laws: Sequence[Entrant], marks: Sequence[tuple[str, str]] = (), lines: bool = False
 ) -> None:
     """Draw the legend on top: of the ``marks`` (words, fill), and of families as marks or ``lines``."""
-    handles = [
-        Line2D([], [], color="0.35", marker="o", markerfacecolor=fill, markersize=4, linestyle="none")
-        for _, fill in marks
-    ]
-    words = [word for word, _ in marks]
-    for family in _families(laws):
-        look = _FAMILIES[family]
-        how: dict[str, Any] = {"linestyle": "-"} if lines else {"marker": look.marker, "linestyle": "none"}
-        handles.append(Line2D([], [], color=look.color, markersize=4, **how))
-        words.append(look.words)
+    found: dict[str, dict[str, Any]]
+    found = {word: {"color": "0.35", "marker": "o", "markerfacecolor": fill} for word, fill in marks}
+    for look in (_FAMILIES[family] for family in _families(laws)):
+        found[look.words] = {"color": look.color} if lines else {"color": look.color, "marker": look.marker}
+    line: Any = "-" if lines else "none"
+    handles, words = [Line2D([], [], markersize=4, linestyle=line, **how) for how in found.values()], [*found]
     wide = sum(text_width(word, 6.5) + (0.5 if lines else 0.3) for word in words)
     rows = -(-wide // (figure.get_size_inches()[0] - 0.2))
     figure.legend(

@@ -311,7 +311,7 @@ def _terms(outcome: Outcome) -> Chapter:
         f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
         "what else.",
         "The cost of a run is fixed beforehand: "
-        + " + ".join(f"{_weight(t.weight)}({ALL_METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
+        + " + ".join(map(_term, arena.made_cost.terms))
         + f". In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",
@@ -321,12 +321,9 @@ def _terms(outcome: Outcome) -> Chapter:
     return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], folded="The scenarios")
 
 
-def _scale(term: Term) -> str:
-    return f"{term.scale:.4g} {ALL_METRICS[term.metric].unit}"
-
-
-def _weight(weight: float) -> str:
-    return "" if weight == 1 else f"{weight:g} · "
+def _term(term: Term) -> str:
+    metric = ALL_METRICS[term.metric]
+    return f"{'' if term.weight == 1 else f'{term.weight:g} · '}({metric.title}) / {term.scale:.4g} {metric.unit}"
 
 
 def _scenarios(arena: Arena) -> Grid:

@@ -45,30 +45,17 @@ def _figures(first: int, *rows: str) -> dict[str, str]:
     return {row: f"Fig 6.{number}" for number, row in enumerate(rows, first)}
 
 
+def _test_figures(first: int) -> dict[str, str]:
+    """The same of a test, which has two figures of its trajectories, and one of both errors and of both speeds."""
+    errors, speeds = f"Fig 6.{first + 3}", f"Fig 6.{first + 4}"
+    found = {"trajectories": f"Figs 6.{first}, 6.{first + 1}", "distances": f"Fig 6.{first + 2}"}
+    return found | {"cross-track": errors, "heading": errors, "v": speeds, "w": speeds}
+
+
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "two-meetings": (
-        ("crash-literal", "right-of-way"),
-        {
-            "trajectories": "Figs 6.9, 6.10",
-            "distances": "Fig 6.11",
-            "cross-track": "Fig 6.12",
-            "heading": "Fig 6.12",
-            "v": "Fig 6.13",
-            "w": "Fig 6.13",
-        },
-    ),
-    "three-cross": (
-        ("crash-literal", "crash-yielding", "right-of-way"),
-        {
-            "trajectories": "Figs 6.14, 6.15",
-            "distances": "Fig 6.16",
-            "cross-track": "Fig 6.17",
-            "heading": "Fig 6.17",
-            "v": "Fig 6.18",
-            "w": "Fig 6.18",
-        },
-    ),
+    "two-meetings": (("crash-literal", "right-of-way"), _test_figures(9)),
+    "three-cross": (("crash-literal", "crash-yielding", "right-of-way"), _test_figures(14)),
     "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
     "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
     "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),

@@ -20,7 +20,6 @@ exponentially stable where v_r does not go to 0, and g is an input that vanishes
 1998]; and with v_d = v̄ s' as (4.1) says, there is no g at all.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot, pi, sqrt
 
@@ -85,54 +84,36 @@ def judge_lemma(
 
     half = 0.5
     return [
-        _least("1 lower", "c1 |ξ|² <= V", level / square, e, min(half, 1 / ky), min(half, 4 / pi**2 / ky)),
-        _most("1 upper", "V <= c2 |ξ|²", level / square, e, max(half, 1 / ky), max(half, half / ky)),
-        _most("2", "|∂V/∂ξ| <= c3 |ξ|", gradient / size, e, sqrt(2 + ky**-2), max(1.0, 1 / ky)),
-        _least("3", "c4 |ξ|² <= −∂V/∂ξ f", fall / square, e, max(1.0, kx, kpsi / ky), None),
-        _most("4", "|g| <= c5 |ξ| |S̃'|", push / size, e, max(v, w / ky), None),
-        _most("4Λ", "|Λ| <= c5 |ξ|", product / size, e, max(v, w / ky), hypot(v, w / ky)),
+        _judged("1 lower", "c1 |ξ|² <= V", level / square, e, min(half, 1 / ky), min(half, 4 / pi**2 / ky), lower=True),
+        _judged("1 upper", "V <= c2 |ξ|²", level / square, e, max(half, 1 / ky), max(half, half / ky)),
+        _judged("2", "|∂V/∂ξ| <= c3 |ξ|", gradient / size, e, sqrt(2 + ky**-2), max(1.0, 1 / ky)),
+        _judged("3", "c4 |ξ|² <= −∂V/∂ξ f", fall / square, e, max(1.0, kx, kpsi / ky), None, lower=True),
+        _judged("4", "|g| <= c5 |ξ| |S̃'|", push / size, e, max(v, w / ky), None),
+        _judged("4Λ", "|Λ| <= c5 |ξ|", product / size, e, max(v, w / ky), hypot(v, w / ky)),
     ]
 
 
-def _most(
-    name: str, statement: str, ratio: np.ndarray, e: np.ndarray, printed: float, corrected: float | None
-) -> LemmaCondition:
-    """A condition whose constant must be at least ``ratio`` (n,) at all errors ``e`` (n, 3)."""
-    k = int(ratio.argmax())
-
-    def bounds(constant: float) -> bool:
-        return bool(ratio[k] <= constant * (1 + _TOLERANCE))
-
-    return _condition(name, statement, ratio[k], e[k], bounds, printed, corrected)
-
-
-def _least(
-    name: str, statement: str, ratio: np.ndarray, e: np.ndarray, printed: float, corrected: float | None
-) -> LemmaCondition:
-    """A condition whose constant must be at most ``ratio`` (n,) at all errors ``e`` (n, 3)."""
-    k = int(ratio.argmin())
-
-    def bounds(constant: float) -> bool:
-        return bool(ratio[k] >= constant * (1 - _TOLERANCE))
-
-    return _condition(name, statement, ratio[k], e[k], bounds, printed, corrected)
-
-
-def _condition(
+def _judged(
     name: str,
     statement: str,
-    worst: float,
-    at: np.ndarray,
-    bounds: Callable[[float], bool],
+    ratio: np.ndarray,
+    e: np.ndarray,
     printed: float,
     corrected: float | None,
+    lower: bool = False,
 ) -> LemmaCondition:
-    x, y, psi = at.tolist()
+    """A condition whose constant must be at least ``ratio`` (n,) at all errors ``e`` (n, 3); if ``lower``, at most."""
+    k = int(ratio.argmin() if lower else ratio.argmax())
+    worst, (x, y, psi) = float(ratio[k]), e[k].tolist()
+
+    def bounds(constant: float) -> bool:
+        return worst >= constant * (1 - _TOLERANCE) if lower else worst <= constant * (1 + _TOLERANCE)
+
     return LemmaCondition(
         name=name,
         statement=statement,
         printed=printed,
-        worst=float(worst),
+        worst=worst,
         at=(x, y, psi),
         holds=bounds(printed),
         corrected=corrected,

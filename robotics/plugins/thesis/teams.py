@@ -6,7 +6,7 @@ from itertools import product, zip_longest
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import label
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.measures.evidence import Estimate, mean_of, rate_of
+from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
 from robotics.plugins.thesis.claims import Needed, judged
@@ -124,15 +124,6 @@ def _experiments(results: Results) -> Grid:
 _TABLES = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}
 
 
-def _errors_of(results: Results, test: str) -> tuple[dict[str, list[list[Estimate]]], tuple[str, ...]]:
-    """For each law and kind of error the means of the robots, and the kinds' titles, for the picture."""
-    found = {}
-    for law, title in DUELS.items():
-        means = mean_errors(results[Needed(test, law, False)])
-        found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
-    return found, (*_COLUMNS[:3], "mean error norm [m, rad]")
-
-
 def _duel(results: Results, test: str) -> Grid:
     rows = [
         (f"thesis, {kind} (printed)", *(", ".join(column) for column in PRINTED_TEAMS[test][kind]), "")
@@ -144,12 +135,11 @@ def _duel(results: Results, test: str) -> Grid:
         numbers = [", ".join(shown(mean_of(means[:, i, k]), "1") for i in range(3)) for k in range(4)]
         reached = MEASURED_QUANTITIES["path_settling_time_s"].measure(run)
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
-    runs = len(run.seeds)
     return Grid(
         f"Table {_TABLES[test]} beside ours: means over time (5.17) for robots 1, 2, 3, with 95 % intervals over "
-        f"{runs} seeds. All laws are measured against the same timetable, that of the scenario, with the same noise. "
-        "What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are left as they "
-        "are.",
+        f"{len(run.seeds)} seeds. All laws are measured against the same timetable, that of the scenario, with the "
+        "same noise. What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are "
+        "left as they are.",
         ("controller", *_COLUMNS, "on the path for good"),
         rows,
     )
@@ -229,10 +219,14 @@ def _page(results: Results, scenario: str, figures: str) -> Picture:
 
 
 def _errors(results: Results, test: str) -> Picture:
+    found = {}
+    for law, title in DUELS.items():
+        means = mean_errors(results[Needed(test, law, False)])
+        found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
     return Picture(
         f"team-errors-{test}",
         f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
         f"{_TABLES[test]}; the printed numbers stand beside ours below).",
         f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
-        partial(plot_robot_errors, *_errors_of(results, test), PAGE_WIDTH),
+        partial(plot_robot_errors, found, (*_COLUMNS[:3], "mean error norm [m, rad]"), PAGE_WIDTH),
     )
