@@ -67,42 +67,28 @@ class CFunction(Expressions):
         pass
 
     def _assign(self, statement: ast.Assign) -> None:
-        wanted = statement.targets[0].id if isinstance(statement.targets[0], ast.Name) else ""
-        parts = self._parts(statement)
-        if parts is not None:
-            targets, values = parts
-            self._all_at_once(targets, [self.value(v) for v in values])
-            return
-        value = self.value(statement.value, wanted)
-        for target in statement.targets:
-            self.assign(target, value)
-
-    def _parts(self, statement: ast.Assign) -> tuple[list[ast.expr], list[ast.expr]] | None:
-        target, value = statement.targets[0], statement.value
-        if len(statement.targets) == 1 and isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            return target.elts, value.elts
-        return None
+        match statement:
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)):
+                self._all_at_once(targets, [self.value(v) for v in values])
+            case _:
+                first = statement.targets[0]
+                value = self.value(statement.value, first.id if isinstance(first, ast.Name) else "")
+                for target in statement.targets:
+                    self.assign(target, value)
 
     def _all_at_once(self, targets: Sequence[ast.expr], values: Sequence[Any]) -> None:
-        """Assign several: a value that reads what an earlier one changes is kept first."""
-        values = list(values)
+        """Assign several, of which none reads what an earlier one changes."""
         changed: list[str] = []
-        for k, target in enumerate(targets):
-            before = self._place(target)
-            if any(_reads(values[k], place) for place in changed):
-                values[k] = None
-            if before:
-                changed.append(before)
-        if None in values:
-            raise ExportError(f"{self.tree.name}: an assignment of several in turn cannot be written in C")
+        for target, value in zip(targets, values, strict=True):
+            place = self._place(target)
+            if any(_reads(value, before) for before in changed):
+                raise ExportError(f"{self.tree.name}: an assignment of several in turn cannot be written in C")
+            changed += [place] if place else []
         for target, value in zip(targets, values, strict=True):
             self.assign(target, value)
 
     def _place(self, target: ast.expr) -> str:
-        if isinstance(target, ast.Name):
-            held = self.env.get(target.id)
-            return held.text if isinstance(held, CTerm) else ""
-        found = self.value(target)
+        found = self.env.get(target.id) if isinstance(target, ast.Name) else self.value(target)
         return found.text if isinstance(found, CTerm) else ""
 
     def assign(self, target: ast.expr, value: Any) -> None:
@@ -220,12 +206,8 @@ class CFunction(Expressions):
         first, last = (KnownValue(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
         name = statement.target.id
         breaks = any(isinstance(n, (ast.Break, ast.Return)) for n in ast.walk(statement))
-        if (
-            isinstance(first, KnownValue)
-            and isinstance(last, KnownValue)
-            and last.value - first.value <= _UNROLLED
-            and not breaks
-        ):
+        known = isinstance(first, KnownValue) and isinstance(last, KnownValue)
+        if known and last.value - first.value <= _UNROLLED and not breaks:
             for n in range(first.value, last.value):
                 self.env[name] = KnownValue(n)
                 self.run(statement.body)
