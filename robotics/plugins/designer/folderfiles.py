@@ -1,21 +1,25 @@
-"""Scenarios, robots and laws in the folder that the designer serves; nothing outside it is read or written."""
+"""Scenarios, robots and laws in the folder that the designer serves, and the text of one that is edited.
+
+Nothing outside the folder is read or written.
+"""
 
 import ast
 import hashlib
 import re
 import tomllib
 from collections.abc import Awaitable, Callable, Iterator
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, check_size
-from fuzzy.plugins.designer.saving import save_text
+from fuzzy.plugins.designer.saving import OverwriteError, save_text
 from fuzzy.plugins.designer.workers import WorkError
 from robotics.plugins.designer.uses import TryoutError
 from robotics.world.vehicle.robot import Robot
 
+TEXT_KINDS = ("scenario", "robot")
 _ROBOTS = re.compile(rb"^\s*(\[\[\s*robots\s*\]\]|robots\s*=)", re.MULTILINE)  # what every scenario has
 _TYPICAL = 3  # of a robot's numbers are enough to take a file for a robot's
 
@@ -123,17 +127,14 @@ def _laws(data: bytes) -> Iterator[str]:
         return
     laws: set[str] = set()
     for node in tree.body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-            bases = [_last_name(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases]
-            if any(base.endswith("Law") or base in laws for base in bases):
-                laws.add(node.name)
-                yield node.name
-        elif isinstance(node, ast.Assign) and _is_preset(node.value):
-            yield from (target.id for target in node.targets if isinstance(target, ast.Name))
-
-
-def _is_preset(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and _last_name(node.func) == "Preset"
+        match node:
+            case ast.ClassDef(name=name) if not name.startswith("_"):
+                bases = [_last_name(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases]
+                if any(base.endswith("Law") or base in laws for base in bases):
+                    laws.add(name)
+                    yield name
+            case ast.Assign(value=ast.Call(func=func)) if _last_name(func) == "Preset":
+                yield from (target.id for target in node.targets if isinstance(target, ast.Name))
 
 
 def _last_name(node: ast.expr) -> str:
@@ -192,3 +193,76 @@ def changed_at(folder: Folder, name: str) -> tuple[int, int] | None:
     except OSError:
         return None
     return state.st_mtime_ns, state.st_size
+
+
+# A text under edit ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TextDesk:
+    """One text under edit; a desk never changes, each step gives the next one."""
+
+    what: str  # "scenario" or "robot"
+    file: FolderText  # as it was read or saved last; without a digest it comes with the package or from elsewhere
+    text: str  # as it is edited
+    copy: int  # counts the texts that came from here, which the page then shows anew
+    problem: tuple[int | None, str] | None = None  # the line, if it is known, and what is wrong there
+    asks: str = ""  # why saving needs a word more: it would overwrite something
+
+    @property
+    def saved(self) -> bool:
+        """Whether the file in the folder holds the text."""
+        return self.file.digest is not None and self.text == self.file.text
+
+    @property
+    def edited(self) -> bool:
+        """Whether the text is another than the one that was opened."""
+        return self.text != self.file.text
+
+    def written(self, text: Any) -> "TextDesk":
+        """With another text. Raises TryoutError for one that is too long, or none."""
+        if not isinstance(text, str):
+            raise TryoutError("a file is edited as text")
+        return replace(self, text=checked_text(self.file.name, text.encode("utf-8", "replace")), asks="")
+
+    def judged(self, fault: dict[str, Any]) -> "TextDesk":
+        """With what :func:`robotics.plugins.designer.tryout.checked` says of the text."""
+        return replace(self, problem=(fault["line"], fault["message"]) if fault else None)
+
+    def reverted(self) -> "TextDesk":
+        """With the text as it was opened or saved."""
+        return replace(self, text=self.file.text, copy=self.copy + 1, asks="")
+
+    def reread(self, file: FolderText) -> "TextDesk":
+        """After the file has changed on disk: an edited text stays, and saving will ask."""
+        if self.edited:
+            asks = f"{file.name} was changed on disk by another program; saving overwrites that"
+            return replace(self, asks=asks)
+        return replace(self, file=file, text=file.text, copy=self.copy + 1)
+
+    def saved_as(self, folder: Folder, name: str, overwrite: bool) -> "TextDesk":
+        """After writing the text to the file ``name``; where it would overwrite what was not read, it asks instead.
+
+        Raises FolderError or DocumentError where it cannot be written.
+        """
+        try:
+            file = write_text_file(folder, self.file._replace(text=self.text), name, overwrite)
+        except OverwriteError as error:
+            return replace(self, asks=str(error))
+        return replace(self, file=file, asks="")
+
+    def shown(self) -> dict[str, Any]:
+        """What the page shows; the text is the one that was opened, which the page itself edits."""
+        line, message = self.problem or (None, "")
+        return {
+            "what": self.what,
+            "name": self.file.name,
+            "own": self.file.digest is not None,
+            "text": self.file.text,
+            "copy": self.copy,
+            "saved": self.saved,
+            "edited": self.edited,
+            "line": line,
+            "message": message,
+            "asks": self.asks,
+        }

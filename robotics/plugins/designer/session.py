@@ -18,13 +18,15 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.plugins.designer.folder import check_size
-from fuzzy.plugins.designer.session import refusal_of
+from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from robotics.plugins.designer import tryout
 from robotics.plugins.designer.conditions import packaged_text
 from robotics.plugins.designer.folderfiles import (
+    TEXT_KINDS,
     FolderText,
+    TextDesk,
     changed_at,
     checked_text,
     law_path,
@@ -42,19 +44,11 @@ from robotics.plugins.designer.severalseeds import (
     system_seeds,
     worst_seed,
 )
-from robotics.plugins.designer.textdesk import TEXT_KINDS, TextDesk
 from robotics.plugins.designer.tryout import TryoutTrial
 from robotics.plugins.designer.uses import TryoutError
 
-_ORDER = (
-    "check",
-    "course",
-    "tried",
-    "choices",
-    "before",
-    "rival",
-    "rules",
-)  # the first things to look at are made first
+# The first things to look at are made first
+_ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
 _REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _KEPT = 32  # runs of rivals
@@ -73,9 +67,8 @@ class TryoutSession(FolderSession):
 
     def __init__(self, bench: Any) -> None:
         super().__init__(bench)
-        self.wish = TryoutTrial(
-            folder=str(self.folder.path)
-        )  # what was chosen; what is empty is chosen to suit the system
+        # What was chosen; what is empty is chosen to suit the system
+        self.wish = TryoutTrial(folder=str(self.folder.path))
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
         self.beside = False  # its run is played beside that of the design
@@ -159,14 +152,18 @@ class TryoutSession(FolderSession):
         name, value = content.get("name"), content.get("value")
         if name not in _CHOICES:
             raise TryoutError(expected(str(name), _CHOICES, "choice"))
-        if name in ("scenario", "robot"):
-            self._choose_text(name, str(value))
-        elif name in ("rival", "law", "count", "shown", "beside"):
-            does = {"rival": self._choose_rival, "law": self._choose_law, "count": self._count, "shown": self._pick}
-            (does | {"beside": self._play_beside})[name](value)
+        choose = act_of(self, name, "_choose_")
+        if choose is not None:
+            choose(value)
         else:
             change: dict[str, Any] = {name: value}
             self._want(replace(self.wish, **change))
+
+    def _choose_scenario(self, name: Any) -> None:
+        self._choose_text("scenario", str(name))
+
+    def _choose_robot(self, name: Any) -> None:
+        self._choose_text("robot", str(name))
 
     def _choose_text(self, what: str, name: str) -> None:
         """Take another scenario or robot: one of the package, or a file of the folder."""
@@ -200,29 +197,24 @@ class TryoutSession(FolderSession):
 
     def _choose_rival(self, value: Any) -> None:
         """Take another law to compare with; the folder's are looked at only now that they are asked for."""
-        if isinstance(value, str) and value.endswith(".fis"):
-            self.folder.inside(value)
-            self._take_rival(value, value)
-        elif isinstance(value, str) and ".py:" in value:
-            file = value.rpartition(":")[0]
-            self.folder.inside(file, ".py")
-            self._take_rival(value, file)
-        else:
-            known = [n for pairs in self._rivals().values() for n, _ in pairs]
-            if value not in known:
-                raise TryoutError(expected(str(value), known, "law to compare with"))
-            self.forget_file("rival")
-            self._set_rival(value, None)
+        if isinstance(value, str) and (value.endswith(".fis") or ".py:" in value):
+            file, ending = (value, ".fis") if value.endswith(".fis") else (value.rpartition(":")[0], ".py")
+            self.folder.inside(file, ending)
+            state = changed_at(self.folder, file)
 
-    def _take_rival(self, value: str, file: str) -> None:
-        """Compare with a rule base or a law of the folder, once its file is read."""
-        state = changed_at(self.folder, file)
+            def take(found: Any) -> None:
+                self.watched["rival"] = file, state
+                self._set_rival(value, found)
 
-        def take(found: Any) -> None:
-            self.watched["rival"] = file, state
-            self._set_rival(value, found)
-
-        self.read_then("rival", file, take, *self._rival_reading(value))
+            self.read_then("rival", file, take, *self._rival_reading(value))
+            return
+        if self.choices is None:
+            raise TryoutError("the panel is not ready yet")
+        known = [n for pairs in self.choices["rivals"].values() for n, _ in pairs]
+        if value not in known:
+            raise TryoutError(expected(str(value), known, "law to compare with"))
+        self.forget_file("rival")
+        self._set_rival(value, None)
 
     def _rival_reading(self, value: str) -> tuple[Any, ...]:
         """The function that reads a rival of the folder, and what it takes."""
@@ -235,7 +227,7 @@ class TryoutSession(FolderSession):
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
-    def _play_beside(self, value: Any) -> None:
+    def _choose_beside(self, value: Any) -> None:
         """Play the rival's run, too, beside that of the design."""
         if not isinstance(value, bool):
             raise TryoutError(f"beside must be true or false, got {value!r}")
@@ -243,7 +235,7 @@ class TryoutSession(FolderSession):
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
-    def _count(self, value: Any) -> None:
+    def _choose_count(self, value: Any) -> None:
         if isinstance(value, bool) or value not in COUNTS:
             raise TryoutError(f"the number of seeds is one of {', '.join(map(str, COUNTS))}; got {value!r}")
         before = self.rounds.shown(self.wish.seed)
@@ -254,7 +246,7 @@ class TryoutSession(FolderSession):
         self.widget.update(trial=self._trial(), seeds=None)
         self._settled_down()
 
-    def _pick(self, value: Any) -> None:
+    def _choose_shown(self, value: Any) -> None:
         """Draw and play another one of several seeds."""
         if isinstance(value, bool) or value not in self.rounds.seeds(self.wish.seed):
             raise TryoutError(f"there is no seed {value!r} among those that were run")
@@ -299,14 +291,10 @@ class TryoutSession(FolderSession):
             raise TryoutError("choose a robot first: what the scenario says of its robots is edited in the scenario")
 
         def lay(file: FolderText) -> None:
-            self.open = what
-            self.wanted |= {"check"}
-            self._lay(TextDesk(what, file, file.text, next(self.copies)))
+            self._turn_to(TextDesk(what, file, file.text, next(self.copies)))
 
         if what in self.desks:
-            self.open = what
-            self.wanted |= {"check"}
-            self._show_desk()
+            self._turn_to(self.desks[what])
         elif what in self.watched:
             file = self.watched[what][0]
             self.read_then(what, file, lay, read_text_file, self.folder, file)
@@ -333,10 +321,7 @@ class TryoutSession(FolderSession):
         return self.desks[what]
 
     def _do_text(self, content: dict[str, Any]) -> None:
-        desk = self._desk(content).written(content.get("text"))
-        self._lay(desk)
-        self.open = desk.what
-        self.wanted |= {"check"}
+        self._turn_to(self._desk(content).written(content.get("text")))
 
     def _do_revert(self, content: dict[str, Any]) -> None:
         self._lay(self._desk(content).reverted())
@@ -351,6 +336,12 @@ class TryoutSession(FolderSession):
             if not desk.problem:
                 self._want(self._with(desk.what, desk.file.name, desk.file.text))
             self.list_files({})
+
+    def _turn_to(self, desk: TextDesk) -> None:
+        """Show a desk, and check its text."""
+        self.open = desk.what
+        self.wanted |= {"check"}
+        self._lay(desk)
 
     def _lay(self, desk: TextDesk) -> None:
         self.desks[desk.what] = desk
@@ -650,12 +641,6 @@ class TryoutSession(FolderSession):
             return self.rival
         found: str = self._course().get("rival", "")
         return found
-
-    def _rivals(self) -> dict[str, list[list[str]]]:
-        if self.choices is None:
-            raise TryoutError("the panel is not ready yet")
-        rivals: dict[str, list[list[str]]] = self.choices["rivals"]
-        return rivals
 
 
 def _system_in(path: Path) -> Sugeno:

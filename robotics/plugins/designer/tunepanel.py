@@ -40,6 +40,7 @@ from robotics.studies.tuning.space import PARTS
 
 _MODULE = Path(__file__).parent / "static" / "tuning.js"
 _BEFORE = "before tuning"
+_ACCEPTED = {"engine": [*OFFERED_ENGINES], "runs": MOST_RUNS, "evaluations": MOST_EVALUATIONS, "move": [*PARTS]}
 _HELD: set[Path] = set()  # searches that run in this process, whichever page began them
 
 
@@ -73,12 +74,7 @@ class TuneSession(TaskSession):
         self.words = ""
         self.put(
             _MODULE,
-            accepted={
-                "engine": list(OFFERED_ENGINES),
-                "runs": MOST_RUNS,
-                "evaluations": MOST_EVALUATIONS,
-                "move": list(PARTS),
-            },
+            accepted=_ACCEPTED,
             choice=self.choice,
             offer=self.offer,
             scenarios=[],
@@ -176,8 +172,7 @@ class TuneSession(TaskSession):
         await self._run(left["task"])
 
     async def _run(self, task: TuneTask) -> None:
-        place = Path(task.place)
-        _HELD.add(place)
+        _HELD.add(Path(task.place))
         self.task, self.told, self.words = task, {}, ""
         self.base, self.preview = self.present, None
         self.begun, self.gesture = time.monotonic(), f"tune {PROCESS} {time.monotonic_ns()}"
@@ -237,8 +232,7 @@ class TuneSession(TaskSession):
 
     @property
     def _compares(self) -> bool:
-        compared = self.bench.document.compared
-        return compared is not None and compared.name == _BEFORE
+        return getattr(self.bench.document.compared, "name", "") == _BEFORE
 
     def _do_take(self, _: dict[str, Any]) -> None:
         """The best of a search that was stopped, as one edit."""
@@ -286,8 +280,7 @@ class TuneSession(TaskSession):
         self.told["gains"] = candidate["gains"]
         if self.words or self.task is None:  # edited by hand
             return
-        system = parse_fis(candidate["system"])
-        self._put(system, self._name(), self.gesture)
+        self._put(parse_fis(candidate["system"]), self._name(), self.gesture)
         self.preview = self.present
 
     def _name(self) -> str:

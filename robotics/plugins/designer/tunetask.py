@@ -111,11 +111,8 @@ def offered(fis: Sugeno, file: str) -> dict[str, Any]:
         {"law": u.law, "task": u.task, "title": u.title, "kinds": list(u.kinds), "scenarios": list(u.scenarios)}
         for u in uses_of(fis, file)
     ]
-    return {
-        "laws": laws,
-        "symmetric": mirror_of(fis) is not None,
-        "variables": [v.name for v in (*fis.inputs, *fis.outputs)],
-    }
+    variables = [v.name for v in (*fis.inputs, *fis.outputs)]
+    return {"laws": laws, "symmetric": mirror_of(fis) is not None, "variables": variables}
 
 
 def terms_of(kind: str) -> list[list[Any]]:

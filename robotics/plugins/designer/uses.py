@@ -68,9 +68,7 @@ def law_of(specification: str) -> Law[Any]:
     return make_controller(specification) if Specification.of(specification).file else _shared_law(specification)
 
 
-@lru_cache(maxsize=64)
-def _shared_law(specification: str) -> Law[Any]:
-    return make_controller(specification)
+_shared_law = lru_cache(maxsize=64)(make_controller)
 
 
 def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
@@ -80,15 +78,13 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
         fis: The system.
         file: The name of its file, which may say what its variables leave open.
     """
-    outputs = {v.name for v in fis.outputs}
+    inputs, outputs = ({v.name for v in variables} for variables in (fis.inputs, fis.outputs))
     ranked = [*_team_uses(fis, file), *_curve_uses(fis, file)]
     if own_rules.is_tracking(fis):
         ranked += [(3.0, use) for use in _tracking_uses()]
     elif outputs <= {*own_rules.RULE_OUTPUTS} and not _unknown(fis):
         ranked.append((1.5, _own_use(fis)))
-    if outputs <= {*leader_follower.FORMATION_OUTPUTS} and {v.name for v in fis.inputs} <= {
-        *leader_follower.FORMATION_INPUTS
-    }:
+    if outputs <= {*leader_follower.FORMATION_OUTPUTS} and inputs <= {*leader_follower.FORMATION_INPUTS}:
         ranked.append((3.0, Use("formation", "formation", ("formation",), *_TASKS["formation"])))
     if not ranked:
         raise TryoutError(_why_none(fis))
@@ -98,18 +94,15 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
 def _team_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
     """The tasks of the fuzzy team whose outputs it has, each with how likely it is; some suit it, or all may."""
     found: list[tuple[float, Use]] = []
-    outputs, known = {v.name for v in fis.outputs}, _quantities(fis)
     if _unknown(fis):
         return []
+    outputs, known = {v.name for v in fis.outputs}, _quantities(fis)
     for task, possible in fuzzy_team.TEAM_OUTPUTS.items():
         if not outputs <= {*possible}:
             continue
         packaged = {v.name for v in load_rule_base(task).inputs}
         alike = len(packaged & known.keys()) / len(packaged)
-        typical = {
-            "crash": any(q.pair for q in known.values()),
-            "obstacles": _feels(known),
-        }.get(task, True)
+        typical = {"crash": any(q.pair for q in known.values()), "obstacles": _feels(known)}.get(task, True)
         likely = 4.0 * _named(task, fis, file) + _SUITS * typical + alike
         found.append((likely, Use("fuzzy-team", task, _BOTH, *_TASKS[task])))
     return [item for item in found if item[0] >= _SUITS] or found
