@@ -4,13 +4,14 @@ Of one seed. What a run does not keep (encoders, messages and their ages, ranges
 Stamps count from the run's start. Of a robot that was stopped only its state is logged from then on.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.figures.palette import COLORS, ROLES
 from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.modes import MODES
 from robotics.measures.decisions import decisions, shares
@@ -25,13 +26,18 @@ from robotics.plugins.logs.names import (
     Names,
     firing,
     rule_base,
+    token,
 )
-from robotics.plugins.logs.scene import bodies, mount, mounts
 from robotics.simulation.channels import CHANNELS, TEAM_CHANNELS
 from robotics.simulation.run import REFERENCE, Run
 from robotics.world.radio.faults import FAULTS
 from robotics.world.sensing.carried import sensor_names
 
+HEIGHT, LINE = 0.12, 0.02  # m: of bodies, of lines
+# Types of visualization_msgs/Marker
+_CUBE = 1
+_CYLINDER = 3
+_LINES = 5
 _MOST_POINTS = 1001  # of a path: as many as that are drawn, and read back
 _TO = ("progress", "x_target", "y_target", "heading_target")
 
@@ -155,16 +161,14 @@ class _Log:
             return
         odom, base = make.header(time, names.frame("odom")), make.header(time, names.frame("base_link"))
         measured = [np.nan] * 4 if run.encoders is None else run.encoders[k, :, 0, robot].tolist()
-        postures = {
-            "odom": ([frame[f"{n}_measured"] for n in ("x", "y", "heading")], *measured[2:]),
-            "ground_truth": ([frame[n] for n in ("x", "y", "heading")], frame["v"], frame["w"]),
-            "reference": (
-                [frame[f"{n}_reference"] for n in ("x", "y", "heading")], frame["v_reference"], frame["w_reference"]
-            ),
-        }  # fmt: skip
-        children = {"odom": "base_link", "ground_truth": "base_link_true", "reference": "reference"}
-        for name, (posture, v, w) in postures.items():
-            yield LogRecord(time, names.topic(name), make.odometry(odom, names.frame(children[name]), posture, v, w))
+        told = {
+            "odom": ("base_link", "_measured", *measured[2:]),
+            "ground_truth": ("base_link_true", "", frame["v"], frame["w"]),
+            "reference": ("reference", "_reference", frame["v_reference"], frame["w_reference"]),
+        }
+        for name, (child, which, v, w) in told.items():
+            posture = [frame[f"{n}{which}"] for n in ("x", "y", "heading")]
+            yield LogRecord(time, names.topic(name), make.odometry(odom, names.frame(child), posture, v, w))
         ordered = ("command_1", "command_2") if run.level == "velocity" else ("v_demand", "w_demand")
         twist = make.twist(*(frame[name] for name in ordered))
         stamped = make.make("geometry_msgs/TwistStamped", header=base, twist=twist)
@@ -291,3 +295,44 @@ def _points(nodes: np.ndarray) -> np.ndarray:
     places = np.unique(np.linspace(0, len(x) - 1, _MOST_POINTS).round().astype(int))
     heading = np.arctan2(np.gradient(y), np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
     return np.stack([x, y, heading], axis=-1)[places]
+
+
+# What stands around: the frames that do not move, robots and obstacles to be drawn ----------------------------------
+
+
+def mount(names: Names, sensor: str) -> str:
+    """The frame of a range sensor."""
+    return names.frame(f"range_{token(sensor)}")
+
+
+def mounts(run: Run, robots: Sequence[Names], make: Composer) -> Iterator[Any]:
+    """Where the frames stand that do not move: all robots count from the same place, and carry their sensors."""
+    for names, carried in zip(robots, run.about.sensors, strict=True):
+        yield make.transform(make.header(0.0, MAP), names.frame("odom"), 0.0, 0.0, 0.0)
+        for name, sensor in carried.items():
+            header = make.header(0.0, names.frame("base_link"))
+            yield make.transform(header, mount(names, name), sensor.x, sensor.y, sensor.axis)
+
+
+def bodies(run: Run, robots: Sequence[Names], make: Composer, k: int, time: float) -> Any:
+    """The bodies of robots, which go with their frames, and of obstacles as they stand at sample ``k``."""
+    markers = []
+    for i, (names, robot) in enumerate(zip(robots, run.about.robots, strict=True)):
+        header = make.header(time, names.frame("base_link_true"))
+        place, size = (0.0, 0.0, HEIGHT / 2, 0.0), (robot.length, robot.width, HEIGHT)
+        markers.append(make.marker(header, "robots", i, _CUBE, place, size, COLORS[i % len(COLORS)], carried=True))
+    world = run.obstacles
+    if world is None:
+        return make.make("visualization_msgs/MarkerArray", markers=markers)
+    at, header, grey = min(k, len(world.circles) - 1), make.header(time, MAP), ROLES["quiet"].light
+    for body in range(int(world.counts[min(at, len(world.counts) - 1)])):
+        x, y, radius = world.circles[at, body].tolist()
+        first, count = world.bodies[min(at, len(world.bodies) - 1), body, :2].tolist()
+        if count == 0:
+            place, size = (x, y, HEIGHT / 2, 0.0), (2 * radius, 2 * radius, HEIGHT)
+            markers.append(make.marker(header, "obstacles", body, _CYLINDER, place, size, grey))
+            continue
+        edges = world.segments[at, first : first + count].reshape(-1, 2).tolist()
+        place, size = (0.0, 0.0, HEIGHT / 2, 0.0), (LINE, LINE, LINE)
+        markers.append(make.marker(header, "obstacles", body, _LINES, place, size, grey, edges))
+    return make.make("visualization_msgs/MarkerArray", markers=markers)

@@ -11,7 +11,6 @@ very numbers that it has learnt by. What the robot was to follow is
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -214,13 +213,9 @@ class TrackReferences(References):
         """Whether it stands at its end, so that it is known where it is afterwards."""
         return bool(abs(self.track.v[-1]) < 1e-6 and abs(self.track.w[-1]) < 1e-6)
 
-    @cached_property
-    def _columns(self) -> tuple[np.ndarray, ...]:
-        return (*self.track[1:], self.s)
-
     def each_at(self, times: np.ndarray) -> Reference:
         """The reference at ``times`` [s]; each field has their shape."""
-        return Reference(*(np.interp(times, self.track.time, column) for column in self._columns))
+        return Reference(*(np.interp(times, self.track.time, column) for column in (*self.track[1:], self.s)))
 
 
 def _along(joined: PathTable, track: Track, s: np.ndarray) -> TrackReferences:

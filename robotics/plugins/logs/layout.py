@@ -20,12 +20,18 @@ def layout_of(run: Run) -> dict[str, Any]:
     """The layout for the log of ``run``, in JSON's types."""
     count = len(run.about.robots)
     robots = [Names.of(i, count) for i in range(1, count + 1)]
-    drawn = robots[:MOST_ROBOTS]
+    drawn, first = robots[:MOST_ROBOTS], robots[0].topic("state")
     panels: dict[str, dict[str, Any]] = {
         "3D!scene": _scene(robots),
         "Plot!speed": _plot("Speed [m/s]", _curves(drawn, ("v", "v_demand"))),
         "Plot!turn": _plot("Turn rate [rad/s]", _curves(drawn, ("w", "w_demand"))),
-        "Plot!track": _plot("Track [m]", _tracks(drawn), xAxisVal="custom", xAxisPath=_x(drawn)),
+        # Of the first robot alone: the curves of such a panel share their x
+        "Plot!track": _plot(
+            "Track [m]",
+            [(f"{first}.y", _label(robots[0], "y over x"))],
+            xAxisVal="custom",
+            xAxisPath={"value": f"{first}.x", "enabled": True},
+        ),
     }
     states = [_path(f"{names.topic('state')}.mode", _label(names, "mode")) for names in drawn if run.modes is not None]
     bases = run.about.rule_bases if run.inputs is not None and run.about.rule_bases else {}
@@ -47,7 +53,7 @@ def layout_of(run: Run) -> dict[str, Any]:
         ]
         panels["Plot!ages"] = _plot("Age of what was heard [s]", ages)
     panels["RawMessages!about"] = _raw(rule_base(next(iter(bases))) if bases else INFO)
-    panels["RawMessages!state"] = _raw(robots[0].topic("state"))
+    panels["RawMessages!state"] = _raw(first)
     return {
         "configById": panels,
         "globalVariables": {},
@@ -136,15 +142,6 @@ def _curves(robots: list[Names], fields: tuple[str, ...]) -> list[tuple[str, str
     return [(f"{names.topic('state')}.{field}", _label(names, field)) for names in robots for field in fields]
 
 
-def _tracks(robots: list[Names]) -> list[tuple[str, str]]:
-    """Of the first robot alone: the curves of such a panel share their x."""
-    return [(f"{robots[0].topic('state')}.y", _label(robots[0], "y over x"))]
-
-
-def _x(robots: list[Names]) -> dict[str, Any]:
-    return {"value": f"{robots[0].topic('state')}.x", "enabled": True}
-
-
 def _path(value: str, label: str) -> dict[str, str]:
     return {"value": value, "label": label, "timestampMethod": "receiveTime"}
 
@@ -168,9 +165,4 @@ def _column(panels: list[str], share: float | None = None) -> Any:
     if len(panels) == 1:
         return panels[0]
     percent = round(100 / len(panels), 1) if share is None else share
-    return {
-        "direction": "column",
-        "first": panels[0],
-        "second": _column(panels[1:]),
-        "splitPercentage": percent,
-    }
+    return {"direction": "column", "first": panels[0], "second": _column(panels[1:]), "splitPercentage": percent}
