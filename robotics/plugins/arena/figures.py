@@ -190,11 +190,7 @@ def _percent(share: Interval) -> str:
 
 
 def plot_budget(
-    laws: Sequence[Entrant],
-    budgets: np.ndarray,
-    curves: Interval,
-    cost: str = "cost of the best so far [1]",
-    width: float = _WIDTH,
+    laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval, cost: str = "cost of the best so far [1]"
 ) -> Figure:
     """Draw the cost of the best so far over the number of evaluations, a line a law with a band over the repeats.
 
@@ -203,12 +199,11 @@ def plot_budget(
         budgets: The numbers of evaluations (budgets,), growing.
         curves: Median and range over repeats (laws, budgets), of :meth:`robotics.plugins.arena.outcome.Outcome.curves`.
         cost: What the axis of costs says, with its unit in brackets.
-        width: The width of the figure in inches.
 
     Raises PlotError where no law has a finite cost at the end.
     """
     _some_finite(curves.value[:, -1])
-    with styled_figure(width, 3.4) as figure:
+    with styled_figure(_WIDTH, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
             color = _FAMILIES[law.family].color
@@ -300,9 +295,7 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
     return moved - max(0.0, float(moved.max()) - max(1.0, float(places.max())))
 
 
-def plot_profiles(
-    laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]", width: float = _WIDTH
-) -> Figure:
+def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]") -> Figure:
     """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
 
     Args:
@@ -310,12 +303,11 @@ def plot_profiles(
         limits: The limits (limits,), > 0 and growing.
         profiles: The shares (laws, limits), of robotics.measures.statistics.shares.performance_profile.
         cost: What the axis of costs says, with its unit in brackets.
-        width: The width of the figure in inches.
     """
     families = _families(laws)
     columns = min(3, len(families))
     most = max(sum(law.family == family for law in laws) for family in families)
-    with styled_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
+    with styled_figure(_WIDTH, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
@@ -347,19 +339,18 @@ def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np
     )  # fmt: skip
 
 
-def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray, width: float = _WIDTH) -> Figure:
+def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray) -> Figure:
     """Draw the probability that the row's law costs less than the column's, with the verdict on each pair.
 
     Args:
         laws: The laws, in the order of rows and columns.
         chances: The probabilities (laws, laws), of robotics.measures.statistics.shares.probability_of_improvement.
         verdicts: What robotics.measures.statistics.pairs.verdicts says (laws, laws).
-        width: The width of the figure in inches.
     """
     count = len(laws)
-    room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
+    room = (_WIDTH - _names_width(laws) - 0.85) / count  # inches across a cell
     between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
-    with styled_figure(width, max(1.45 + 0.24 * count, 2.6)) as figure:
+    with styled_figure(_WIDTH, max(1.45 + 0.24 * count, 2.6)) as figure:
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
@@ -377,7 +368,7 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         return figure
 
 
-def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval, width: float = _WIDTH) -> Figure:
+def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval) -> Figure:
     """Draw what a change that no law was tuned for does to its cost: a heat map with numbers, rows laws.
 
     A number in brackets cannot be told from 1: its interval contains it.
@@ -386,17 +377,16 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
         laws: The laws, in the order of rows.
         changes: What is changed, in the order of columns: "mass +20 %".
         ratios: The cost with the change over the cost without (laws, changes); infinite: fails.
-        width: The width of the figure in inches.
     """
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
-    with styled_figure(width, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
+    with styled_figure(_WIDTH, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
             _write_ratio(ax, row, column, ratios[row, column], reach)
         heads = [change.replace(" ", "\n", 1) for change in changes]
-        room = (width - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
+        room = (_WIDTH - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
         crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
         turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
         ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
@@ -426,7 +416,6 @@ def plot_pareto(
     precision: np.ndarray,
     titles: tuple[str, str],
     published: np.ndarray | None = None,
-    width: float = _WIDTH,
 ) -> Figure:
     """Draw precision against effort, a named point a law, and the front of those that none beats in both.
 
@@ -436,14 +425,13 @@ def plot_pareto(
         precision: The tuned laws' error (laws,), > 0; less is better.
         titles: What the axes of effort and of precision say, each with its unit in brackets.
         published: Effort and error as published (laws, 2), drawn hollow and joined to the tuned ones; None: not drawn.
-        width: The width of the figure in inches.
 
     Raises PlotError where no law has a finite point.
     """
     tuned = np.column_stack([effort, precision]).astype(float)
     known = np.isfinite(tuned).all(axis=1)
     _some_finite(np.where(known, 1.0, np.inf))
-    with styled_figure(width, 3.7) as figure:
+    with styled_figure(_WIDTH, 3.7) as figure:
         ax = figure.subplots()
         ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]

@@ -27,6 +27,9 @@ import numpy as np
 
 from robotics.laws.tracking.lyapunov import Lyapunov
 
+# v̄ of (4.1) [m], the length of a path that is parametrised evenly; ω̄ of (4.2) [rad]; v_L of (4.3) [1/s]
+_LENGTH, _TURN, _PACE = 7.0, 3.0, 1 / 60
+_REACH = 1.0  # m: the greatest |x| and |y| of the grid
 _TOLERANCE = 1e-9  # relative: a bound that is met exactly, but for rounding, holds
 
 
@@ -44,22 +47,11 @@ class LemmaCondition:
     corrected_holds: bool  # there is one, and it bounds what was found
 
 
-def judge_lemma(
-    law: Lyapunov | None = None,
-    v: float = 7.0,
-    w: float = 3.0,
-    pace: float = 1 / 60,
-    reach: float = 1.0,
-    points: int = 41,
-) -> list[LemmaCondition]:
+def judge_lemma(law: Lyapunov | None = None, points: int = 41) -> list[LemmaCondition]:
     """Check each condition of lemma 4.1 on a grid of tracking errors.
 
     Args:
         law: The tracker, by default with the thesis's gains 1, 1, 1. (4.7) has its form (2.32), without catch_up.
-        v: v̄ of (4.1) [m]: the length of the path, where it is parametrised evenly.
-        w: ω̄ of (4.2) [rad].
-        pace: v_L of (4.3) [1/s].
-        reach: The greatest |x| and |y| of the grid [m].
         points: The number of values of each error; odd, so that 0 is one of them.
 
     Raises ValueError for an even number of points.
@@ -67,9 +59,9 @@ def judge_lemma(
     if points < 3 or points % 2 == 0:
         raise ValueError(f"points must be odd and 3 or more, so that 0 is on the grid; got {points!r}")
     law = law or Lyapunov(ky=1.0, kpsi=1.0, catch_up=0.0)
-    kx, ky, kpsi = law.kx, law.ky, law.kpsi
+    kx, ky, kpsi, v, w = law.kx, law.ky, law.kpsi, _LENGTH, _TURN
     line = np.linspace(-1.0, 1.0, points)
-    grid = np.meshgrid(reach * line, reach * line, pi / 2 * line, indexing="ij")
+    grid = np.meshgrid(_REACH * line, _REACH * line, pi / 2 * line, indexing="ij")
     e = np.stack([part.ravel() for part in grid], axis=-1)
     e = e[(e != 0).any(axis=-1)]  # all but the origin, where every ratio is 0 / 0
     x, y, psi = e.T
@@ -78,7 +70,7 @@ def judge_lemma(
 
     level = (x**2 + y**2) / 2 + (1 - cos) / ky  # (4.8)
     gradient = np.sqrt(x**2 + y**2 + (sin / ky) ** 2)
-    fall = kx * x**2 + kpsi / ky * v * pace * sin**2  # −∂V/∂ξ f, (4.9) with S̃' = 0
+    fall = kx * x**2 + kpsi / ky * v * _PACE * sin**2  # −∂V/∂ξ f, (4.9) with S̃' = 0
     push = np.full_like(x, hypot(v, w))  # |g| / |S̃'|, the same for every error
     product = np.abs(x * v * cos + y * v * sin + sin / ky * w)  # |Λ| of (4.9)
 
