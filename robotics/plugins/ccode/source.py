@@ -27,10 +27,8 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.plugins.ccode.body import CFunction
-from robotics.plugins.ccode.pythonsource import parsed
 from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
-from robotics.plugins.ccode.translation import Translator
+from robotics.plugins.ccode.translation import CFunction, Translator, parsed
 from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
 _NUMBERS = ("double", "float")
