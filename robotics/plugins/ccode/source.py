@@ -102,12 +102,6 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
 
 
-@dataclass
-class _Constant:
-    value: float
-    unit: str
-
-
 class _Writer:
     def __init__(self, law: Any, how: Carried, setting: Setting, name: str, number: Floating) -> None:
         self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
@@ -120,7 +114,7 @@ class _Writer:
         self.radius = setting.robots[0].wheel_radius
         rows = np.asarray(law.begin(setting, 1), dtype=float)
         self.memory = rows[:, 0, 0] if len(rows) else rows
-        self.constants: dict[str, _Constant] = {}
+        self.constants: dict[str, tuple[float, str]] = {}  # each with its unit
         self.bases = rule_bases(law, how)
         self.called: dict[str, CSources] = {}
         self.torque = law.level == "torque"
@@ -132,7 +126,7 @@ class _Writer:
     def constant(self, text: str, value: float) -> CTerm:
         """A named number."""
         name, _, unit = text.partition(" ")
-        self.constants[name] = _Constant(value, unit)
+        self.constants[name] = value, unit
         return CTerm(name, "real")
 
     def read(self, table: CTable | Lane, row: Any) -> Any:
@@ -165,7 +159,7 @@ class _Writer:
         """A gain under its own name, or under all that lead to it where another number has that."""
         names = [SYMBOLS.get(name, name).upper() for name in path]
         told = _said(column, ", ")
-        taken = names[-1] in self.constants and self.constants[names[-1]].value != value
+        taken = names[-1] in self.constants and self.constants[names[-1]][0] != value
         return self.constant(f"{'_'.join(names) if taken else names[-1]} {told}", value)
 
     def _entry(self, table: CTable, row: int) -> Any:
@@ -298,11 +292,11 @@ class _Writer:
         functions = [function.text for function in self.translator.done.values()]
         used = set(re.findall(r"\w+", " ".join([*functions, step])))
         constants = []
-        for name, held in self.constants.items():
+        for name, (number, unit) in self.constants.items():
             if name not in used:
                 continue
-            value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(held.value)
-            constants.append(f"static const {real} {name} = {value}; /* {comment(held.unit)} */")
+            value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(number)
+            constants.append(f"static const {real} {name} = {value}; /* {comment(unit)} */")
         places = ", ".join(f"{name} = {first}" for name, first in self.work.items() if name in used)
         starts = [
             f"    state->{name} = {self.number.constant(float(value))};"

@@ -5,7 +5,6 @@ Stamps count from the run's start. Of a robot that was stopped only its state is
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -15,19 +14,9 @@ from fuzzy.figures.palette import COLORS, ROLES
 from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.modes import MODES
 from robotics.measures.decisions import decisions, shares
+from robotics.plugins.logs import names as topics
 from robotics.plugins.logs.messages import Composer
-from robotics.plugins.logs.names import (
-    INFO,
-    MAP,
-    SCENE,
-    STATIC_TRANSFORMS,
-    TRANSFORMS,
-    WHEELS,
-    Names,
-    firing,
-    rule_base,
-    token,
-)
+from robotics.plugins.logs.names import MAP, SCENE, Names, token
 from robotics.simulation.channels import CHANNELS, TEAM_CHANNELS
 from robotics.simulation.run import REFERENCE, Run
 from robotics.world.radio.faults import FAULTS
@@ -63,12 +52,8 @@ class Fired(NamedTuple):
 
 def facts(run: Run, seed: int) -> dict[str, str]:
     """What a log says of its run beside its topics, in words."""
-    return {
-        "scenario": run.scenario,
-        "controller": run.controller,
-        "seed": str(seed),
-        "fuzzyfleet": version("fuzzyfleet"),
-    }
+    about = {"scenario": run.scenario, "controller": run.controller, "seed": str(seed)}
+    return about | {"fuzzyfleet": version("fuzzyfleet")}
 
 
 def records(run: Run, seed: int, composer: Composer) -> Iterator[LogRecord]:
@@ -76,23 +61,15 @@ def records(run: Run, seed: int, composer: Composer) -> Iterator[LogRecord]:
     return _Log(run.only(seed), seed, composer).all()
 
 
-@dataclass(eq=False)
 class _Log:
     """The log of a run of one seed."""
 
-    run: Run
-    seed: int
-    make: Composer
-    robots: tuple[Names, ...] = field(init=False)
-    fired: tuple[Fired, ...] = field(init=False)
-    frame: dict[str, np.ndarray] = field(init=False)  # (robots, samples) each
-
-    def __post_init__(self) -> None:
-        run = self.run
+    def __init__(self, run: Run, seed: int, make: Composer) -> None:
+        self.run, self.seed, self.make = run, seed, make
         count = len(run.about.robots)
         self.robots = tuple(Names.of(i, count) for i in range(1, count + 1))
         self.fired = _fired(run)
-        self.frame = {name: run[name][0] for name in CHANNELS}
+        self.frame = {name: run[name][0] for name in CHANNELS}  # (robots, samples) each
         self.frame |= {f"{name}_reference": run.target(name) for name in REFERENCE}
         none = np.full_like(self.frame["x"], np.nan)
         self.frame |= {name: run[name][0] if run.team is not None else none for name in _TO}
@@ -121,7 +98,7 @@ class _Log:
             robots=[names.namespace for names in self.robots if names.namespace],
             message=list(run.about.message),
         )
-        yield LogRecord(0.0, INFO, info, once=True)
+        yield LogRecord(0.0, topics.INFO, info, once=True)
         for each, system in zip(self.fired, (run.about.rule_bases or {}).values(), strict=False):
             base = make.make(
                 "fuzzyfleet_msgs/RuleBase",
@@ -131,8 +108,8 @@ class _Log:
                 rules=list(each.sentences),
                 fis=_as_fis(system),
             )
-            yield LogRecord(0.0, rule_base(each.task), base, once=True)
-        yield LogRecord(0.0, STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
+            yield LogRecord(0.0, topics.rule_base(each.task), base, once=True)
+        yield LogRecord(0.0, topics.STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
         yield LogRecord(0.0, SCENE, bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
@@ -150,7 +127,7 @@ class _Log:
             if np.isfinite(true).all():
                 rows.append(make.transform(header, names.frame("base_link"), *seen))
                 rows.append(make.transform(world, names.frame("base_link_true"), *true))
-        return LogRecord(time, TRANSFORMS, make.transforms(rows))
+        return LogRecord(time, topics.TRANSFORMS, make.transforms(rows))
 
     def _of(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """The messages of one robot."""
@@ -205,7 +182,7 @@ class _Log:
         return self.make.make(
             "sensor_msgs/JointState",
             header=header,
-            name=list(WHEELS),
+            name=list(topics.WHEELS),
             position=now / per_radian,
             velocity=(now - before) / per_radian / float(run.time[1] - run.time[0]),
             effort=effort,
@@ -220,13 +197,9 @@ class _Log:
         for place, name in enumerate(sensor_names(run.about.sensors)):
             if name in carried:
                 sensor = carried[name]
-                message = self.make.range(
-                    self.make.header(time, mount(names, name)),
-                    cone=2 * sensor.half_cone,
-                    least=sensor.minimum,
-                    most=sensor.range,
-                    reading=float(run.ranges[k, 0, robot, place]),
-                )
+                header, reading = self.make.header(time, mount(names, name)), float(run.ranges[k, 0, robot, place])
+                limits = {"cone": 2 * sensor.half_cone, "least": sensor.minimum, "most": sensor.range}
+                message = self.make.range(header, **limits, reading=reading)
                 yield LogRecord(time, names.reading(name), message)
 
     def _radio(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
@@ -236,12 +209,8 @@ class _Log:
             values = run.messages[k, :, 0, robot].tolist()
             if not np.isnan(values).all():
                 told = zip(run.about.message, values, strict=True)
-                message = make.make(
-                    "fuzzyfleet_msgs/RadioMessage",
-                    header=header,
-                    sender=robot + 1,
-                    values=[make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told],
-                )
+                named = [make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told]
+                message = make.make("fuzzyfleet_msgs/RadioMessage", header=header, sender=robot + 1, values=named)
                 yield LogRecord(time, names.topic("radio"), message)
         if run.message_ages is not None:
             ages = run.message_ages[k, 0, robot].astype(float)
@@ -265,7 +234,7 @@ class _Log:
                 strongest=best + 1,
                 strongest_rule=each.sentences[best] if best >= 0 else "",
             )
-            yield LogRecord(time, firing(self.robots[robot], each.task), message)
+            yield LogRecord(time, topics.firing(self.robots[robot], each.task), message)
 
 
 def _fired(run: Run) -> tuple[Fired, ...]:

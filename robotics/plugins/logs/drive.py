@@ -228,12 +228,8 @@ def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
     time, shift, clock = _times(read, table[:, 0])
     kept = _in_order(time, np.isfinite(table[:, 1:4]).all(axis=1))
     values = table[kept, 1:].T
-    return (
-        Track(time[kept], values[0], values[1], np.unwrap(values[2]), values[3], values[4]),
-        read.rows[0][6] if read.rows else "",
-        shift,
-        clock,
-    )
+    track = Track(time[kept], values[0], values[1], np.unwrap(values[2]), values[3], values[4])
+    return track, read.rows[0][6] if read.rows else "", shift, clock
 
 
 def _times(read: TopicColumn, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:

@@ -4,6 +4,7 @@ It is the JSON that Foxglove and Lichtblick export and import: a configuration f
 and a tree that shares out the window.
 """
 
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +46,8 @@ def layout_of(run: Run) -> dict[str, Any]:
             shares = [(f"{firing(robots[0], task)}.shares[{n}]", f"rule {n + 1}") for n in rules]
             panels[f"Plot!rules{k}"] = _plot(f"Shares of the rules: {task}", shares)
     if run.message_ages is not None and count > 1:
-        ages = [
-            (f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}")
-            for i, a in enumerate(drawn[:3])
-            for j in range(min(count, 3))
-            if i != j
-        ]
+        pairs = [(drawn[i], j) for i, j in permutations(range(min(count, 3)), 2)]
+        ages = [(f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}") for a, j in pairs]
         panels["Plot!ages"] = _plot("Age of what was heard [s]", ages)
     panels["RawMessages!about"] = _raw(rule_base(next(iter(bases))) if bases else INFO)
     panels["RawMessages!state"] = _raw(first)
@@ -113,14 +110,9 @@ def _scene(robots: list[Names]) -> dict[str, Any]:
 
 def _plot(title: str, curves: list[tuple[str, str]], **more: str | dict[str, Any]) -> dict[str, Any]:
     """A panel Plot of curves: the path of a number, and what it is called."""
+    always = {"enabled": True, "timestampMethod": "receiveTime"}
     paths = [
-        {
-            "value": value,
-            "label": label,
-            "enabled": True,
-            "timestampMethod": "receiveTime",
-            "color": COLORS[k % len(COLORS)],
-        }
+        {"value": value, "label": label, **always, "color": COLORS[k % len(COLORS)]}
         for k, (value, label) in enumerate(curves)
     ]
     settings: dict[str, Any] = {
@@ -147,13 +139,8 @@ def _path(value: str, label: str) -> dict[str, str]:
 
 
 def _raw(topic: str) -> dict[str, Any]:
-    return {
-        "topicPath": topic,
-        "diffEnabled": False,
-        "diffMethod": "custom",
-        "diffTopicPath": "",
-        "showFullMessageForDiff": False,
-    }
+    no_difference = {"diffEnabled": False, "diffMethod": "custom", "diffTopicPath": "", "showFullMessageForDiff": False}
+    return {"topicPath": topic, **no_difference}
 
 
 def _label(names: Names, what: str) -> str:

@@ -150,10 +150,8 @@ def _write(
         for record in records(run, seed, Composer(store)):
             kind = record.message.__msgtype__
             if record.topic not in connections:
-                quality = [_quality(record)]
-                connections[record.topic] = writer.add_connection(
-                    record.topic, kind, typestore=store, offered_qos_profiles=quality
-                )
+                how = {"typestore": store, "offered_qos_profiles": [_quality(record)]}
+                connections[record.topic] = writer.add_connection(record.topic, kind, **how)
             content = store.serialize_cdr(record.message, kind)
             writer.write(connections[record.topic], nanoseconds(record.time), content)
             if progress is not None and record.time > reached:
