@@ -240,11 +240,8 @@ def _room(curves: Interval) -> tuple[float, float]:
 
 def _round_ticks(low: float, high: float) -> list[float]:
     """Round numbers on a logarithmic axis: close ones where it is short."""
-    close, middle, wide = (
-        (1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9),
-        (1, 1.5, 2, 3, 5, 7),
-        (1, 2, 5),
-    )
+    close = (1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+    middle, wide = (1, 1.5, 2, 3, 5, 7), (1, 2, 5)
     steps: Sequence[float] = close if high < 4 * low else middle if high < 20 * low else wide
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     return [t for t in (s * 10.0**d for d in decades for s in steps) if low <= t <= high]
@@ -574,18 +571,11 @@ def _legend(
     """Draw the legend on top: of the ``marks`` (words, fill), and of families as marks or ``lines``."""
     found: dict[str, dict[str, Any]]
     found = {word: {"color": "0.35", "marker": "o", "markerfacecolor": fill} for word, fill in marks}
-    for look in (_FAMILIES[family] for family in _families(laws)):
-        found[look.words] = {"color": look.color} if lines else {"color": look.color, "marker": look.marker}
+    for name, color, marker in (_FAMILIES[family] for family in _families(laws)):
+        found[name] = {"color": color} if lines else {"color": color, "marker": marker}
     line: Any = "-" if lines else "none"
     handles, words = [Line2D([], [], markersize=4, linestyle=line, **how) for how in found.values()], [*found]
     wide = sum(text_width(word, 6.5) + (0.5 if lines else 0.3) for word in words)
     rows = -(-wide // (figure.get_size_inches()[0] - 0.2))
-    figure.legend(
-        handles,
-        words,
-        loc="outside upper center",
-        ncol=-(-len(words) // int(rows)),
-        fontsize=6.5,
-        handletextpad=0.6 if lines else 0.1,
-        columnspacing=1.2,
-    )
+    look: dict[str, Any] = {"fontsize": 6.5, "handletextpad": 0.6 if lines else 0.1, "columnspacing": 1.2}
+    figure.legend(handles, words, loc="outside upper center", ncol=-(-len(words) // int(rows)), **look)
