@@ -78,7 +78,7 @@ class TryoutTrial:
     def conditioned(self) -> Scenario:
         """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
         robot = (self.robot, self.robot_text, self.robot_of)
-        return conditioned(self.scenario, self.text, *robot, self.noise, self.folder)
+        return conditioned((self.scenario, self.text, self.folder), robot, self.noise)
 
 
 class Attempt(NamedTuple):

@@ -16,15 +16,8 @@ from fuzzy.words import listed
 from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
-from robotics.laws.rules import fuzzy_team, own_rules
-from robotics.laws.rules.quantities import (
-    PATTERNS,
-    QUANTITIES_PAGE,
-    QUANTITY_GROUPS,
-    RULE_QUANTITIES,
-    Quantity,
-    quantity_of,
-)
+from robotics.laws.rules import fuzzy_team, own_rules, quantities
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
@@ -189,15 +182,16 @@ def _why_none(fis: Sugeno) -> str:
     tasks = [name for possible in fuzzy_team.TEAM_OUTPUTS.values() for name in possible]
     outputs = list(dict.fromkeys([*own_rules.RULE_OUTPUTS, *tasks]))
     strange = [v.name for v in fis.outputs if v.name not in outputs]
-    parts = [f"no robot knows the input {_meant(name, [*RULE_QUANTITIES, *PATTERNS])}" for name in _unknown(fis)[:3]]
+    known = [*quantities.RULE_QUANTITIES, *quantities.PATTERNS]
+    parts = [f"no robot knows the input {_meant(name, known)}" for name in _unknown(fis)[:3]]
     parts += [f"no law takes the output {_meant(name, outputs)}" for name in strange[:3]]
     if not parts:
         parts = [f"no law takes all of its outputs together: {listed(v.name for v in fis.outputs)}"]
     supervisor = listed(fuzzy_team.TEAM_OUTPUTS["supervisor"])
     return (
         f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs "
-        f"{listed(own_rules.RULE_OUTPUTS)}, and the supervisor of a fuzzy team {supervisor}; {QUANTITIES_PAGE} lists "
-        "all that a robot knows, by these names."
+        f"{listed(own_rules.RULE_OUTPUTS)}, and the supervisor of a fuzzy team {supervisor}; "
+        f"{quantities.QUANTITIES_PAGE} lists all that a robot knows, by these names."
     )
 
 
