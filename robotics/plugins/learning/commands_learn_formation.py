@@ -124,10 +124,8 @@ def formation(
         row |= {"best_epoch": training.best, "stopped": training.stopped}
         rows.append(row | {"file": str(out / f"{network.output}.fis")})
     if json:
-        print_json(
-            {"method": options.method, "skipped": sum(skipped), "networks": rows}
-            | ({} if report is None else {"report": str(report)})
-        )
+        told = {"method": options.method, "skipped": sum(skipped), "networks": rows}
+        print_json(told if report is None else told | {"report": str(report)})
         return
     for row in rows:
         errors = (row[f"{stage}_rmse"] for stage in ("clustering", "train", "check"))

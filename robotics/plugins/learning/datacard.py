@@ -58,11 +58,8 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Dat
 
 def read_card(path: str | Path) -> Card:
     """Read a card that :func:`write_card` wrote."""
-    rows = [
-        [cell.strip().replace("\\|", "|").strip("`") for cell in _cells(line)]
-        for line in Path(path).read_text(encoding="utf-8").splitlines()
-        if line.startswith("|")
-    ]
+    lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if line.startswith("|")]
+    rows = [[cell.strip().replace("\\|", "|").strip("`") for cell in _cells(line)] for line in lines]
     split = next(k for k, row in enumerate(rows) if row[0] == _COLUMNS[0])
     columns = {row[0]: dict(zip(_COLUMNS[1:], row[1:], strict=True)) for row in rows[split + 2 :]}
     return Card({row[0]: row[1] for row in rows[2:split]}, columns)

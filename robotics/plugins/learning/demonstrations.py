@@ -120,11 +120,9 @@ def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
     """The samples of several drives as one."""
     firsts = np.cumsum([0, *(len(part.said) for part in parts[:-1])])
     moments = [part.moment + first for part, first in zip(parts, firsts, strict=True)]
-    return Demonstrations(
-        np.concatenate([part.known for part in parts]),
-        np.concatenate(moments),
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in _MOMENTS),
-    )
+    known = np.concatenate([part.known for part in parts])
+    others = (np.concatenate([getattr(part, name) for part in parts]) for name in _MOMENTS)
+    return Demonstrations(known, np.concatenate(moments), *others)
 
 
 class RunOutcome(NamedTuple):

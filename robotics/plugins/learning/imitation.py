@@ -161,9 +161,7 @@ def imitate(lesson: ImitationPlan, advance: Callable[[], None] | None = None) ->
                 _expect_drives(lesson, course, outcome, new)
                 parts.append(new)
             samples = joined(parts)
-            found = [
-                _tried(lesson, teacher, file, fitted(lesson, samples, radius, step), step) for radius in RULE_RADII
-            ]
+            found = [_tried(lesson, teacher, file, fitted(lesson, samples, r, step), step) for r in RULE_RADII]
             rounds.append(min(found, key=Round.merit))
             write_fis(rounds[-1].system, file)
             tandem = replace(_tandem(lesson, teacher, file), driver="pupil")
@@ -222,10 +220,8 @@ def _tandem(lesson: ImitationPlan, teacher: Law[Any], file: Path) -> TeacherAndP
 
 def blank(lesson: ImitationPlan) -> Sugeno:
     """A rule base that says nothing, by which the inputs are asked for while the teacher drives."""
-    some = {"any": Gaussian(NOTHING_NEAR, 0.0)}
-    inputs = [
-        Variable(name, (-NOTHING_NEAR, NOTHING_NEAR), some, quantity_of(name, "inputs").unit) for name in lesson.inputs
-    ]
+    some, span = {"any": Gaussian(NOTHING_NEAR, 0.0)}, (-NOTHING_NEAR, NOTHING_NEAR)
+    inputs = [Variable(name, span, some, quantity_of(name, "inputs").unit) for name in lesson.inputs]
     zero = {"none": Linear((0.0,) * len(inputs), 0.0)}
     outputs = [Variable(name, (-1.0, 1.0), zero, COMMAND_UNITS[name]) for name in lesson.outputs]
     rule = Rule(tuple(Clause(v.name, "any") for v in inputs), tuple((v.name, "none") for v in outputs))
@@ -345,14 +341,8 @@ def _trained(
 ) -> Sugeno:
     """The system after hybrid learning, each output counted in its range; named, and fit to drive by."""
     spans = (data.high - data.low)[data.x.shape[1] :]
-    training = anfis.train(
-        _scaled(system, 1 / spans),
-        data.x,
-        data.y / spans,
-        lesson.options,
-        check=(held[0], held[1] / spans),
-        callback=lambda _: step(),
-    )
+    begin, y, check = _scaled(system, 1 / spans), data.y / spans, (held[0], held[1] / spans)
+    training = anfis.train(begin, data.x, y, lesson.options, check=check, callback=lambda _: step())
     return with_telling_names(replace(_scaled(training.system, spans), out_of_range="clip"))
 
 

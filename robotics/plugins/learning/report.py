@@ -341,13 +341,8 @@ def _falling(network: Learnt) -> bool:
 def _share(errors: Errors) -> ShareOfRange:
     span = errors.range or np.nan
     _, least, most = errors.scatter
-    return ShareOfRange(
-        errors.network.output,
-        errors.clustering / span,
-        errors.training / span,
-        errors.checking / span,
-        (least / span, most / span),
-    )
+    clusters, training, checking = (e / span for e in (errors.clustering, errors.training, errors.checking))
+    return ShareOfRange(errors.network.output, clusters, training, checking, (least / span, most / span))
 
 
 def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> Chapter:

@@ -197,11 +197,8 @@ class EpisodeVectorEnv(VecEnv):
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = terminated | truncated
         for lane in np.flatnonzero(done).tolist():
-            told[lane] = {
-                "terminal_observation": self._scaled(infos["final_obs"][lane]),
-                "TimeLimit.truncated": bool(truncated[lane]),
-                "cost": float(infos["final_info"]["cost"][lane]),
-            }
+            last, cost = self._scaled(infos["final_obs"][lane]), float(infos["final_info"]["cost"][lane])
+            told[lane] = {"terminal_observation": last, "TimeLimit.truncated": bool(truncated[lane]), "cost": cost}
         return self._scaled(observed), rewards, done, told
 
     def close(self) -> None:

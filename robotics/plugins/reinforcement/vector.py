@@ -195,7 +195,10 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         """Infos, each with the mask of the ``lanes`` of which it tells."""
         masks = np.zeros((len(values), self.num_envs), dtype=bool)
         masks[:, lanes] = True
-        return values | {f"_{name}": mask for name, mask in zip(values, masks, strict=True)}
+        found: dict[str, Any] = {}
+        for (name, value), mask in zip(values.items(), masks, strict=True):
+            found |= {name: value, f"_{name}": mask}
+        return found
 
 
 def checked_actions(actions: Any, count: int) -> np.ndarray:
