@@ -151,12 +151,8 @@ def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figu
             ax.set_xticks(sorted({r.outage for r in recoveries}))
             ax.set_xlabel("length of the outage [s]")
         counts = sorted({len(r.recovered) for r in recoveries})
-        figure.legend(
-            loc="outside upper left",
-            ncol=3 if width > PAGE_WIDTH else 1,
-            title_fontsize=7,
-            title=f"{' or '.join(map(str, counts))} runs a point",
-        )
+        columns, title = 3 if width > PAGE_WIDTH else 1, f"{' or '.join(map(str, counts))} runs a point"
+        figure.legend(loc="outside upper left", ncol=columns, title_fontsize=7, title=title)
         return figure
 
 

@@ -9,20 +9,12 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
+from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.plugins.thesis.rows import film_of, run_columns
-from robotics.plugins.thesis.team_runs import (
-    DUELS,
-    EXPERIMENTS,
-    OUTAGES,
-    RECOVERERS,
-    TEAM_TESTS,
-    Results,
-    mean_errors,
-    values,
-)
+from robotics.plugins.thesis.team_runs import DUELS, EXPERIMENTS, OUTAGES, RECOVERERS, TEAM_TESTS, Results
 from robotics.show.figures.run import plot_run
 from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
@@ -78,7 +70,7 @@ def chapter_of(results: Results) -> Chapter:
         [_experiments(results)],
         [*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
         _pictures(results),
-        judged("teams", partial(values, results)),
+        judged("teams", partial(team_runs.values, results)),
         [film_of(results[Needed(*item, False)], *item) for item in FILMS],
         [_lead(results, test) for test in TEAM_TESTS],
         "Tables 5.7 and 5.8, rules, recovery and scaling in numbers",
@@ -96,11 +88,8 @@ def _table_5_6() -> Grid:
     rows = [
         (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, driven.rules, fillvalue=""), 1)
     ]
-    return Grid(
-        "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn.",
-        ("rule", "as printed", "as driven here"),
-        rows,
-    )
+    caption = "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn."
+    return Grid(caption, ("rule", "as printed", "as driven here"), rows)
 
 
 def _experiments(results: Results) -> Grid:
@@ -131,7 +120,7 @@ def _duel(results: Results, test: str) -> Grid:
     ]
     for law, title in DUELS.items():
         run = results[Needed(test, law, False)]
-        means = mean_errors(run)
+        means = team_runs.mean_errors(run)
         numbers = [", ".join(shown(mean_of(means[:, i, k]), "1") for i in range(3)) for k in range(4)]
         reached = MEASURED_QUANTITIES["path_settling_time_s"].measure(run)
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
@@ -221,7 +210,7 @@ def _page(results: Results, scenario: str, figures: str) -> Picture:
 def _errors(results: Results, test: str) -> Picture:
     found = {}
     for law, title in DUELS.items():
-        means = mean_errors(results[Needed(test, law, False)])
+        means = team_runs.mean_errors(results[Needed(test, law, False)])
         found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
     return Picture(
         f"team-errors-{test}",
