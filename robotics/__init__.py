@@ -60,7 +60,14 @@ _APART = """
     studies.compensation:certificates.compensation studies.learning.drivedata:logs.drivedata
     studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
     studies.scaling:thesis.recovery studies.stress:stress
-"""  # earlier places of what is a plug-in now, and that plug-in
+    plugins.ccode.body:ccode.translation plugins.ccode.expressions:ccode.translation plugins.ccode.carried:ccode.source
+    plugins.ccode.pythonsource:ccode.translation plugins.designer.foldersession:designer.folderfiles
+    plugins.designer.seedrounds:designer.severalseeds plugins.designer.textdesk:designer.folderfiles
+    plugins.learning.courses:learning.demonstrations plugins.learning.fresh:learning.formationlearning
+    plugins.learning.rulefitting:learning.imitation plugins.logs.resampling:logs.drivedata
+    plugins.logs.scene:logs.content plugins.logs.topics:logs.drive plugins.reinforcement.agents:reinforcement.episodes
+    plugins.reinforcement.sb3:reinforcement.training plugins.reinforcement.teamcolumns:reinforcement.observed
+"""  # earlier places of what is a plug-in now, or in another module of one, and that plug-in
 _MERGED = """
     commands.templatefiles:commands.filekinds laws.preset:laws.law measures.emergencies:measures.avoidance
     show.figures.progress:show.figures.team show.figures.sonar:show.figures.modes simulation.state:simulation.loop

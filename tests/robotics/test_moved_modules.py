@@ -25,6 +25,8 @@ MOVED = {
     "robotics.laws.predictive.nmpc": "robotics.plugins.predictive.nmpc",
     "robotics.show.report.arena": "robotics.plugins.arena.report",
     "robotics.report.learning": "robotics.plugins.learning.report",
+    "robotics.experiments.learning.courses": "robotics.plugins.learning.demonstrations",
+    "robotics.plugins.logs.resampling": "robotics.plugins.logs.drivedata",
     "robotics.studies.stress.crossings": "robotics.plugins.stress.crossings",
     "robotics.studies.certificate": "robotics.plugins.certificates.certificate",
     "robotics.studies.lemma": "robotics.plugins.thesis.lemma",

@@ -24,6 +24,7 @@ from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.show.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 
 _ALPHA, _REACH = 3.0, 2.0  # s/m: α in the exponent of Q(S); m/s: the largest |S|
+_UNITS = {"x_err": "m", "alpha": "rad", "distance": "m", "heading_err": "rad"}  # of the inputs of fuzzy tracking
 # The turns: what they are called, and what they are over
 _TURNS = {"lateral": ("λ", "y_err"), "eta": ("η", "d_ij"), "theta": ("Θ", "ro")}
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
@@ -74,26 +75,16 @@ def plot_tracking_velocities(width: float = DOUBLE) -> Figure:
     ahead = {name: ahead[name] for name in ahead if name in {v.name for v in fis.inputs}}
     with styled_figure(width, 4.6) as figure:
         axes = figure.subplots(2, 2)
-        pictures = (
-            ("distance", "v"),
-            ("alpha", "w"),
-            (("distance", "x_err"), "v"),
-            (("alpha", "x_err"), "w"),
-        )
+        pictures = ((("distance",), "v"), (("alpha",), "w"), (("distance", "x_err"), "v"), (("alpha", "x_err"), "w"))
         for ax, (inputs, output) in zip(axes.flat, pictures, strict=True):
             fixed = {name: value for name, value in ahead.items() if name not in inputs}
             plot_surface(fis, inputs, output, fixed, ax=ax)
-            ax.set_title(_held(fixed), fontsize=7)
+            said = [f"{'α' if n == 'alpha' else n} = {number(v)} {_UNITS[n]}" for n, v in fixed.items()]
+            ax.set_title(f"at {', '.join(said)}", fontsize=7)
         setp(axes[:, 1], xlabel="α [rad]")
         axes[0, 1].set_ylabel("ω [rad/s]")
         figure.axes[-1].set_ylabel("ω [rad/s]")  # the colour bar
         return figure
-
-
-def _held(fixed: dict[str, float]) -> str:
-    names = {"x_err": "x_err", "alpha": "α", "distance": "distance", "heading_err": "heading_err"}
-    units = {"x_err": "m", "alpha": "rad", "distance": "m", "heading_err": "rad"}
-    return "at " + ", ".join(f"{names[name]} = {number(value)} {units[name]}" for name, value in fixed.items())
 
 
 def plot_turn(rule_base: str, width: float = DOUBLE) -> Figure:
@@ -160,12 +151,8 @@ def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figu
             ax.set_xticks(sorted({r.outage for r in recoveries}))
             ax.set_xlabel("length of the outage [s]")
         counts = sorted({len(r.recovered) for r in recoveries})
-        figure.legend(
-            loc="outside upper left",
-            ncol=3 if width > PAGE_WIDTH else 1,
-            title_fontsize=7,
-            title=f"{' or '.join(map(str, counts))} runs a point",
-        )
+        columns, title = 3 if width > PAGE_WIDTH else 1, f"{' or '.join(map(str, counts))} runs a point"
+        figure.legend(loc="outside upper left", ncol=columns, title_fontsize=7, title=title)
         return figure
 
 

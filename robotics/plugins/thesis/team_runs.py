@@ -23,19 +23,14 @@ from robotics.simulation.scenario.random_team import random_team
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.radio.faults import Fault
 
+_GAINS = ("virtual", "thesis", "measured")  # of the virtual structure
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
     "ahead-and-behind": ("graph-esm", "graph-esm-thesis", "graph-esm-literal"),
     "concentric-circles": ("virtual-structure-measured", "virtual-structure-thesis"),
     "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-thesis"),
     "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
-    "outage-10s": (
-        "virtual-structure-virtual",
-        "virtual-structure-thesis",
-        "virtual-structure-measured",
-        "virtual-structure",
-        "cooperation",
-    ),
+    "outage-10s": (*(f"virtual-structure-{k}" for k in _GAINS), "virtual-structure", "cooperation"),
     "outage-20s": ("virtual-structure-thesis", "virtual-structure"),
     "unequal-lengths": ("cooperation", "cooperation-literal"),
     "start-off-paths": ("cooperation", "cooperation-literal"),
@@ -67,18 +62,16 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     wanted, seeds = [*needed("teams"), *duels], effort.row(seed)
     shown = [Needed(scenario, law, False) for scenario, laws in EXPERIMENTS.items() for law in laws]
     decided = {(need.of, DECIDED[need.on]) for need in wanted if need.on in DECIDED}
+
+    def many(law: str, outage: float) -> Sequence[int]:
+        return effort.many(seed) if (law, outage) in decided else seeds[: 2 * _FEW]
+
     return [
         *experiments_of(wanted, seeds),
         *experiments_of([need for need in shown if need not in wanted], seeds[:_FEW]),
         *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
         Experiment((LEMMA,), judge_lemma),
-        *(
-            Experiment(
-                ("recovery", law, o),
-                partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds[: 2 * _FEW]),
-            )
-            for law, o in product(RECOVERERS, OUTAGES)
-        ),
+        *(Experiment(("recovery", *key), partial(_recovery, *key, many(*key))) for key in product(RECOVERERS, OUTAGES)),
         *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
     ]
 

@@ -25,11 +25,11 @@ from robotics.measures.formations import measure_formation
 from robotics.plugins.learning.formationdata import FormationRecipe, checking_recipe, formation_data, formation_run
 from robotics.plugins.learning.formationlearning import (
     FormationLearningError,
+    fresh_errors,
     learn_network,
     learn_networks,
     write_networks,
 )
-from robotics.plugins.learning.fresh import fresh_errors
 from robotics.show.figures.drawing import thinned
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario

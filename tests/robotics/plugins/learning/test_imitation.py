@@ -10,11 +10,16 @@ from fuzzy.files.fisfile import read_fis
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.measures.tracking import cross_track_error
-from robotics.plugins.learning.courses import crossing_course, scenario_course
-from robotics.plugins.learning.demonstrations import Demonstrations, demonstrate, disturbed, joined
-from robotics.plugins.learning.imitation import blank, drives, imitate, write_rule_base
+from robotics.plugins.learning.demonstrations import (
+    Demonstrations,
+    crossing_course,
+    demonstrate,
+    disturbed,
+    joined,
+    scenario_course,
+)
+from robotics.plugins.learning.imitation import blank, drives, fitted, imitate, rmse, write_rule_base
 from robotics.plugins.learning.lesson import ImitationError, ImitationPlan
-from robotics.plugins.learning.rulefitting import fitted, rmse
 from robotics.plugins.learning.tandem import TeacherAndPupil
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
