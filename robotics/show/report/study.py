@@ -600,8 +600,8 @@ def _files(plan: StudyPlan) -> dict[str, Path]:
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
     for text in plan.metric_files.values():
-        named = Specification.of(text).file
-        found[named] = plan.folder / named
+        named = Specification.of(text)
+        found[named.file] = Path(named.located(plan.folder).file)
     return found
 
 

@@ -82,7 +82,7 @@ def whole(out):
 
 def check_end(place, name, out):
     assert whole(out) == whole(place / name)
-    assert len(whole(out)) == (6 if name == "study" else 3)
+    assert len(whole(out)) == (7 if name == "study" else 4)
     assert not (out / "pieces").exists()
 
 

@@ -209,7 +209,7 @@ def test_what_is_wrong_is_said_before_anything_runs(folder, capsys):
     team = "import robotics\n@robotics.metric(unit='1', kinds=('team',))\ndef late(run):\n    return run['v'][..., 0]\n"
     (folder / "team.py").write_text(team, encoding="utf-8")
     for line, message in (
-        (["sweep", "wrong.toml"], "wrong.toml:3: metrics: x.py: cannot be read"),
+        (["sweep", "wrong.toml"], "wrong.toml:3: x.py: cannot be read"),
         (["run", "short.toml", "--metric", "team.py:late"], "late is one of scenarios of kind team, not of tracking"),
         (["compare", "short.toml", "--metric", "team.py:late"], "late is one of scenarios of kind team"),
         (["run", "short.toml", "-c", "csm", "--law", "mylaw.py:MyLaw"], "give --controller or --law, not both"),
