@@ -30,11 +30,12 @@ def check_known(
     error: Callable[[str], InputError] = InputError,
     *keys: str | int,
     where: str = "",
-) -> None:
-    """Raise an ``error`` about the value under ``keys``, unless ``name`` is a ``known`` ``what``.
+) -> str:
+    """Return ``name``; raise an ``error`` about the value under ``keys`` unless it is a ``known`` ``what``.
 
     Its message is that of :func:`expected`, after ``where`` and a colon if that is given.
     """
-    if name not in known:
+    if name not in [*known]:  # which also holds for what cannot be hashed
         text = expected(str(name), map(str, known), what)
         raise error(f"{where}: {text}" if where else text).about(*keys)
+    return str(name)

@@ -438,7 +438,7 @@ def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], rows: pd.DataFr
     """The answers to the study's questions about the ``rows`` of results.csv; answers.json has them, too."""
     one = comparisons[0]
     shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
-    first = next(name for name, about in shown.items() if not about.larger)
+    first = next(name for name, about in shown.items() if plan.shown_metrics or not about.larger)
     table = described_table(rows, plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
     write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})

@@ -200,8 +200,8 @@ def test_a_run_a_comparison_and_a_sweep_show_it(folder, capsys):
     table = pq.read_table("out/results.parquet").to_pandas()
     np.testing.assert_array_equal(table["top_speed"], rows["top_speed"])
     assert (table["comfort"] > 0).all()
-    files = json.loads(Path("out/plan.json").read_text(encoding="utf-8"))["files_sha256"]
-    assert {*files} == {"../mine.py", "mine.py"}
+    files = json.loads(Path("out/pieces/plan.json").read_text(encoding="utf-8"))["files_sha256"]
+    assert {*files} == {"../mine.py", "mine.py", "../short.toml"}
 
 
 def test_what_is_wrong_is_said_before_anything_runs(folder, capsys):
