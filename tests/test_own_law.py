@@ -27,6 +27,7 @@ path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
 """
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pytest
 
 from robotics.commands.application import main
 from tests.snippets import snippets
@@ -14,6 +15,7 @@ PYTHON, STUDY, COMMANDS = (
 )
 
 
+@pytest.mark.long
 def test_the_page_answers_its_question(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("clearance.py").write_text(PYTHON, encoding="utf-8")

@@ -288,6 +288,7 @@ class Counting(Executor):
     last = 36
 
 
+@pytest.mark.long
 def test_no_more_chunks_are_in_flight_than_allowed_and_the_order_does_not_matter(folder, plan):
     crew = Counting(4)
     done = run_table(plan, folder / "out", Workers(crew, 4))
@@ -393,6 +394,7 @@ def test_a_cluster_without_workers_is_said_once(folder, plan, monkeypatch):
     assert done.computed == done.chunks
 
 
+@pytest.mark.long
 def test_another_sweep_in_the_folder_is_refused_but_for_fresh(folder, plan):
     out = folder / "out"
     before = run_table(plan, out).results.read_bytes()

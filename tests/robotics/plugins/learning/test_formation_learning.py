@@ -35,6 +35,8 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
 from tests.drawn import faults_of
 
+pytestmark = pytest.mark.long
+
 SEEDS = [0, pytest.param(1, marks=pytest.mark.long)]
 # Chapters 5-6, I: after clustering and after 60 epochs, RMSE in m/s and rad/s
 CLUSTERING = {"v_l": 7e-3, "w_l": 2.5e-3, "v_f": 1.2e-3, "w_f": 4e-3}

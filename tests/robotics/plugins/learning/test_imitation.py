@@ -62,6 +62,7 @@ def learnt():
     return imitate(lesson())
 
 
+@pytest.mark.long
 def test_the_learner_tracks_as_its_teacher_does(learnt, tmp_path):
     """On seeds that were not learnt from; a rule base that says nothing stays where it is, 0.2 m beside the path."""
     file = tmp_path / "learnt.fis"
@@ -91,6 +92,7 @@ def test_what_is_written_says_where_it_comes_from_and_has_units(learnt, tmp_path
     assert len(system.rules) == 4
 
 
+@pytest.mark.long
 def test_the_same_lesson_gives_the_same_file(learnt, tmp_path):
     for name, found in (("a", learnt), ("b", imitate(lesson()))):
         write_rule_base(found, tmp_path / f"{name}.fis")

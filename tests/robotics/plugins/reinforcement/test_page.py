@@ -45,6 +45,7 @@ def test_the_tables_are_those_of_the_code():
     assert heard() in text
 
 
+@pytest.mark.long
 def test_its_programs_run(capsys):
     for kind, text in snippets(PAGE):
         if kind == "python":

@@ -51,6 +51,8 @@ from tests.drawn import faults_of, vertices, y_of
 from tests.robotics.plugins.thesis.recomputed import check_recomputed
 from tests.robotics.world.vehicle.etsro import ETSRO
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def runs(avoidance_results: dict[Any, Any]) -> dict[tuple[str, str], Run]:

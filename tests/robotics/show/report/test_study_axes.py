@@ -139,6 +139,7 @@ def test_what_is_wrong_is_one_sentence_with_file_and_line(
     assert says in said
 
 
+@pytest.mark.long
 def test_check_draws_plans_of_every_kind_and_notes_the_new_form(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -302,6 +303,7 @@ def chapters(begin: Any, folder: Path, seed: int, draw: bool) -> Iterator[Any]:
     yield lambda: [Chapter("mine", f"From seed {seed}")]
 
 
+@pytest.mark.long
 def test_a_file_with_every_key_runs_and_says_all(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     assert {key.name for key in study_table().keys} == {*tomllib.loads(EVERY)}
