@@ -23,7 +23,7 @@ from anfis.training import Training, train
 from fuzzy.detached import detached
 from fuzzy.fitting.consequents import OutputGroup, output_groups
 from fuzzy.inference import InferenceWarning, infer
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import Sugeno, Variable
 
 Choice = Literal["one-standard-error", "least"]
@@ -345,8 +345,7 @@ def _held(count: int, seed: int) -> np.ndarray:
 
 
 def _check_settings(fis: Sugeno, keep: int | None, choice: str, retrain: int) -> None:
-    if choice not in _CHOICES:
-        raise TrainingError(expected(str(choice), _CHOICES, "choice"))
+    check_known(choice, _CHOICES, "choice", TrainingError)
     if isinstance(retrain, bool) or not isinstance(retrain, (int, np.integer)) or retrain < 0:
         raise TrainingError(f"retrain must be a whole number >= 0, got {retrain!r}")
     if keep is None:

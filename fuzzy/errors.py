@@ -1,5 +1,7 @@
 """The errors that a user can mend: one class at each boundary, all of them ValueErrors."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Self
 
 _LONGEST = 120  # characters of what was read that a message quotes
@@ -21,6 +23,15 @@ class InputError(ValueError):
         """
         self.at = (*keys, *self.at)
         return self
+
+
+@contextmanager
+def concerning(*keys: str | int) -> Iterator[None]:
+    """Let the InputErrors of a ``with`` block be :meth:`InputError.about` the value under ``keys``."""
+    try:
+        yield
+    except InputError as error:
+        raise error.about(*keys) from None
 
 
 def quoted(text: object, longest: int = _LONGEST) -> str:

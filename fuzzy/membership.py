@@ -36,7 +36,7 @@ from fuzzy.membershipfunction import (
     parameter,
     register,
 )
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.profile import HALF_WIDTH, Outline, Profile
 
 # The building blocks ------------------------------------------------------------------------------------------
@@ -491,8 +491,7 @@ def membership_function(name: str, parameters: Any) -> MembershipFunction:
     Raises:
         MembershipError: An unknown name, a wrong number of parameters, or parameters that MATLAB refuses.
     """
-    if name not in MATLAB_NAMES:
-        raise MembershipError(expected(name, MATLAB_NAMES, "membership function"))
+    check_known(name, MATLAB_NAMES, "membership function", MembershipError)
     function = MATLAB_NAMES[name]
     letters = [f.name for f in fields(function)]
     if len(parameters) != len(letters):

@@ -1,9 +1,9 @@
 """What somebody probably meant who mistyped a name."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
 
-from fuzzy.errors import quoted, shortened
+from fuzzy.errors import InputError, quoted, shortened
 
 _COMPARED = 1000  # known names, at most, that a mistyped one is compared with: more take seconds
 _LISTED = 2000  # characters of the list of known names that a message shows
@@ -21,3 +21,21 @@ def expected(name: str, known: Iterable[str], what: str) -> str:
     close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else "."
     return f"unknown {what} {quoted(name)}{hint} Known: {shortened(', '.join(names), _LISTED) if names else '(none)'}"
+
+
+def check_known(
+    name: object,
+    known: Collection[object],
+    what: str,
+    error: Callable[[str], InputError] = InputError,
+    *keys: str | int,
+    where: str = "",
+) -> str:
+    """Return ``name``; raise an ``error`` about the value under ``keys`` unless it is a ``known`` ``what``.
+
+    Its message is that of :func:`expected`, after ``where`` and a colon if that is given.
+    """
+    if name not in [*known]:  # which also holds for what cannot be hashed
+        text = expected(str(name), map(str, known), what)
+        raise error(f"{where}: {text}" if where else text).about(*keys)
+    return str(name)

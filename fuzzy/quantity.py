@@ -5,7 +5,8 @@ A plausible range catches the commonest mistake in a file of numbers: the right 
 """
 
 from dataclasses import MISSING, field, fields
-from math import inf
+from functools import partial
+from math import inf, pi
 from numbers import Integral
 from typing import Any
 
@@ -38,6 +39,10 @@ def quantity(
     """
     metadata = {"unit": unit, "above": above, "least": least, "most": most, "doc": doc, "example": example}
     return field(default=default, metadata=metadata)
+
+
+part = partial(quantity, unit="1", least=0, most=1)  # a part of a whole, or a probability
+turn = partial(quantity, unit="rad", least=-2 * pi, most=2 * pi)  # within a turn either way
 
 
 def whole(default: Any, *, least: int, most: float = inf, doc: str, example: int | None = None) -> Any:

@@ -60,10 +60,24 @@ _APART = """
     studies.compensation:certificates.compensation studies.learning.drivedata:logs.drivedata
     studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
     studies.scaling:thesis.recovery studies.stress:stress
-"""  # earlier places of what is a plug-in now, and that plug-in
+    plugins.ccode.body:ccode.translation plugins.ccode.expressions:ccode.translation plugins.ccode.carried:ccode.source
+    plugins.ccode.pythonsource:ccode.translation plugins.designer.foldersession:designer.folderfiles
+    plugins.designer.seedrounds:designer.severalseeds plugins.designer.textdesk:designer.folderfiles
+    plugins.learning.courses:learning.demonstrations plugins.learning.fresh:learning.formationlearning
+    plugins.learning.rulefitting:learning.imitation plugins.logs.resampling:logs.drivedata
+    plugins.logs.scene:logs.content plugins.logs.topics:logs.drive plugins.reinforcement.agents:reinforcement.episodes
+    plugins.reinforcement.sb3:reinforcement.training plugins.reinforcement.teamcolumns:reinforcement.observed
+"""  # earlier places of what is a plug-in now, or in another module of one, and that plug-in
+_MERGED = """
+    commands.templatefiles:commands.filekinds laws.preset:laws.law measures.emergencies:measures.avoidance
+    show.figures.progress:show.figures.team show.figures.sonar:show.figures.modes simulation.state:simulation.loop
+    simulation.scenario.sensortable:simulation.scenario.robots tables.lines:tables.text
+    world.paths.level:world.paths.references
+"""  # modules that are a part of another one now
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
+    | {f"robotics.{name}": f"robotics.{now}" for name, _, now in (s.partition(":") for s in _MERGED.split())}
     | {f"robotics.{name}": f"robotics.plugins.{now}" for name, _, now in (s.partition(":") for s in _APART.split())}
     | {"robotics.experiments": "robotics.studies"},
     lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import

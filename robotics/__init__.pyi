@@ -4,7 +4,7 @@ from robotics.laws.law import Command as Command
 from robotics.laws.law import ControllerError as ControllerError
 from robotics.laws.law import Law as Law
 from robotics.laws.law import Observation as Observation
-from robotics.laws.preset import Preset as Preset
+from robotics.laws.law import Preset as Preset
 from robotics.laws.setting import Setting as Setting
 from robotics.measures.arrival import arrival_time as arrival_time
 from robotics.measures.explained import explain_decision as explain_decision
@@ -62,6 +62,7 @@ from robotics.plugins.stress.crossing_runs import stress_crossing as stress_cros
 from robotics.plugins.stress.obstaclecourse import stress_obstacles as stress_obstacles
 from robotics.plugins.thesis.figures import plot_recovery as plot_recovery
 from robotics.plugins.thesis.figures import plot_scaling as plot_scaling
+from robotics.plugins.thesis.recovery import Recovery as Recovery
 from robotics.plugins.thesis.recovery import recovery_curve as recovery_curve
 from robotics.show.figures.avoidance import plot_avoidance as plot_avoidance
 from robotics.show.figures.avoidance import plot_trajectories as plot_trajectories
@@ -75,12 +76,12 @@ from robotics.show.figures.formation_run import plot_formation as plot_formation
 from robotics.show.figures.leads import plot_leads as plot_leads
 from robotics.show.figures.meetings import plot_meetings as plot_meetings
 from robotics.show.figures.modes import plot_modes as plot_modes
-from robotics.show.figures.progress import plot_progress as plot_progress
+from robotics.show.figures.modes import plot_sonar as plot_sonar
 from robotics.show.figures.rules import plot_rules_at as plot_rules_at
 from robotics.show.figures.run import plot_run as plot_run
 from robotics.show.figures.scenario import plot_scenario as plot_scenario
-from robotics.show.figures.sonar import plot_sonar as plot_sonar
 from robotics.show.figures.states import plot_states as plot_states
+from robotics.show.figures.team import plot_progress as plot_progress
 from robotics.show.figures.team import plot_team as plot_team
 from robotics.show.playback.notebook import player as player
 from robotics.show.report.plan import StudyError as StudyError

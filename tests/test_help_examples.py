@@ -19,6 +19,7 @@ LONG = {
     "robotics explain", "robotics animate", "robotics certify", "robotics robot", "robotics sweep", "robotics study",
     "robotics team", "robotics tune", "robotics arena", "robotics reinforce",
     "robotics check", "robotics new", "robotics scenario", "robotics list",
+    "fuzzy tune", "robotics dataset from-bag",
     "robotics dataset", "robotics dataset formation", "robotics dataset regenerate",
     "robotics stress", "robotics stress crossing", "robotics stress obstacles",
     "robotics learn", "robotics learn formation", "robotics learn rules",

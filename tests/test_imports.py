@@ -34,19 +34,19 @@ STAIRS = {
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
-        setting modes specification law equation universe foreign preset tuned lawfile tracking formation teams
+        setting modes specification law equation universe foreign tuned lawfile tracking formation teams
         avoidance rules catalogue
     """,
     "robotics.simulation": """
-        scenario lanes state steps channels observer opening layout run spans mode_changes recorder loop
+        scenario lanes steps channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
         statistics once standing outside clearance blame decisions progress tracking evidence explained arrival contacts
-        formations own leading teams emergencies avoidance registry quantities
+        formations own leading teams avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions chunks population together comparison forewarnings inspection sweeps keptcomparison
-        tuning
+        executors pieces versions chunks population together comparison forewarnings inspection design axes
+        keptcomparison tuning
     """,
     "robotics.show": "figures playback report",
 }

@@ -11,7 +11,7 @@ import pytest
 
 from fuzzy.errors import InputError
 from robotics.commands.application import main
-from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from robotics.commands.filekinds import TEMPLATES, template_text, write_template
 from robotics.laws.catalogue import make_controller
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
@@ -27,6 +27,7 @@ path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
 """
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)

@@ -116,8 +116,8 @@ def run_in(tree, *words):
     return done.stdout
 
 
-# Seconds each: those that most else is made for, and the others with the long tests.
-DEAR = [pytest.param(*each, marks=() if each[1] in ("mamdani", "thesis") else pytest.mark.long) for each in PLUGINS]
+# Seconds each: one, and the others with the long tests.
+DEAR = [pytest.param(*each, marks=() if each[1] == "mamdani" else pytest.mark.long) for each in PLUGINS]
 
 
 @pytest.mark.parametrize(("package", "plugin"), DEAR)

@@ -29,6 +29,7 @@ def test_the_readme_has_what_a_newcomer_needs():
     assert kinds.count("toml") == 1
 
 
+@pytest.mark.long
 def test_snippets_run_in_order(folder, monkeypatch, capsys):
     """One after the other in one folder: later ones use the files of earlier ones."""
     monkeypatch.chdir(folder)

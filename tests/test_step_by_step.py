@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import robotics
 from tests.snippets import snippets
@@ -21,6 +22,7 @@ def test_stepping_by_hand_is_the_run_but_for_what_the_hand_changes(capsys):
     assert changed["truth"].x < run["x"][0, 0, 100] - 1e-3  # type: ignore[attr-defined]
 
 
+@pytest.mark.long
 def test_the_observer_notes_what_the_samples_tell(capsys):
     space: dict[str, object] = {}
     exec(OBSERVED, space)

@@ -3,11 +3,14 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.snippets import run_commands, run_python, snippets
 
 SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "tuning.md")
 
 
+@pytest.mark.long
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")

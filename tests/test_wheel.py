@@ -43,6 +43,7 @@ def python(tmp_path_factory):
     return python
 
 
+@pytest.mark.long
 def test_the_installed_package_compares_from_any_folder(python, tmp_path):
     script = python.parent / "robotics"
     whole = (ROOT / "robotics" / "data" / "scenarios" / "fuzzy-on-path.toml").read_text(encoding="utf-8")

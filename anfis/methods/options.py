@@ -8,7 +8,7 @@ from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError
 from fuzzy.extras import needed
 from fuzzy.fitting.consequents import LARGEST_RIDGE
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, quantity, whole
 
 
@@ -58,13 +58,11 @@ class Options:
     device: str = described("Device of torch.", "cpu")
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise TrainingError(expected(str(self.method), METHODS, "method"))
+        check_known(self.method, METHODS, "method", TrainingError)
         check_quantities(self, TrainingError)
         if isinstance(self.rate, bool) or not isinstance(self.rate, (int, float)) or not 0 <= self.rate < inf:
             raise TrainingError(f"rate must be a finite number >= 0, got {self.rate!r}")
-        if self.dtype not in ("float64", "float32"):
-            raise TrainingError(expected(str(self.dtype), ("float64", "float32"), "dtype"))
+        check_known(self.dtype, ("float64", "float32"), "dtype", TrainingError)
         # torch is loaded only to ask for what is not known without it.
         if self.optimiser != "Adam":
             _check_optimiser(self.optimiser)

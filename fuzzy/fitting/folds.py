@@ -5,7 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 
 FoldOrder = Literal["shuffled", "blocks"]
 FOLD_ORDERS: tuple[str, ...] = get_args(FoldOrder)
@@ -22,8 +22,7 @@ def fold_rows(samples: int, folds: int, order: FoldOrder = "shuffled", seed: int
     what is held back are learnt from. They are then those of scikit-learn's ``KFold(folds)``. ``seed`` is that of the
     shuffling. Raises FoldError for a number of folds below 2 or above that of the samples, and for another order.
     """
-    if order not in FOLD_ORDERS:
-        raise FoldError(expected(str(order), FOLD_ORDERS, "fold order"))
+    check_known(order, FOLD_ORDERS, "fold order", FoldError)
     if isinstance(folds, bool) or not isinstance(folds, (int, np.integer)) or not 2 <= folds <= samples:
         raise FoldError(f"folds must be a whole number from 2 to the number of samples ({samples}), got {folds!r}")
     rows = np.arange(samples) if order == "blocks" else np.random.default_rng(seed).permutation(samples)

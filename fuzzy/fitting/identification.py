@@ -26,7 +26,7 @@ from fuzzy.fitting.clustering import (
 from fuzzy.fitting.consequents import IdentificationError, fit_consequents, output_table
 from fuzzy.membership import Gaussian, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 
@@ -110,12 +110,10 @@ def identify(
         IdentificationError: Shapes that do not fit, or settings that the method does not have.
     """
     data = checked(x, y, input_names, output_names, input_units, output_units)
-    if method not in _METHODS:
-        raise IdentificationError(expected(str(method), _METHODS, "method"))
+    check_known(method, _METHODS, "method", IdentificationError)
     known = list(signature(_METHODS[method]).parameters)[1:]
     for setting in settings:
-        if setting not in known:
-            raise IdentificationError(f"{method}: " + expected(setting, known, "setting"))
+        check_known(setting, known, "setting", IdentificationError, where=method)
     fis = system_of(_METHODS[method](data, **settings), data, name, order)
     return fit_consequents(fis, data.x, data.y, ridge) if fit else fis
 
@@ -198,8 +196,7 @@ def grid_terms(kind: str, low: float, high: float, count: int) -> list[Membershi
         count: The number of terms, at least 2.
     """
     known = {name: function.grid for name, function in MATLAB_NAMES.items() if function.grid is not None}
-    if kind not in known:
-        raise IdentificationError(expected(str(kind), known, "kind of membership function for a grid"))
+    check_known(kind, known, "kind of membership function for a grid", IdentificationError)
     h = (high - low) / (2 * (count - 1))
     slope = 10 * count / (high - low)
     return [membership_function(kind, known[kind](float(c), h, slope)) for c in np.linspace(low, high, count)]

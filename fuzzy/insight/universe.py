@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
 
 
@@ -23,8 +23,7 @@ def place_of(which: str | int, variables: Sequence[Variable], what: str) -> int:
     """Find the place of a variable that is given by name or by place; negative places count from the end."""
     names = [v.name for v in variables]
     if isinstance(which, str):
-        if which not in names:
-            raise FuzzySystemError(expected(which, names, what))
+        check_known(which, names, what, FuzzySystemError)
         return names.index(which)
     if not -len(names) <= which < len(names):
         raise FuzzySystemError(f"there is no {what} {which}; the system has {len(names)}, counted from 0")

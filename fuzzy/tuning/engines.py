@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.extras import install_command
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of
 
 _STEP = 0.1  # of CMA-ES at first, in unit coordinates
@@ -195,8 +195,7 @@ ENGINES: dict[str, Callable[[Sequence[SearchParameter], int], Engine]] = {
 
 def engine_of(name: str, parameters: Sequence[SearchParameter], seed: int) -> Engine:
     """The engine of that name for a search. Raises TuningError for an unknown one."""
-    if name not in ENGINES:
-        raise TuningError(expected(name, ENGINES, "engine"))
+    check_known(name, ENGINES, "engine", TuningError)
     return ENGINES[name](parameters, seed)
 
 

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 
 Scale = Literal["linear", "log"]
 
@@ -36,8 +36,7 @@ class SearchParameter:
         if self.choices:
             object.__setattr__(self, "lower", 0.0)
             object.__setattr__(self, "upper", float(len(self.choices) - 1))
-        if self.scale not in ("linear", "log"):
-            raise TuningError(f"{self.name}: " + expected(str(self.scale), ("linear", "log"), "scale"))
+        check_known(self.scale, ("linear", "log"), "scale", TuningError, where=self.name)
         if not (isfinite(self.lower) and isfinite(self.upper) and self.lower < self.upper):
             raise TuningError(f"{self.name}: low must be less than high; got {self.lower:g} and {self.upper:g}")
         if self.scale == "log" and not self.lower > 0:

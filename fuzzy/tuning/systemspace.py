@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from fuzzy.membershipfunction import MembershipFunction
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.rule import Rule
 from fuzzy.system import Constant, Sugeno, Variable
 from fuzzy.tuning.mirror import Mirror, coefficients, mirror_of
@@ -49,8 +49,7 @@ class SystemSpace:
 
     def __post_init__(self) -> None:
         for name in self.move:
-            if name not in MOVABLE:
-                raise TuningError(expected(str(name), MOVABLE, "part of a system that can move"))
+            check_known(name, MOVABLE, "part of a system that can move", TuningError)
         object.__setattr__(self, "_parts", tuple(_parts(self.fis, self.move, self.mirror, self.reach)))
 
     @cached_property

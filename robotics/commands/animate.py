@@ -6,8 +6,7 @@ from typing import Annotated, Any
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.progress import progress_bar
-from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import OneSeed, SavedRun
+from robotics.commands.shared import OneSeed, SavedRun, print_result
 
 
 def animate(
@@ -37,13 +36,7 @@ def animate(
       robotics animate team.npz -o team.html
       robotics animate team.npz -o team.gif --speed 20
     """
-    from robotics.show.playback.animation import (
-        ANIMATION_DPI,
-        SLOWEST,
-        AnimationError,
-        check_animation,
-        write_animation,
-    )
+    from robotics.show.playback.animation import SLOWEST, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run
 
     suffix = check_animation(out)
@@ -62,22 +55,10 @@ def animate(
         about["bytes"] = out.stat().st_size
         said = f"{out}: a page of {about['bytes'] / 1e6:.2f} MB; any browser opens it"
     else:
+        span |= {name: value for name, value in (("fps", fps), ("speed", speed), ("dpi", dpi)) if value is not None}
         with progress_bar(quiet) as begin:
-            progress = lambda frames: begin(f"drawing {out.name}", frames)  # noqa: E731
-            done = write_animation(
-                result,
-                out,
-                seed,
-                fps=fps,
-                speed=speed,
-                dpi=ANIMATION_DPI if dpi is None else dpi,
-                progress=progress,
-                **span,
-            )
+            done = write_animation(result, out, seed, **span, progress=lambda n: begin(f"drawing {out.name}", n))
         about |= done._asdict()
         size = f"robots drawn {done.enlarged:.1f} times their size" if done.enlarged > 1.05 else "robots to scale"
         said = f"{out}: {done.frames} frames, {done.seconds:.1f} s, {done.speed:g} times real time, {size}"
-    if json:
-        print_json(about)
-    else:
-        print(said)
+    print_result(json, about, said)

@@ -5,12 +5,17 @@ The controllers' names are read off the catalogue's text, because importing the 
 
 import ast
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib import resources
 from importlib.metadata import entry_points
 
 from fuzzy.commands.completion import completed, last_of_list
 from robotics.tables.files import names_in
+
+
+def one_of(names: Collection[str]) -> Callable[[str], list[str]]:
+    """The continuations of one of these names."""
+    return lambda incomplete: completed(incomplete, names)
 
 
 def _packaged(folder: str) -> Callable[[str], list[str]]:

@@ -4,8 +4,7 @@ from typing import Annotated
 
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, option
-from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import OneSeed, SavedRun
+from robotics.commands.shared import OneSeed, SavedRun, print_result
 
 
 def explain(
@@ -33,10 +32,8 @@ def explain(
     loaded = load_run(run)
     if time is not None:
         explained = explain_decision(loaded, robot, time, seed)
-        print_json(explained.as_dict()) if json else print(explained)
+        print_result(json, explained.as_dict(), str(explained))
         return
     found = explain_spans(loaded, robot, start, end, seed)
-    if json:
-        print_json([span._asdict() | {"sentence": sentence} for span, sentence in found])
-    else:
-        print("\n".join(sentence for _, sentence in found))
+    rows = [span._asdict() | {"sentence": sentence} for span, sentence in found]
+    print_result(json, rows, "\n".join(sentence for _, sentence in found))

@@ -1,17 +1,20 @@
-"""The kinds of TOML files that one writes oneself: for each its keys, its reader, and values to begin with.
+"""The kinds of files that one writes oneself: of TOML files the keys, the reader, and values to begin with.
 
-A kind that is registered here has its explanation, its JSON schema and its commented file.
+A kind of TOML file that is registered here has its explanation, its JSON schema and its commented file. A law, a metric
+and a rule base are no TOML: each has a template to begin with and to be changed.
 """
 
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.files.atomic import write_whole
+from fuzzy.naming import check_known
 from robotics.tables.keys import KeyTable
 
 
@@ -37,11 +40,7 @@ class FileKind:
     @property
     def values(self) -> dict[str, dict[str, Any]]:
         """What files begin with, as they have it, by --kind."""
-        folder = resources.files("robotics") / "data" / "templates"
-        return {
-            kind: tomllib.loads((folder / f"{file}.toml").read_text(encoding="utf-8"))
-            for kind, file in self.templates.items()
-        }
+        return {kind: tomllib.loads(_packaged(f"{file}.toml")) for kind, file in self.templates.items()}
 
 
 FILE_KINDS: dict[str, FileKind] = {
@@ -61,8 +60,8 @@ FILE_KINDS: dict[str, FileKind] = {
     ),
     "sweep": FileKind(
         "a sweep",
-        "robotics.studies.sweeps.reading:sweep_table",
-        "robotics.studies.sweeps.reading:parse_sweep",
+        "robotics.show.report.keys:sweep_table",
+        "robotics.show.report.plan:parse_study",
         "robotics sweep FILE",
         {"sweep": "sweep"},
     ),
@@ -85,6 +84,36 @@ FILE_KINDS: dict[str, FileKind] = {
 
 def file_kind(name: str) -> FileKind:
     """The kind of file of that name. Raises InputError for another."""
-    if name not in FILE_KINDS:
-        raise InputError(expected(name, FILE_KINDS, "kind of file"))
+    check_known(name, FILE_KINDS, "kind of file")
     return FILE_KINDS[name]
+
+
+# By kind: the packaged file, the name by which its own comments call it, and the command that uses it
+TEMPLATES: dict[str, tuple[str, str, str]] = {
+    "law": ("law.py", "mylaw.py", "robotics run lyapunov-sine --law FILE:MyLaw"),
+    "metric": ("metric.py", "mymetric.py", "robotics run lyapunov-sine --metric FILE:comfort"),
+    "rule-base": ("rule-base.fis", "mine.fis", "robotics run lyapunov-sine -c FILE"),
+}
+
+
+def template_text(kind: str, file: str = "") -> str:
+    """The commented template of a kind, whose comments call it ``file``. Raises InputError for an unknown kind."""
+    check_known(kind, TEMPLATES, "kind of file")
+    packaged, name, _ = TEMPLATES[kind]
+    return _packaged(packaged).replace(name, file or name)
+
+
+def write_template(kind: str, path: Path) -> str:
+    """Write the template of a kind to a file, whole or not at all; return the command that uses it.
+
+    Raises InputError for an unknown kind or a wrong ending, and OSError.
+    """
+    text, suffix = template_text(kind, str(path)), Path(TEMPLATES[kind][0]).suffix
+    if path.suffix != suffix:
+        raise InputError(f"{path}: the name of a {kind} file must end in {suffix}")
+    write_whole(path, text)
+    return TEMPLATES[kind][2].replace("FILE", str(path))
+
+
+def _packaged(name: str) -> str:
+    return (resources.files("robotics") / "data" / "templates" / name).read_text(encoding="utf-8")

@@ -3,24 +3,19 @@
 from pathlib import Path
 from typing import Annotated
 
-from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.shell.options import Json, argument, option
-from fuzzy.shell.terminal import print_json
-from robotics.commands.filekinds import FILE_KINDS, file_kind
-from robotics.commands.templatefiles import TEMPLATES, template_text, write_template
+from robotics.commands.completion import one_of
+from robotics.commands.filekinds import FILE_KINDS, TEMPLATES, file_kind, template_text, write_template
+from robotics.commands.shared import print_result
 
-
-def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, (*FILE_KINDS, *TEMPLATES))
+_KINDS = (*FILE_KINDS, *TEMPLATES)
 
 
 def new(
-    kind: Annotated[
-        str, argument(f"One of {', '.join((*FILE_KINDS, *TEMPLATES))}.", "FILEKIND", autocompletion=_kinds)
-    ],
+    kind: Annotated[str, argument(f"One of {', '.join(_KINDS)}.", "FILEKIND", autocompletion=one_of(_KINDS))],
     out: Annotated[
         Path | None, option("The file. Default: my-KIND.toml, mylaw.py ...; - is stdout.", "--out", "-o", "FILE")
     ] = None,
@@ -40,8 +35,7 @@ def new(
     """
     from robotics.tables.template import commented_file
 
-    if kind not in (*FILE_KINDS, *TEMPLATES):
-        raise InputError(expected(kind, (*FILE_KINDS, *TEMPLATES), "kind of file"))
+    check_known(kind, _KINDS, "kind of file")
     if kind in TEMPLATES and (variant is not None or minimal):
         raise InputError(f"--kind and --minimal belong to TOML files, not to a {kind}")
     if kind in FILE_KINDS and variant is not None and variant not in file_kind(kind).templates:
@@ -64,7 +58,4 @@ def new(
             print(text, end="")
             return
         write_whole(file, text)
-    if json:
-        print_json({"file": str(file), "use": use})
-    else:
-        print(f"{file}\n  {use}")
+    print_result(json, {"file": str(file), "use": use}, f"{file}\n  {use}")

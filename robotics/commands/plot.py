@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.shell.options import Json, argument, option
-from fuzzy.shell.terminal import print_json
-from robotics.commands.shared import OneSeed
+from robotics.commands.completion import one_of
+from robotics.commands.shared import OneSeed, print_result
 
 
 class Kind(NamedTuple):
@@ -39,10 +38,6 @@ PLOT_KINDS = {
 }
 
 
-def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, PLOT_KINDS)
-
-
 def plot(
     runs: Annotated[
         list[Path],
@@ -59,7 +54,7 @@ def plot(
             "; ".join(f"{name}: {about.shows}" for name, about in PLOT_KINDS.items()) + ".",
             "--kind",
             "-k",
-            autocompletion=_kinds,
+            autocompletion=one_of(PLOT_KINDS),
         ),
     ] = "run",
     seed: OneSeed = None,
@@ -77,8 +72,7 @@ def plot(
       robotics run three-cross --save run.npz
       robotics plot run.npz --kind distances -o distances.png
     """
-    if kind not in PLOT_KINDS:
-        raise InputError(expected(kind, PLOT_KINDS, "kind of picture"))
+    check_known(kind, PLOT_KINDS, "kind of picture")
     about = PLOT_KINDS[kind]
     for name, value in (("robot", robot), ("time", time), ("task", task)):
         if value is not None and name not in about.takes:
@@ -100,7 +94,4 @@ def plot(
         options["robot"] = robot - 1 if about.several else robot  # the pictures of several runs count from 0
     options |= {name: value for name, value in (("time", time), ("task", task)) if value is not None}
     save_figure(getattr(robotics, about.function)(loaded if about.several else loaded[0], **options), out)
-    if json:
-        print_json({"file": str(out), "kind": kind, "scenario": loaded[0].scenario})
-    else:
-        print(out)
+    print_result(json, {"file": str(out), "kind": kind, "scenario": loaded[0].scenario}, str(out))

@@ -3,25 +3,23 @@
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fuzzy.commands.completion import completed
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import print_json
+from robotics.commands.completion import one_of
 from robotics.commands.filekinds import FILE_KINDS, file_kind
 
 if TYPE_CHECKING:
     from robotics.tables.keys import KeyTable, Placed
 
 
-def _kinds(incomplete: str) -> list[str]:
-    return completed(incomplete, FILE_KINDS)
-
-
 def scenario(
     key: Annotated[str | None, argument("A key or a table, such as robots.timing.speed or timing.", "KEY")] = None,
     explain: Annotated[bool, option("Say what the keys mean; this is the default.")] = False,
     schema: Annotated[bool, option("Print the JSON schema, for editors.")] = False,
-    of: Annotated[str, option(f"Kind of file: {', '.join(FILE_KINDS)}.", "KIND", autocompletion=_kinds)] = "scenario",
+    of: Annotated[
+        str, option(f"Kind of file: {', '.join(FILE_KINDS)}.", "KIND", autocompletion=one_of(FILE_KINDS))
+    ] = "scenario",
     json: Json = False,
 ) -> None:
     """Explain the keys of a scenario's file, or of another kind of file: unit, range, default and meaning.

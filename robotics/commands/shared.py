@@ -61,6 +61,14 @@ def chosen_controller(controller: str | None, law: str | None) -> str | None:
     return controller if law is None else law
 
 
+def print_result(as_json: bool, about: Any, text: str) -> None:
+    """Print what came out, as JSON or in words."""
+    if as_json:
+        print_json(about)
+    else:
+        print(text)
+
+
 def print_forewarnings(sentences: Iterable[str]) -> None:
     """Print on stderr what can be told before a run to go wrong, each sentence once."""
     for sentence in dict.fromkeys(sentences):

@@ -35,8 +35,9 @@ def study(
 ) -> None:
     """Run a study: scenarios × controllers × seeds, claims judged, a report with your title. The file says which.
 
-    Writes results.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and report.html. The exit
-    code is 0 whatever the verdicts are, and 2 for a file that cannot be used. After a stop the same command goes on.
+    Writes results.csv, columns.csv, summary.csv, claims.csv, evidence.csv, configuration.json, figures/ and
+    report.html. The exit code is 0 whatever the verdicts are, and 2 for a file that cannot be used. After a stop the
+    same command goes on.
 
     \b
     Example:

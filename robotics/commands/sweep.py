@@ -2,6 +2,7 @@
 
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
+from fuzzy.words import counted
 from robotics.commands.completion import sweeps
 from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
 from robotics.studies.versions import versions
@@ -53,53 +55,55 @@ def sweep(
       [controller_parameters]            # gains; for a grid also count = 5
       ky = { low = 1, high = 40, scale = "log" }
     """
-    from robotics.laws.catalogue import make_controller
+    from robotics.laws.catalogue import as_law
+    from robotics.show.report.plan import load_sweep
+    from robotics.show.report.study import run_table
     from robotics.studies.executors import workers_at
     from robotics.studies.forewarnings import forewarnings
-    from robotics.studies.sweeps.plan import PACKAGES, controller_at, plan_sweep, scenario_at
-    from robotics.studies.sweeps.reading import load_sweep, with_own
-    from robotics.studies.sweeps.running import landed_chunks, run_sweep
+    from robotics.studies.keptcomparison import PACKAGES
 
-    plan = plan_sweep(with_own(load_sweep(spec), law or (), metric or ()))
-    with suppress(InputError):  # what is wrong with a point is said where it is run
-        first = scenario_at(plan.sweep, plan.points[0]).setting  # the other points differ in some fields only
-        laws = {c: make_controller(controller_at(plan.sweep, c, plan.points[0])) for c in plan.sweep.controllers}
-        print_forewarnings(sentence for name, law in laws.items() for sentence in forewarnings(first, law, name))
-    folder = out if out is not None else Path("out") / plan.sweep.name
+    plan = load_sweep(spec)
+    plan = replace(plan, controllers=(*plan.controllers, *(law or ())), metrics=(*plan.metrics, *(metric or ())))
+    for case in (case for group in plan.cases for case in group):
+        with suppress(InputError):  # what is wrong with a point is said where it is run
+            first = case.passes(0, plan.row, {})[0].driven()[0].setting  # the others differ in some fields only
+            print_forewarnings(s for name, c in case.laws.items() for s in forewarnings(first, as_law(c), name))
+    print_forewarnings(f"{on}: {line}" for group in plan.groups for on, said in group.skipped.items() for line in said)
+    folder = out if out is not None else Path("out") / plan.name
     check_folder(folder)
 
     def resumed(done: int, chunks: int) -> None:
         if not quiet:
             print(f"{folder}: {done} of {chunks} chunks are there already", file=sys.stderr)
 
-    try:
-        preload = ["pyarrow", "robotics.studies.sweeps.running"]
-        with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
-            done = run_sweep(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed)
-    except KeyboardInterrupt:
-        landed = f"{landed_chunks(plan, folder)} of {plan.chunks} chunks are in {folder}"
-        interrupted(f"{landed}; the same command goes on from there")
+    def stopped(done: int, chunks: int) -> None:
+        interrupted(f"{done} of {chunks} chunks are in {folder}; the same command goes on from there")
+
+    preload = ["pyarrow", "robotics.studies.keptcomparison"]
+    with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
+        done = run_table(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed, stopped=stopped)
+    runs = len(plan.points) * len(plan.settings) * max(1, len(plan.conditions)) * len(plan.laws) * plan.seeds
     if json:
         print_json(
             {
                 "results": str(done.results),
-                "rows": done.rows,
+                "rows": done.counts.rows,
                 "points": len(plan.points),
-                "controllers": list(plan.sweep.controllers),
-                "seeds": list(range(plan.sweep.first_seed, plan.sweep.first_seed + plan.sweep.seeds)),
-                "runs": done.runs,
-                "diverged": done.diverged,
-                "with_contact": done.contacts,
+                "controllers": list(plan.laws),
+                "seeds": list(plan.row),
+                "runs": runs,
+                "diverged": done.counts.diverged,
+                "with_contact": done.counts.contacts,
                 "chunks": done.chunks,
                 "computed": done.computed,
                 "versions": versions(*PACKAGES),
             }
         )
         return
-    counts = ((len(plan.points), "point"), (len(plan.sweep.controllers), "controller"), (plan.sweep.seeds, "seed"))
-    shown = " × ".join(f"{count} {name}{'s' if count != 1 else ''}" for count, name in counts)
-    touched = f"✕ contact in {done.contacts} of {done.runs} runs; " if done.contacts else ""
+    counts = ((len(plan.points), "point"), (len(plan.laws), "controller"), (plan.seeds, "seed"))
+    shown = " × ".join(counted(*each) for each in counts)
+    touched = f"✕ contact in {done.counts.contacts} of {runs} runs; " if done.counts.contacts else ""
     print(
-        f"{done.results}: {done.rows} rows, {shown}; {done.diverged} rows of robots that diverged; {touched}"
-        f"{done.computed} of {done.chunks} chunks computed now"
+        f"{done.results}: {done.counts.rows} rows, {shown}; {done.counts.diverged} rows of robots that diverged; "
+        f"{touched}{done.computed} of {done.chunks} chunks computed now"
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin
@@ -16,9 +16,8 @@ from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
-from robotics.laws.law import ControllerError, Law
+from robotics.laws.law import ControllerError, Law, Preset
 from robotics.laws.lawfile import law_in_file, loaded_law
-from robotics.laws.preset import Preset
 from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.formation_networks import FormationNetworks
 from robotics.laws.rules.fuzzy_team import FuzzyTeam
@@ -42,6 +41,7 @@ LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which plug-ins and o
 _OWN = "fuzzyfleet"  # the distribution whose laws are the catalogue's
 
 
+_formation, _team = partial(Preset, kind="formation"), partial(Preset, kind="team")
 _PUBLISHED: dict[str, Preset] = {
     "fuzzy": Preset(
         OwnRules,
@@ -87,102 +87,88 @@ _PUBLISHED: dict[str, Preset] = {
     "assm": Preset(SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (2.1.3.2)"),
     "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (2.1.3.2)"),
     "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (2.1.3.2)"),
-    "formation": Preset(
+    "formation": _formation(
         FormationNetworks,
         {},
         "Leader-follower networks",
         "5.2 with followers corrected by their own posture; correction=none is as printed",
-        "formation",
     ),
-    "formation-teacher": Preset(
+    "formation-teacher": _formation(
         FormationTeacher,
         {},
         "Leader-follower law",
         "the law that the well-posed formation data sample; a choice, 5.2.1 gives it in words only",
-        "formation",
     ),
-    "leader-follower": Preset(
+    "leader-follower": _formation(
         FollowLeader,
         {},
         "Leader and followers on any paths",
         "speeds by the lead along the leader's path, pure pursuit; the forms of 5.2.1 with gains of our own",
-        "formation",
     ),
-    "graph-esm": Preset(
-        GraphSlidingMode, {}, "Graph ESM", "3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1", "team"
+    "graph-esm": _team(GraphSlidingMode, {}, "Graph ESM", "3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1"),
+    "graph-esm-literal": _team(
+        GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges"
     ),
-    "graph-esm-literal": Preset(
-        GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges", "team"
+    "virtual-structure": _team(
+        VirtualStructure, {}, "Virtual structure, waiting", "4.3 on measured progress, with a watchdog"
     ),
-    "virtual-structure": Preset(
-        VirtualStructure, {}, "Virtual structure, waiting", "4.3 on measured progress, with a watchdog", "team"
+    "virtual-structure-measured": _team(
+        VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress"
     ),
-    "virtual-structure-measured": Preset(
-        VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress", "team"
+    "virtual-structure-virtual": _team(
+        VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5"
     ),
-    "virtual-structure-virtual": Preset(
-        VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5", "team"
-    ),
-    "virtual-structure-literal": Preset(
+    "virtual-structure-literal": _team(
         VirtualStructure,
         {"variant": "virtual", "coupling": "literal", "tracker.catch_up": 0.0},
         "Virtual structure, literal",
         "(4.10) with the Laplacian's own entries; diverges",
-        "team",
     ),
-    "cooperation": Preset(
-        FuzzyCooperation, {}, "Fuzzy cooperation", "5.3 with a one-sided lag and the target held", "team"
-    ),
-    "cooperation-literal": Preset(
+    "cooperation": _team(FuzzyCooperation, {}, "Fuzzy cooperation", "5.3 with a one-sided lag and the target held"),
+    "cooperation-literal": _team(
         FuzzyCooperation,
         {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
         "Fuzzy cooperation, literal",
         "Table 5.6 and (5.14) as printed",
-        "team",
     ),
-    "right-of-way": Preset(
-        RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake", "team"
+    "right-of-way": _team(
+        RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake"
     ),
-    "crash-literal": Preset(
+    "crash-literal": _team(
         CrashAvoidance,
         {"lateral": "world"},
         "Crash avoidance, literal",
         "(6.4) with λ of (2.36), (6.5) and (5.14) as printed; d_min 0.6 m",
-        "team",
     ),
-    "crash-lag-clock": Preset(
+    "crash-lag-clock": _team(
         CrashAvoidance,
         {"variant": "lag-clock", "lateral": "world"},
         "Crash avoidance, clock of the lag",
         "(6.4) with λ of (2.36), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
-        "team",
     ),
-    "crash-yielding": Preset(
+    "crash-yielding": _team(
         CrashAvoidance,
         {"variant": "yielding", "d_min": 1.0},
         "Crash avoidance, yielding",
         "(6.4), (6.5) with a clock that does not wait for robots that yield",
-        "team",
     ),
-    "fuzzy-team": Preset(
-        FuzzyTeam, {}, "Fuzzy team", "five rule bases: tracking, cooperation, crash, obstacles, and who decides", "team"
+    "fuzzy-team": _team(
+        FuzzyTeam, {}, "Fuzzy team", "five rule bases: tracking, cooperation, crash, obstacles, and who decides"
     ),
-    "fuzzy-team-planned": Preset(
+    "fuzzy-team-planned": _team(
         FuzzyTeam,
         {"plan": "reservation"},
         "Fuzzy team, planned",
         "the same five rule bases on the paths and the timing of right-of-way's plan",
-        "team",
     ),
-    "obstacles": Preset(
-        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; 6.2 otherwise", "team"
+    "obstacles": _team(
+        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; 6.2 otherwise"
     ),
-    "obstacles-literal": Preset(
+    "obstacles-literal": _team(
         ObstacleAvoidance,
         {"variant": "literal", "ro_min": 0.8, "rule_base": "tracking-literal"},
         "Obstacle avoidance, literal",
         "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
-        "team",
     ),
 }
 
@@ -195,8 +181,9 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         taken: Presets whose names no other has.
     """
     good, bad = dict[str, Preset](), dict[str, str]()
-    entries = [entry for entry in entry_points(group=LAW_ENTRY_POINTS) if _is_own(entry) == own]
-    for entry in sorted(entries, key=lambda e: e.name):
+    for entry in sorted(entry_points(group=LAW_ENTRY_POINTS), key=lambda e: e.name):
+        if (entry.dist is not None and entry.dist.name == _OWN) != own:
+            continue
         what = f"the law {entry.name!r} of {_origin(entry)}"
         if entry.name in taken:
             bad[f"{entry.name} ({_origin(entry)})"] = f"{what} has the name of one that comes with fuzzyfleet"
@@ -213,10 +200,6 @@ def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], 
         else:
             bad[entry.name] = f"{what} must be a Preset, or a dataclass derived from Law; got {thing!r}"
     return good, bad
-
-
-def _is_own(entry: EntryPoint) -> bool:
-    return entry.dist is not None and entry.dist.name == _OWN
 
 
 def _origin(entry: EntryPoint) -> str:

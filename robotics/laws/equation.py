@@ -44,10 +44,10 @@ from fuzzy.compiled.columns import (
 )
 from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
 from fuzzy.compiled.packed import packed_work
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
-from robotics.world.paths.references import Reference, References
+from robotics.world.paths.references import Reference
 from robotics.world.paths.road import Road
 from robotics.world.radio.channel import AirColumns
 from robotics.world.radio.channel import HeardColumns as HeardColumns
@@ -153,8 +153,7 @@ class Equation:
         self.function = function
         self.asks = tuple(inspect.signature(function).parameters)
         for name in self.asks:
-            if name not in ARGUMENTS:
-                raise ControllerError(f"{function.__name__}: " + expected(name, ARGUMENTS, "argument of an equation"))
+            check_known(name, ARGUMENTS, "argument of an equation", ControllerError, where=function.__name__)
         self._one = kernel(nogil=True, _nrt=False, inline="always")(function)
         self._loops: dict[Any, Any] = {}  # of each class that gave it to a law, and each layout of memory and work
 
@@ -330,10 +329,6 @@ class EquationLaw(Law[Memory]):
         """The packed rule bases that the equation reads as a row of ``known.rules``."""
         return ()
 
-    def drives_on(self, setting: Setting) -> References:
-        """The paths and their timing that the equation reads as ``known.road``."""
-        return setting.references
-
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The memory (numbers, runs, robots) at the start. Raises ControllerError where it cannot drive ``setting``."""
         return np.zeros((self.remembers.size, runs, len(setting.robots)))
@@ -341,7 +336,7 @@ class EquationLaw(Law[Memory]):
     def setup(self, setting: Setting, runs: int) -> Setup:
         """All that the equation reads and does not change; raises as :meth:`begin`."""
         robots = len(setting.robots)
-        road, lanes = self.drives_on(setting).road, np.arange(runs * robots)
+        road, lanes = setting.references.road, np.arange(runs * robots)
         flat = [np.ravel(row) for row in self.gain_rows(setting)]
         width = max((len(row) for row in flat), default=1)
         gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
@@ -403,7 +398,6 @@ class EquationLaw(Law[Memory]):
             out.refused[:, 0] > 0 if self.may_refuse else None,
             out.mode.astype(int) if self.has_modes else None,
             out.values[said:] if self.rule_inputs else None,
-            None,
         )
 
 

@@ -6,7 +6,7 @@ Arrays carry (runs, robots) in front, and a law is written for all of them at on
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from math import inf
 from types import MappingProxyType
@@ -15,11 +15,11 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar, cast
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities
 from fuzzy.system import Sugeno
 from robotics.laws.modes import StateDiagram
-from robotics.laws.setting import Setting
+from robotics.laws.setting import Kind, Setting
 from robotics.world.paths.references import Reference, References
 from robotics.world.radio.channel import NOTHING, Heard
 from robotics.world.radio.graph import is_connected
@@ -186,8 +186,7 @@ class Law(ABC, Generic[Memory]):
         return f"{gain}.{held.rule_base_gain(task)}" if isinstance(held, Law) else gain
 
     def _gain_of(self, task: str) -> str:
-        if task not in self.tasks:
-            raise ControllerError(expected(task, self.tasks, f"task of a rule base in {type(self).__name__}"))
+        check_known(task, self.tasks, f"task of a rule base in {type(self).__name__}", ControllerError)
         return self.tasks[task]
 
     @property
@@ -266,3 +265,22 @@ def check_connected(setting: Setting) -> None:
             f"{setting.name}: the graph {setting.radio.graph!r} is not connected: every robot must reach every other, "
             "over others if need be"
         )
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A law with some of its gains set.
+
+    Attributes:
+        law: The class.
+        gains: Those that differ from its defaults, by name.
+        title: What tables and pictures call it.
+        note: Where the gains come from.
+        kind: The kind of scenario that it drives.
+    """
+
+    law: type[Law[Any]]
+    gains: dict[str, Any]
+    title: str
+    note: str
+    kind: Kind = "tracking"

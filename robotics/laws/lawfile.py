@@ -8,8 +8,7 @@ from typing import Any, cast
 
 from fuzzy.files.pythonfile import load_python_file, loaded_python_file
 from fuzzy.naming import expected
-from robotics.laws.law import ControllerError, Law
-from robotics.laws.preset import Preset
+from robotics.laws.law import ControllerError, Law, Preset
 
 
 def law_in_file(file: str, name: str = "") -> Preset:

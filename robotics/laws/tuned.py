@@ -6,8 +6,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from robotics.laws.law import ControllerError
-from robotics.laws.preset import Preset
+from robotics.laws.law import ControllerError, Preset
 from robotics.tables.text import parse_table
 
 FILE = "tuned.toml"

@@ -16,7 +16,7 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.files.pythonfile import load_python_file, told
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from robotics.laws.specification import Specification
 from robotics.measures.tracking import SCENARIO_KINDS, Metric
 from robotics.simulation.run import Run
@@ -55,8 +55,7 @@ def metric(*, unit: str, title: str = "", **fields: Any) -> Callable[[Function],
         MetricError: A field that there is not.
     """
     for name in fields:
-        if name not in Metric._fields or name == "measure":
-            raise MetricError(expected(name, Metric._fields[1:], "field of a metric"))
+        check_known(name, Metric._fields[1:], "field of a metric", MetricError)
 
     def about(function: Function) -> Function:
         setattr(function, _ABOUT, {"unit": unit, "title": title} | fields)
@@ -81,8 +80,7 @@ def own_metric(thing: Any, name: str) -> Metric:
         doc = (inspect.getdoc(thing) or "").partition("\n")[0].rstrip(".") if inspect.isroutine(thing) else ""
         thing = Metric(thing, **about | {"title": about["title"] or doc or name.replace("_", " ")})
     for kind in thing.kinds:
-        if kind not in SCENARIO_KINDS:
-            raise MetricError(f"the metric {name}: {expected(kind, SCENARIO_KINDS, 'kind of scenarios')}")
+        check_known(kind, SCENARIO_KINDS, "kind of scenarios", MetricError, where=f"the metric {name}")
     short = thing.short or name.replace("_", " ")
     return thing._replace(headline=thing.headline or thing.kinds, tried=thing.tried or thing.kinds, short=short)
 

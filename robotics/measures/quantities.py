@@ -1,8 +1,7 @@
 """The quantities that decide claims: functions from a run to one number for each seed and robot."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,15 +20,6 @@ from robotics.world.paths.references import Reference
 _START = 6.0  # s: the start is over
 _LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it
 _LAST = 5.0  # s: the end of a run
-
-
-class MeasuredQuantity(NamedTuple):
-    """A number that is measured of a run."""
-
-    measure: Callable[[Run], np.ndarray]  # of a run: (runs, robots)
-    unit: str
-    larger: bool = False  # the worst robot is the one with the least
-    title: str = ""  # in words
 
 
 def timetable_error(run: Run) -> PostureError:
@@ -70,58 +60,52 @@ def _judged(run: Run) -> tuple[Judgement, Run]:
     return found, until_contact(run, found.first)
 
 
-MEASURED_QUANTITIES: Mapping[str, MeasuredQuantity] = {
-    **{n: MeasuredQuantity(m.measure, m.unit, m.larger, m.title) for n, m in ALL_METRICS.items()},
-    "contacts": MeasuredQuantity(lambda r: _judged(r)[0].counts, "1", title=ALL_METRICS["contacts"].title),
-    "min_clearance_m": MeasuredQuantity(
-        lambda r: _judged(r)[0].least, "m", larger=True, title=ALL_METRICS["min_clearance_m"].title
-    ),
-    "late_error_norm": MeasuredQuantity(
+# Those of ALL_METRICS, contacts as of the whole run, and what is measured for claims alone
+MEASURED_QUANTITIES: Mapping[str, Metric] = {
+    **ALL_METRICS,
+    "contacts": ALL_METRICS["contacts"]._replace(measure=lambda r: _judged(r)[0].counts),
+    "min_clearance_m": ALL_METRICS["min_clearance_m"]._replace(measure=lambda r: _judged(r)[0].least),
+    "late_error_norm": Metric(
         lambda r: np.asarray(np.mean(_norm(timetable_error(r))[..., _between(r, _START)], axis=-1)),
         "m, rad",
-        title=f"mean error norm against the timetable after the first {_START:g} s",
+        f"mean error norm against the timetable after the first {_START:g} s",
     ),
-    "timetable_error_norm": MeasuredQuantity(
+    "timetable_error_norm": Metric(
         lambda r: np.asarray(np.nanmean(_norm(timetable_error(r)), axis=-1)),
         "m, rad",
-        title="mean error norm against the timetable",
+        "mean error norm against the timetable",
     ),
-    "last_distance_m": MeasuredQuantity(
+    "last_distance_m": Metric(
         lambda r: _rms(_distance(r)[..., _between(r, r.time[-1] - _LAST)]),
         "m",
-        title=f"RMS distance to the timetable's place in the last {_LAST:g} s",
+        f"RMS distance to the timetable's place in the last {_LAST:g} s",
     ),
-    "largest_distance_m": MeasuredQuantity(
-        lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m", title="largest distance to the timetable's place"
+    "largest_distance_m": Metric(
+        lambda r: np.asarray(np.nanmax(_distance(r), axis=-1)), "m", "largest distance to the timetable's place"
     ),
-    "late_cross_track_m": MeasuredQuantity(
+    "late_cross_track_m": Metric(
         lambda r: _rms(cross_track_error(r)[..., _between(r, *_LATE)]),
         "m",
-        title=f"RMS cross-track error from {_LATE[0]:g} to {_LATE[1]:g} s",
+        f"RMS cross-track error from {_LATE[0]:g} to {_LATE[1]:g} s",
     ),
-    "settles": MeasuredQuantity(
+    "settles": Metric(
         lambda r: np.isfinite(settling_time(r, _distance(r))),
         "1",
+        "runs that settle: distance to the timetable's place below 5 cm for good",
         larger=True,
-        title="runs that settle: distance to the timetable's place below 5 cm for good",
     ),
-    "untouched": MeasuredQuantity(lambda r: _judged(r)[0].counts == 0, "1", larger=True, title="runs without contact"),
-    "off_path_s": MeasuredQuantity(off_path_times, "s", title="longest time more than 0.1 m off the path"),
-    "stood_s": MeasuredQuantity(standing_times, "s", title="longest time of standing still on the way"),
-    "left_behind_s": MeasuredQuantity(
-        left_behind_times, "s", title="longest time for which the group went on without it"
-    ),
-    "short_of_goal_m": MeasuredQuantity(_short_of_goal, "m", title="length of path that is not driven at the end"),
-    "others_spread_s": MeasuredQuantity(
-        same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s", title="spread of the arrivals without robot 1"
+    "untouched": Metric(lambda r: _judged(r)[0].counts == 0, "1", "runs without contact", larger=True),
+    "off_path_s": Metric(off_path_times, "s", "longest time more than 0.1 m off the path"),
+    "stood_s": Metric(standing_times, "s", "longest time of standing still on the way"),
+    "left_behind_s": Metric(left_behind_times, "s", "longest time for which the group went on without it"),
+    "short_of_goal_m": Metric(_short_of_goal, "m", "length of path that is not driven at the end"),
+    "others_spread_s": Metric(
+        same_for_all(lambda r: spread(arrival_time(r)[:, 1:])), "s", "spread of the arrivals without robot 1"
     ),
 }
 
 
-Measured = MeasuredQuantity | Metric
-
-
-def quantity_called(name: str, own: Mapping[str, Metric]) -> Measured:
+def quantity_called(name: str, own: Mapping[str, Metric]) -> Metric:
     """What a claim calls ``name``: a metric of the user's ``own``, or else one of MEASURED_QUANTITIES."""
     if name not in own:
         return MEASURED_QUANTITIES[name]
@@ -131,7 +115,7 @@ def quantity_called(name: str, own: Mapping[str, Metric]) -> Measured:
 _WHOLE = ("contacts", "min_clearance_m", "untouched")  # these are of the whole run, the others end with a contact
 
 
-def measured(run: Run, quantity: str | Measured, robots: str = "worst") -> np.ndarray:
+def measured(run: Run, quantity: str | Metric, robots: str = "worst") -> np.ndarray:
     """The quantity of every seed (runs,), in its unit; what comes after a seed's first contact does not count.
 
     Args:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from robotics.measures.avoidance import EMERGENCY_METRICS
 from robotics.measures.contacts import CONTACT_METRICS, can_touch, judge, until_contact
-from robotics.measures.emergencies import EMERGENCY_METRICS
 from robotics.measures.formations import FORMATION_METRICS
 from robotics.measures.own import NO_METRICS, MetricError, OwnMetrics, measured, metric_at, own_metric
 from robotics.measures.teams import TEAM_METRICS

@@ -15,6 +15,14 @@ _DRIVEN = ("x", "y", "heading", "v", "w")
 _OBSTACLES = {"circles": ("bodies", 3), "bodies": ("bodies", 4), "segments": ("segments", 4), "counts": ()}
 _KINDS = {"f": "floating point", "iu": "whole numbers", "i": "whole numbers", "b": "truth values", "U": "a text"}
 Axis = int | str  # the length of an axis, or the name of one that may have any, the same wherever it is named
+# What every run has beside RECORDS: kinds of numbers, and axes
+_ALWAYS: dict[str, tuple[str, tuple[Axis, ...]]] = {
+    "about": ("U", ()),
+    "time": ("f", ("sample",)),
+    "seeds": ("iu", ("run",)),
+    "stopped": ("i", ("run", "robot")),
+    "reference": ("f", (6, "sample", "robot")),
+}
 
 
 class LayoutError(InputError):
@@ -23,28 +31,19 @@ class LayoutError(InputError):
 
 def check_headers(found: Mapping[str, Header]) -> None:
     """Raise LayoutError unless the arrays have the types and shapes of one run, before they are read."""
-    for name in ("about", "seeds", "time", "reference", "stopped", "samples"):
-        if name not in found:
-            raise LayoutError(f"the array {name!r} is missing")
     lengths: dict[str, int] = {}
-    _check("about", found["about"], "U", (), lengths)
-    _check("time", found["time"], "f", ("sample",), lengths)
-    _check("seeds", found["seeds"], "iu", ("run",), lengths)
-    _check("stopped", found["stopped"], "i", ("run", "robot"), lengths)
-    _check("reference", found["reference"], "f", (6, "sample", "robot"), lengths)
+    for name, (kinds, wanted) in _ALWAYS.items():
+        _check(name, found, kinds, wanted, lengths)
     if lengths["sample"] < 2 or not lengths["run"] or not lengths["robot"]:
         raise LayoutError("it has fewer than two samples, no seed or no robot")
     lengths["sender"] = lengths["robot"]
     for name, record in RECORDS.items():
-        if name in found:
+        if name in found or name == "samples":
             channels = {"channel": len(record.units)} if record.units else {}
             axes = tuple(channels.get(axis, axis) for axis in record.axes)
-            _check(name, found[name], np.dtype(record.dtype).kind, axes, lengths)
+            _check(name, found, np.dtype(record.dtype).kind, axes, lengths)
     for robot in range(lengths["robot"]):
-        name = f"path_{robot}"
-        if name not in found:
-            raise LayoutError(f"the array {name!r} is missing")
-        _check(name, found[name], "f", (2, name), lengths)
+        _check(f"path_{robot}", found, "f", (2, f"path_{robot}"), lengths)
     if "obstacles_circles" in found:
         _check_obstacles(found, lengths)
 
@@ -80,27 +79,29 @@ def check_values(arrays: Mapping[str, np.ndarray]) -> None:
 
 def _check_obstacles(found: Mapping[str, Header], lengths: dict[str, int]) -> None:
     for name, axes in _OBSTACLES.items():
-        array = f"obstacles_{name}"
-        if array not in found:
-            raise LayoutError(f"the array {array!r} is missing")
-        _check(array, found[array], "f" if name in ("circles", "segments") else "iu", ("places", *axes), lengths)
+        kinds = "f" if name in ("circles", "segments") else "iu"
+        _check(f"obstacles_{name}", found, kinds, ("places", *axes), lengths)
     if lengths["places"] not in (1, lengths["sample"]):
         raise LayoutError("the obstacles are not at as many places as there are samples")
 
 
-def _check(name: str, found: Header, kinds: str, axes: tuple[Axis, ...], lengths: dict[str, int]) -> None:
-    """See that an array has a kind of numbers and its axes; those named first here get their lengths."""
-    if found.dtype.kind not in kinds:
-        raise LayoutError(f"{quoted(name)} must be {_KINDS[kinds]}, and holds {found.dtype}")
-    if len(found.shape) == len(axes):
-        for axis, length in zip(axes, found.shape, strict=True):
-            if isinstance(axis, str):
-                lengths.setdefault(axis, length)
-        wanted = tuple(lengths[axis] if isinstance(axis, str) else axis for axis in axes)
-        if found.shape == wanted:
-            return
-        raise LayoutError(f"{quoted(name)} has the shape {found.shape}, where the others ask for {wanted}")
-    raise LayoutError(f"{quoted(name)} has {len(found.shape)} axes, not {len(axes)}")
+def _check(
+    name: str, arrays: Mapping[str, Header], kinds: str, axes: tuple[Axis, ...], lengths: dict[str, int]
+) -> None:
+    """See that an array is there with a kind of numbers and its axes; those named first here get their lengths."""
+    if name not in arrays:
+        raise LayoutError(f"the array {name!r} is missing")
+    dtype, shape = arrays[name].dtype, arrays[name].shape
+    if dtype.kind not in kinds:
+        raise LayoutError(f"{quoted(name)} must be {_KINDS[kinds]}, and holds {dtype}")
+    if len(shape) != len(axes):
+        raise LayoutError(f"{quoted(name)} has {len(shape)} axes, not {len(axes)}")
+    for axis, length in zip(axes, shape, strict=True):
+        if isinstance(axis, str):
+            lengths.setdefault(axis, length)
+    wanted = tuple(lengths[axis] if isinstance(axis, str) else axis for axis in axes)
+    if shape != wanted:
+        raise LayoutError(f"{quoted(name)} has the shape {shape}, where the others ask for {wanted}")
 
 
 def _check_range(name: str, values: np.ndarray, least: int, most: int) -> None:

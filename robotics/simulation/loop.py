@@ -7,6 +7,7 @@ which runs are beside it, nor on how many threads share them out.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import count
 from multiprocessing import parent_process
@@ -30,9 +31,9 @@ from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
-from robotics.simulation.state import State
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
 from robotics.world.paths.references import Reference
+from robotics.world.radio.channel import Heard
 from robotics.world.radio.faults import Faults
 from robotics.world.sensing.carried import look as read_ranges
 from robotics.world.sensing.sonar import Ranges
@@ -128,6 +129,31 @@ def when_stopped(lanes: Lanes, k: int) -> np.ndarray:
 # The loop, in Python ---------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True, eq=False)
+class State:
+    """All runs in one period, after the law has decided and before the robots move; arrays are copies.
+
+    They are (runs, robots) unless they say otherwise.
+    """
+
+    k: int  # the period
+    time: float  # s
+    truth: np.ndarray  # (plant channels, runs, robots): the plant's state
+    posture: np.ndarray  # (3, runs, robots): x [m], y [m], heading [rad] as measured
+    v: np.ndarray  # m/s, from the encoders
+    w: np.ndarray  # rad/s, from the encoders
+    reference: Reference  # the setting's
+    heard: Heard
+    ranges: Ranges | None  # what the range sensors read
+    memory: Any  # of the law
+    command: Command
+    target: Reference  # where the law wants the robots to be
+    fault: np.ndarray  # int: of robotics.world.radio.faults.FAULTS, or 0
+    order: np.ndarray  # (2, runs, robots): the command after faults
+    stopped: np.ndarray  # int: the period before this one in which the robot was stopped, or -1
+    lost: np.ndarray  # bool: it is stopped in this one
+
+
 def drive(setting: Setting, law: Law[Any], seeds: Sequence[int], faults: Faults | None = None) -> Iterator[State]:
     """Drive robots period by period; yield the state of each period before its robots move.
 
@@ -216,19 +242,9 @@ class Simulation:
             return cast(Command, law.commanded(self.rows(one.command.copy())))
         lanes = self.lanes
         seen = SeenColumns(self.rows(lanes.known.seen.copy()))  # a law may keep what it is given
-        robot = seen.robot
-        observation = Observation(
-            k * self.setting.period,
-            robot.x,
-            robot.y,
-            robot.heading,
-            robot.v,
-            robot.w,
-            Reference(*seen.aim.array),
-            self.setting.references,
-            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
-            self.ranges,
-        )
+        x, y, heading, v, w = seen.robot.array
+        now, aim, references = k * self.setting.period, Reference(*seen.aim.array), self.setting.references
+        observation = Observation(now, x, y, heading, v, w, aim, references, self.heard(), self.ranges)
         command, self.memory = checked_control(self.law, observation, self.memory, self.setting.period)
         self.told(command)
         return command
@@ -283,6 +299,11 @@ class Simulation:
         """Columns (..., lanes) as (..., runs, robots)."""
         return columns.reshape(*columns.shape[:-1], self.runs, self.robots)
 
+    def heard(self) -> Heard:
+        """What the radio has brought, of which nothing changes any more."""
+        air = self.lanes.air
+        return self.supply.channel.heard(air._replace(heard=air.heard.copy()))
+
     def state(self, k: int, command: Command) -> State:
         """The state of period ``k``, of which nothing changes any more."""
         lanes = self.lanes
@@ -296,7 +317,7 @@ class Simulation:
             robot.v,
             robot.w,
             reference,
-            self.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy())),
+            self.heard(),
             self.ranges,
             self.memory.copy() if has_equation(self.law) else self.memory,
             command,

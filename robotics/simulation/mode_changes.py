@@ -12,18 +12,12 @@ if TYPE_CHECKING:
 
 # Why one of the first four modes follows another, (before, after); robotics.laws.avoidance tells it at length
 _REASONS = {
-    (TRACK, AVOID): "an obstacle is near",
-    (TRACK, FOLLOW): "an obstacle is near",
-    (AVOID, TRACK): "all is free again",
+    **{(TRACK, after): "an obstacle is near" for after in (AVOID, FOLLOW)},
+    **{(before, TRACK): "all is free again" for before in (AVOID, FOLLOW)},
     (AVOID, FOLLOW): "no progress along its path",
     (FOLLOW, AVOID): "its way is free beyond where it got stuck",
-    (FOLLOW, TRACK): "all is free again",
-    (TRACK, YIELD): "another robot, or what may move, is near",
-    (AVOID, YIELD): "another robot, or what may move, is near",
-    (FOLLOW, YIELD): "another robot, or what may move, is near",
-    (YIELD, TRACK): "its way is free",
-    (YIELD, AVOID): "its way is free",
-    (YIELD, FOLLOW): "its way is free",
+    **{(before, YIELD): "another robot, or what may move, is near" for before in (TRACK, AVOID, FOLLOW)},
+    **{(YIELD, after): "its way is free" for after in (TRACK, AVOID, FOLLOW)},
 }
 TIMED_OUT = "timed out: the group goes on without it"
 REJOINED = "rejoined: the group waits for it again"

@@ -13,7 +13,7 @@ from robotics.laws.setting import Setting
 from robotics.simulation.lanes import Lanes, PlantLanes, looking
 from robotics.world.environment.collision import footprints
 from robotics.world.radio.channel import Channel
-from robotics.world.radio.faults import Faults, Trouble, untroubled
+from robotics.world.radio.faults import Faults, untroubled
 from robotics.world.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.world.sensing.posture import PostureNoise, read_encoders, wheel_errors
 from robotics.world.vehicle import plant as p
@@ -124,6 +124,8 @@ class PreparedRuns:
         air = channel.silence(runs, robots)
         known, memory = self._known(first, last, air.heard)
         sensors, looks = self._looks(first, last)
+        places = np.arange(first, last) % each
+        trouble = untroubled(runs, robots) if self.faults is None else self.faults.trouble(places)
         road = setting.references.road
         lanes = Lanes(
             robots,
@@ -136,7 +138,7 @@ class PreparedRuns:
             road,
             np.arange(first * robots, last * robots) % len(road.lengths),
             self.references,
-            self._trouble(first, last),
+            trouble,
             air,
             known,
             memory,
@@ -189,12 +191,6 @@ class PreparedRuns:
         sizes = {d: footprints(self.drivers[d].setting.robots) for d in {run // each for run in runs}}
         lanes = np.concatenate([sizes[run // each] for run in runs], axis=1)
         return sensors, sensors.looks(here, moving, lanes, law.needs if self.setups else ())
-
-    def _trouble(self, first: int, last: int) -> Trouble:
-        robots, each = len(self.drivers[0].setting.robots), len(self.seeds)
-        if self.faults is None:
-            return untroubled(last - first, robots)
-        return self.faults.trouble(np.arange(first, last) % each)
 
     def _known(self, first: int, last: int, heard: np.ndarray) -> tuple[Known, np.ndarray]:
         """What the equation may read, and the memory with which it begins (numbers, lanes)."""

@@ -1,6 +1,6 @@
 """The comparison: scenarios × controllers × seeds, measured into one table with a row for each seed and robot."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
@@ -33,6 +33,16 @@ DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
     "team": ("cooperation", "graph-esm", "virtual-structure"),
 }
 
+_TITLES = {  # of columns that are no metrics
+    "scenario": "name of the scenario",
+    "condition": "condition of the study",
+    "point": "number of the point of the design, from 1",
+    "controller": "name of the controller",
+    "seed": "seed of the run",
+    "robot": "number of the robot, from 1",
+    "diverged": "whether the robot lost its reference and was stopped",
+    "contact": "whether any robot of the run touched another or an obstacle",
+}
 DRAWN_SEEDS = 100  # seeds that are simulated in one go, and of which pictures show the runs, at most
 
 
@@ -253,6 +263,17 @@ def rows_of(run: Run, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:
     if "contacts" in values:
         columns["contact"] = np.repeat((values["contacts"] > 0).any(axis=1), robots)
     return pd.DataFrame(columns)
+
+
+def column_titles(names: Iterable[str], metrics: OwnMetrics = NO_METRICS) -> dict[str, tuple[str, str]]:
+    """What columns of a comparison's table are, and their units ("" for none), by their names.
+
+    Args:
+        names: The columns. One that is neither a metric nor in every table is an axis, which its name explains.
+        metrics: The user's own metrics with which the table was made.
+    """
+    known = {name: (about.title, about.unit) for name, about in {**ALL_METRICS, **own_metrics(metrics)}.items()}
+    return {name: known.get(name) or (_TITLES.get(name, f"value of {name}"), "") for name in names}
 
 
 def contact_runs(table: pd.DataFrame, scenario: str, controller: str) -> tuple[int, int]:

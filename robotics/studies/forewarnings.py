@@ -9,6 +9,7 @@ from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
 from robotics.world.environment.swept import ContactColumns, Watch
+from robotics.world.paths.references import Reference
 
 _LATE = ARRIVAL_SPREAD  # s: the lateness of one robot that is usual
 MOST_COMPARED = 40  # robots: the paths of more are not compared
@@ -74,10 +75,10 @@ def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float
     are there before any law acts.
     """
     times, robots = setting.times, len(setting.robots)
-    on_time = _poses(setting, times)
+    on_time = poses_of(setting.references.sampled(times))
     poses = [on_time]
     if late:
-        behind = _poses(setting, np.maximum(times - late, 0.0))
+        behind = poses_of(setting.references.sampled(np.maximum(times - late, 0.0)))
         behind[3:, :, times < late] = 0.0  # it stands until then
         poses = []
         for i in range(robots):
@@ -95,7 +96,6 @@ def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float
     return found
 
 
-def _poses(setting: Setting, times: np.ndarray) -> np.ndarray:
-    """The references at ``times`` (samples,) as poses (5, robots, samples)."""
-    reference = setting.references.sampled(times)
-    return np.stack([np.asarray(getattr(reference, name)).T for name in ("x", "y", "heading", "v", "w")])
+def poses_of(references: Reference) -> np.ndarray:
+    """``references``, each field (samples, robots), as poses with their velocities (5, robots, samples)."""
+    return np.stack([np.asarray(row).T for row in references[:5]])

@@ -17,7 +17,7 @@ from robotics.laws.setting import Setting
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.feasibility import Demand, demands
 from robotics.simulation.scenario.survey import Survey
-from robotics.studies.forewarnings import blind, first_meetings
+from robotics.studies.forewarnings import blind, first_meetings, poses_of
 from robotics.tables.build import Keys
 from robotics.world.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
 from robotics.world.environment.swept import ContactColumns, Watch
@@ -237,7 +237,7 @@ def _obstacles(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:
     world = setting.world.at(0.0)
     if setting.world.motion is not None:
         world = Geometry(*(np.concatenate(parts) for parts in zip(*map(setting.world.at, times), strict=True)))
-    poses = np.stack([np.asarray(getattr(on, name)).T for name in ("x", "y", "heading", "v", "w")])[:, None]
+    poses = poses_of(on)[:, None]
     begin = Geometry(*(part[:1] for part in world))
     watch, ended = Watch.opened(setting.robots, 0.0, poses[..., 0], begin).along(times, poses, world)
     rows = [ContactColumns(row) for row in np.concatenate([ended, watch.open_contacts()])]

@@ -7,17 +7,19 @@ discarded when all that is made of them is written.
 
 import json
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import accumulate, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from uuid import uuid4
 
 import numpy as np
 import pandas as pd
 
+from fuzzy.errors import InputError
+from fuzzy.files.atomic import replacing
 from fuzzy.shell.progress import Advance
 from robotics.laws.catalogue import as_law, chosen_laws
 from robotics.laws.law import Law
@@ -29,17 +31,19 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.chunks import Chunk, KeptChunks, run_chunk
-from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, rows_of
+from robotics.studies.comparison import DRAWN_SEEDS, Comparison, RunNotes, RunsAgain, column_titles, rows_of
+from robotics.studies.design import Point, ScenarioDesign
 from robotics.studies.executors import Workers
-from robotics.studies.sweeps.plan import PACKAGES, Sweep, SweepPlan, column_value, controller_at, described, scenario_at
 from robotics.studies.versions import digest, versions
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 Quantity = tuple[str, str]  # of a claim: what is measured, and whose number of a run it is
+PACKAGES = ("fuzzyfleet", "numba", "numpy", "pyarrow", "scipy")  # on which numbers, and the bytes of chunks, depend
 PIECES_FOLDER = "pieces"  # the folder of chunks, in that of the results
 _NOTES, _VALUE = "notes ", "value of "  # columns of chunks, beside those of the table
+_ROW_GROUP = 65_536  # rows of a Parquet file that are written at a time
 _PASSES = 10  # of a design in a chunk, at most, so that several workers have something to do
 
 
@@ -52,38 +56,38 @@ class Case:
         laws: The controllers, or their specifications, by their names.
         plain: What the table calls the scenario, where it is not the case's name.
         condition: Under which condition.
-        design: The points at which scenario and gains are changed.
+        design: What a point changes of the scenario and of gains.
+        points: The points.
+        chunk: How many runs are computed and written at a time, at most.
     """
 
     scenario: Scenario
     laws: Mapping[str, Law[Any] | str]
     plain: str = ""
     condition: str = ""
-    design: SweepPlan | None = None
+    design: ScenarioDesign | None = None
+    points: Sequence[Point] = ((),)
+    chunk: int = DRAWN_SEEDS
 
     @property
-    def points(self) -> int:
-        """The number of points."""
-        return 1 if self.design is None else len(self.design.points)
-
-    @property
-    def about(self) -> list[Any]:
-        """All that determines its runs, but for the laws."""
-        design = self.design and [repr(self.design.sweep.axes), digest(self.design.sweep.table), self.design.points]
-        return [repr(self.scenario), repr(self.scenario.robots), self.condition, design]
+    def about(self) -> dict[str, str]:
+        """Digests of all that determines its runs, but for the laws."""
+        table = self.design and digest(self.design.table)
+        axes = {"axes": digest([repr(self.design.axes), self.points])} if self.design else {}
+        return {"scenario": digest([repr(self.scenario), repr(self.scenario.robots), self.condition, table]), **axes}
 
     def chunks(self, seeds: Sequence[int]) -> int:
         """The number of chunks of its runs with some seeds."""
-        return -(-self.points * len(self.laws) * _stretches(seeds) // self._size(seeds))
+        return -(-len(self.points) * len(self.laws) * self._stretches(seeds) // self._size(seeds))
 
-    def chunk(self, place: int, seeds: Sequence[int], asked: Mapping[tuple[str, str], Iterable[Quantity]]) -> "Passes":
+    def passes(self, place: int, seeds: Sequence[int], asked: Mapping[tuple[str, str], Iterable[Quantity]]) -> "Passes":
         """The passes of the chunk at a ``place``: points vary slowest, then controllers, then stretches of seeds.
 
         ``asked`` are what claims ask for, by the names of case and controller.
         """
-        laws, stretches, size = list(self.laws), _stretches(seeds), self._size(seeds)
+        laws, stretches, size = list(self.laws), self._stretches(seeds), self._size(seeds)
         found = []
-        for index in range(place * size, min((place + 1) * size, self.points * len(laws) * stretches)):
+        for index in range(place * size, min((place + 1) * size, len(self.points) * len(laws) * stretches)):
             point, law, stretch = (
                 index // stretches // len(laws),
                 laws[index // stretches % len(laws)],
@@ -94,25 +98,29 @@ class Case:
                     self.scenario,
                     law,
                     self.laws[law],
-                    tuple(seeds[stretch * DRAWN_SEEDS : (stretch + 1) * DRAWN_SEEDS]),
+                    tuple(seeds[stretch * self._stretch : (stretch + 1) * self._stretch]),
                     quantities=tuple(dict.fromkeys(asked.get((self.scenario.name, law), ()))),
                     plain=self.plain,
                     condition=self.condition,
-                    sweep=None if self.design is None else self.design.sweep,
+                    design=self.design,
                     point=point + 1,
-                    values=() if self.design is None else self.design.points[point],
+                    values=self.points[point],
                 )
             )
         return tuple(found)
 
     def _size(self, seeds: Sequence[int]) -> int:
         """The number of passes in a chunk: of a design several."""
-        return 1 if self.design is None else max(1, min(DRAWN_SEEDS // len(seeds), _PASSES))
+        return 1 if self.design is None else max(1, min(self.chunk // len(seeds), _PASSES))
 
+    @property
+    def _stretch(self) -> int:
+        """The number of seeds that are simulated in one go, at most."""
+        return min(self.chunk, DRAWN_SEEDS)
 
-def _stretches(seeds: Sequence[int]) -> int:
-    """The number of stretches into which seeds are cut."""
-    return -(-len(seeds) // DRAWN_SEEDS)
+    def _stretches(self, seeds: Sequence[int]) -> int:
+        """The number of stretches into which seeds are cut."""
+        return -(-len(seeds) // self._stretch)
 
 
 @dataclass(frozen=True)
@@ -126,9 +134,9 @@ class RunsPass:
     quantities: tuple[Quantity, ...] = ()
     plain: str = ""
     condition: str = ""
-    sweep: Sweep | None = field(default=None, repr=False)  # of the design
+    design: ScenarioDesign | None = field(default=None, repr=False)
     point: int = 1
-    values: tuple[Any, ...] = ()
+    values: Point = ()
 
     @property
     def key(self) -> tuple[str, str]:
@@ -139,16 +147,13 @@ class RunsPass:
     def columns(self) -> dict[str, Any]:
         """The columns that stand beside the scenario's."""
         found: dict[str, Any] = {"condition": self.condition} if self.condition else {}
-        if self.sweep is not None:
-            axes = zip(self.sweep.axes, self.values, strict=True)
-            found |= {"point": self.point} | {axis.name: column_value(value) for axis, value in axes}
-        return found
+        return found | ({"point": self.point} | self.design.columns(self.values) if self.design is not None else {})
 
     def driven(self) -> tuple[Scenario, Law[Any] | str]:
         """The scenario and the controller at the point."""
-        if self.sweep is None:
+        if self.design is None:
             return self.scenario, self.law
-        return scenario_at(self.sweep, self.values), controller_at(self.sweep, str(self.law), self.values)
+        return self.design.scenario_at(self.values), self.design.law_at(str(self.law), self.values)
 
 
 Passes = tuple[RunsPass, ...]
@@ -173,7 +178,7 @@ def run_pass(
     own = own_metrics(metrics)
     scenario, law = part.driven()
     run = simulate(scenario, as_law(law), part.seeds, name=part.controller, progress=progress)
-    if kept is not None and part.sweep is None:
+    if kept is not None and part.design is None:
         kept(part.key, run)
     rows = rows_of(run, own)
     robots = run.stopped.shape[1]
@@ -191,8 +196,19 @@ def run_pass(
 
 
 def _place(part: RunsPass) -> str:
-    point = "" if part.sweep is None else f", {described(part.sweep, part.point, part.values)}"
-    return f"scenario {part.scenario.name!r}{point}, controller {part.controller!r}"
+    if part.design is None:
+        return f"scenario {part.scenario.name!r}, controller {part.controller!r}"
+    point, (first, *_, last) = part.design.described(part.point, part.values), (*part.seeds, part.seeds[-1])
+    seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
+    return f"scenario {part.scenario.name!r}, {point}, controller {part.controller!r}, {seeds}"
+
+
+class TableCounts(NamedTuple):
+    """What a table holds."""
+
+    rows: int  # one a run and robot
+    diverged: int  # of robots that were stopped
+    contacts: int  # runs in which robots touched each other or an obstacle
 
 
 @dataclass(frozen=True)
@@ -210,6 +226,8 @@ class KeptComparisons:
         named: The same, by their specifications where they have one: what other processes are told.
         workers: Who does the work, by default this process.
         drawn: Whether runs stay in memory, for pictures, unless there are too many seeds.
+        kind: What messages call the work.
+        fault: The error of a chunk that fails, where the others are kept; None: what went wrong comes as it was raised.
     """
 
     folder: Path
@@ -222,6 +240,8 @@ class KeptComparisons:
     named: OwnMetrics = field(default_factory=dict)
     workers: Workers | None = None
     drawn: bool = False
+    kind: str = "study"
+    fault: type[InputError] | None = None
     runs: dict[tuple[str, str], Run] = field(default_factory=dict)  # that stayed in memory
     session: str = field(default_factory=lambda: uuid4().hex)  # tells chunks of what cannot be told
 
@@ -239,18 +259,27 @@ class KeptComparisons:
         """The chunk of that ``number``, from 1; each is of one case."""
         place = bisect_left(self.ends, number)
         before = self.ends[place - 1] if place else 0
-        return Chunk(number, self.cases[place].chunk(number - 1 - before, self.seeds, self.quantities))
+        return Chunk(number, self.cases[place].passes(number - 1 - before, self.seeds, self.quantities))
 
-    def compute(self, begin: Callable[[str, int], Advance], resumed: Callable[[int, int], None]) -> None:
-        """Do what is left. ``resumed`` is called with how many chunks are there already, and of how many."""
+    def compute(self, begin: Callable[[str, int], Advance], resumed: Callable[[int, int], None]) -> int:
+        """Do what is left; return how many chunks that was.
+
+        ``resumed`` is called with how many chunks are there already, and of how many.
+        """
         todo = self.chunks().missing()
         if len(todo) < self.ends[-1]:
             resumed(self.ends[-1] - len(todo), self.ends[-1])
         if not todo:
-            return
+            return 0
         ticks = (part.scenario.ticks + 1 for number in todo for part in self.chunk(number).passes)
         advance = begin("simulating", len(todo) if self.workers else sum(ticks))
         self.chunks(advance).compute(todo, advance if self.workers else None)
+        return len(todo)
+
+    def landed(self) -> tuple[int, int]:
+        """How many chunks are there, and of how many."""
+        chunks = self.chunks()
+        return sum(chunks.content(number) is not None for number in range(1, self.ends[-1] + 1)), self.ends[-1]
 
     def chunks(self, progress: Advance | None = None) -> KeptChunks[RunsPass]:
         """The chunks in the folder; ``progress`` is called after every period that this process simulates."""
@@ -262,14 +291,48 @@ class KeptComparisons:
             one = partial(run_pass, self.named, None, None)
         return KeptChunks(
             folder=self.folder,
-            kind="study",
+            kind=self.kind,
             key=digest([self.about, sorted(self.quantities.items())]) if self.lasting else self.session,
             count=self.ends[-1],
             chunk=self.chunk,
-            one=partial(run_chunk, one, _place, versions(*PACKAGES) if self.workers else {}, None),
+            one=partial(run_chunk, one, _place, versions(*PACKAGES) if self.workers else {}, self.fault),
             place=_place,
+            fault=self.fault,
             workers=self.workers,
         )
+
+    def write_parquet(self, path: Path) -> TableCounts:
+        """Write the rows of all chunks into a Parquet file, whole or not at all; only some are in memory at a time.
+
+        Each column says in its metadata its title and unit. One that only some chunks have is empty elsewhere.
+        """
+        import pyarrow as pa
+        import pyarrow.compute as pc
+        import pyarrow.parquet as pq
+
+        def tables() -> "Iterator[pa.Table]":
+            for table in self.chunks().tables():
+                yield table.drop_columns([n for n in table.column_names if n.startswith((_NOTES, _VALUE))])
+
+        schema = pa.unify_schemas([table.schema for table in tables()], promote_options="permissive")
+        about = column_titles(schema.names, self.metrics)
+        columns = [each.with_metadata(dict(zip(("title", "unit"), about[each.name], strict=True))) for each in schema]
+        schema = pa.schema(columns, metadata={self.kind: self.chunks().key})
+        rows = diverged = contacts = 0
+        with replacing(path) as temporary, pq.ParquetWriter(temporary, schema) as writer:
+            batch: list[pa.Table] = []
+            for number, table in enumerate(tables(), start=1):
+                batch.append(table)
+                if sum(map(len, batch)) < _ROW_GROUP and number < self.ends[-1]:
+                    continue
+                joined = pa.concat_tables([schema.empty_table(), *batch], promote_options="permissive")
+                writer.write_table(joined.select(schema.names).cast(schema))
+                rows, batch = rows + len(joined), []
+                diverged += pc.sum(joined["diverged"]).as_py()
+                if "contact" in schema.names:
+                    touched = pc.and_(joined["contact"].fill_null(False), pc.equal(joined["robot"], 1))
+                    contacts += pc.sum(touched).as_py()
+        return TableCounts(rows, diverged, contacts)
 
     def rows(self) -> pd.DataFrame:
         """The rows of all chunks that are there, in the order of the whole table."""
@@ -302,13 +365,15 @@ class KeptComparisons:
         return Comparison(
             scenarios=tuple(case.scenario for case in group),
             controllers=chosen_laws(laws),
-            seeds=tuple(self.seeds) if group[0].design is None else tuple(range(group[0].points * len(self.seeds))),
+            seeds=tuple(self.seeds)
+            if group[0].design is None
+            else tuple(range(len(group[0].points) * len(self.seeds))),
             table=pd.concat(pooled, ignore_index=True),
             runs=RunsAgain([case.scenario for case in group], laws, self.seeds, self.runs),
             metrics=own_metrics(self.metrics),
             notes=notes,
             values=values,
-            points=group[0].points,
+            points=len(group[0].points),
         )
 
     def _pooled(self, case: Case, table: pd.DataFrame) -> pd.DataFrame:
@@ -317,7 +382,7 @@ class KeptComparisons:
             table["scenario"] = case.scenario.name
         if case.design is not None:
             table["seed"] += (table["point"] - 1) * len(self.seeds) - self.seeds[0]
-            table = table.drop(columns=["point", *(axis.name for axis in case.design.sweep.axes)])
+            table = table.drop(columns=["point", *(axis.name for axis in case.design.axes)])
         return table.drop(columns="condition", errors="ignore")
 
 

@@ -18,7 +18,7 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.studies.chunks import Pass, discard_chunks, kept_passes
 from robotics.studies.executors import WorkerError, Workers
-from robotics.studies.sweeps.plan import PACKAGES
+from robotics.studies.keptcomparison import PACKAGES
 from robotics.studies.versions import digest, versions
 
 RESULTS, PIECES = "results.csv", "pieces"

@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzy.compiled.threads import share_out
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.words import counted
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
@@ -55,8 +55,7 @@ class Population:
 
     def __getitem__(self, metric: str) -> np.ndarray:
         """The numbers of one metric (laws, seeds, robots). Raises PopulationError for one that was not measured."""
-        if metric not in self.metrics:
-            raise PopulationError(expected(metric, self.metrics, "metric"))
+        check_known(metric, self.metrics, "metric", PopulationError)
         return self.metrics[metric]
 
 
@@ -134,8 +133,7 @@ def simulate_many(
         MetricError: As of :func:`measure_all`.
     """
     seeds = checked_seeds(seeds)
-    if keep not in ("runs", "metrics"):
-        raise PopulationError(expected(keep, ("runs", "metrics"), "way to keep runs"))
+    check_known(keep, ("runs", "metrics"), "way to keep runs", PopulationError)
     drivers = _drivers(_true_setting(scenario, truth), laws, robots)
     names = _wanted(scenario, metrics, own) if keep == "metrics" else ()
     found: list[list[Any]] = [
@@ -256,8 +254,7 @@ def _wanted(scenario: Scenario, metrics: Sequence[str] | None, own: OwnMetrics) 
     mine = own_metrics(own, scenario.kind)
     known = metrics_of(scenario.kind, scenario.setting.has_others, False, mine)
     for name in metrics or ():
-        if name not in known:
-            raise PopulationError(expected(name, known, "metric"))
+        check_known(name, known, "metric", PopulationError)
     return tuple(known) if metrics is None else tuple(dict.fromkeys([*metrics, *mine]))
 
 

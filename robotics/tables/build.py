@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted, got, is_number
 from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
@@ -48,18 +48,15 @@ class Builder:
         if missing:
             usual = f"{kind.__name__.lower()} lacks {', '.join(missing)}"
             raise self.fault(next(filter(None, missing.values()), usual)).about(*keys)
-        try:
+        with concerning(*keys):
             return kind(**values)
-        except InputError as error:
-            raise error.about(*keys) from None
 
     def convert(self, value: Any, hint: Any, field: Field[Any], keys: Keys) -> Any:
         """Make the value of a ``field`` of type ``hint`` of the ``value`` in the file at ``keys``."""
 
-        def refuse(what: str) -> InputError:
-            return self.fault(f"{field.name} must be {field.metadata.get('accepts') or what}; {got(value)}").about(
-                *keys
-            )
+        def refuse(usual: str) -> InputError:
+            what = field.metadata.get("accepts") or usual
+            return self.fault(f"{field.name} must be {what}; {got(value)}").about(*keys)
 
         origin = get_origin(hint)
         if origin in (Union, types.UnionType) and hint not in self.special:

@@ -8,7 +8,7 @@ fields) is handed in as data. Explanations, schemas, commented files and pages a
 import re
 import types
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import KW_ONLY, MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -62,13 +62,14 @@ class KeyUnknownError(InputError):
     """A name that no key and no table of a file has. The message says which one was probably meant."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Key:
     """One key of a table."""
 
     name: str
     doc: str  # a sentence
     holds: Holds
+    _: KW_ONLY
     unit: str = ""
     above: float = -inf
     least: float = -inf
@@ -108,13 +109,14 @@ class Key:
         return {"number": max(self.least, 1.0) if self.above < 1 else 2 * self.above, "whole number": 1}.get(self.holds)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class KeyTable:
     """The keys of a table; one that comes in several shapes has further keys for each."""
 
     name: str  # such as "timing": what stands in two places alike has one name
     doc: str
     keys: tuple[Key, ...] = ()
+    _: KW_ONLY
     by: str = ""  # the key that says which shape it has; it is among the keys
     shapes: Mapping[str, tuple[Key, ...]] = field(default_factory=dict)  # by the value of that key
     shape_docs: Mapping[str, str] = field(default_factory=dict)
@@ -156,22 +158,13 @@ def key_of(f: Field[Any], hint: Any, specials: Specials) -> Key:
     optional = get_origin(hint) in (Union, types.UnionType)
     if optional and hint not in specials:
         hint = next(h for h in get_args(hint) if h is not types.NoneType)
-    made = _held(f.name, hint, specials)
-    required = f.default is MISSING and f.default_factory is MISSING
-    bounds = {name: m[name] for name in ("above", "least", "most") if name in m}
-    default = None if required or f.default is MISSING else _as_written(f.default)
-    rule = getattr(m.get("rule"), "says", "")
-    unit = m.get("unit", "") if m.get("unit") != "1" else ""
-    return Key(
-        **(made | bounds),
-        name=f.name,
-        doc=m.get("doc", ""),
-        unit=unit,
-        required=required,
-        default=default,
-        rule=rule,
-        example=m.get("example"),
-    )
+    made = _held(f.name, hint, specials) | {
+        name: m[name] for name in ("above", "least", "most", "example") if name in m
+    }
+    made["required"] = f.default is MISSING and f.default_factory is MISSING
+    made["default"] = None if f.default is MISSING else _as_written(f.default)
+    made["unit"] = m.get("unit", "") if m.get("unit") != "1" else ""
+    return Key(f.name, m.get("doc", ""), **made, rule=getattr(m.get("rule"), "says", ""))
 
 
 def _held(name: str, hint: Any, specials: Specials) -> dict[str, Any]:
@@ -216,7 +209,7 @@ def keys_of(
 
 def table_of(kind: type, name: str, specials: Specials | None = None, **more: Any) -> KeyTable:
     """The description of the table that the dataclass ``kind`` is read from; ``more`` is as of :func:`keys_of`."""
-    return KeyTable(name=name, doc=first_line(kind), keys=keys_of(kind, specials, **more))
+    return KeyTable(name, first_line(kind), keys_of(kind, specials, **more))
 
 
 def shapes_table(
@@ -231,12 +224,12 @@ def shapes_table(
         kinds: The dataclasses by their names.
         common: The keys that all of them have.
     """
-    shape = Key(name="shape", doc=shape_doc, holds="word", words=tuple(kinds), required=True)
+    shape = Key("shape", shape_doc, "word", words=tuple(kinds), required=True)
     names = tuple(key.name for key in common)
     return KeyTable(
-        name=name,
-        doc=doc,
-        keys=(shape, *common),
+        name,
+        doc,
+        (shape, *common),
         by="shape",
         shapes={shape: keys_of(kind, without=names) for shape, kind in kinds.items()},
         shape_docs={shape: first_line(kind) for shape, kind in kinds.items()},

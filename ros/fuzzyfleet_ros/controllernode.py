@@ -6,6 +6,7 @@ stand while its odometry, or a reading that its law needs, is missing or old, an
 
 import time as clocks
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
@@ -88,10 +89,8 @@ class Controller(Node):
         if self.standing.odom_timeout:
             self.create_timer(self.standing.odom_timeout / 4, self._watch, clock=steady)
         if not self.lockstep:
-            self.ticker = self.create_timer(self._period(), self._tick)
-
-    def _period(self) -> float:
-        return self.task.setting.period if self.task else 1 / (self.values["rate"] or 20.0)
+            period = self.task.setting.period if self.task else 1 / (self.values["rate"] or 20.0)
+            self.ticker = self.create_timer(period, self._tick)
 
     def _take(self, task: Onboard) -> None:
         """Take up a task, which begins with the next odometry."""
@@ -100,15 +99,16 @@ class Controller(Node):
         self.begin, self.waited, self.order, self.ended = None, 0, None, ""
         self.wanted = list(self.law.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
-            self._listen(Range, f"{self.values['range_topic']}/{token(name)}", self._on_range(name))
+            self._listen(Range, f"{self.values['range_topic']}/{token(name)}", partial(self._on_range, name))
         for other in range(len(task.setting.robots)) if task.sees_others else ():
             if other != task.robot:
-                self._listen(Odometry, f"/{robot_name(other)}/{self.values['odom_topic']}", self._on_other(other))
+                topic = f"/{robot_name(other)}/{self.values['odom_topic']}"
+                self._listen(Odometry, topic, partial(self._on_other, other))
         if self.law.message and self.values["radio"] == "relayed":
             self._listen(JointState, "heard", self._on_heard)
         elif self.law.message:
             for other in task.senders:
-                self._listen(JointState, f"/{robot_name(other)}/radio", self._on_radio(other))
+                self._listen(JointState, f"/{robot_name(other)}/radio", partial(self._on_radio, other))
 
     def _listen(self, kind: Any, topic: str, callback: Any) -> None:
         """Listen to a topic, unless a task before has opened it."""
@@ -140,21 +140,15 @@ class Controller(Node):
         self.stamps[f"odometry {robot}"] = messages.time_of(message.header.stamp)
         return posture
 
-    def _on_other(self, robot: int) -> Any:
-        def hear(message: Odometry) -> None:
-            self._known(message, robot, HERE)
-            self._decide_together()
+    def _on_other(self, robot: int, message: Odometry) -> None:
+        self._known(message, robot, HERE)
+        self._decide_together()
 
-        return hear
-
-    def _on_range(self, name: str) -> Any:
-        def hear(message: Range) -> None:
-            self.ranges[name] = messages.distance_in(message)
-            self.stamps[f"range {name}"] = messages.time_of(message.header.stamp)
-            self.standing.reading_came(name)
-            self._decide_together()
-
-        return hear
+    def _on_range(self, name: str, message: Range) -> None:
+        self.ranges[name] = messages.distance_in(message)
+        self.stamps[f"range {name}"] = messages.time_of(message.header.stamp)
+        self.standing.reading_came(name)
+        self._decide_together()
 
     def _on_heard(self, message: JointState) -> None:
         """What the radio of the simulator has brought."""
@@ -169,13 +163,10 @@ class Controller(Node):
         self.stamps["heard"] = now
         self._decide_together()
 
-    def _on_radio(self, other: int) -> Any:
-        def hear(message: JointState) -> None:
-            sent = messages.time_of(message.header.stamp)
-            said = messages.words_in(message)
-            self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
-
-        return hear
+    def _on_radio(self, other: int, message: JointState) -> None:
+        sent = messages.time_of(message.header.stamp)
+        said = messages.words_in(message)
+        self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
 
     def _received(self, sender: int, noted: int, age: float, words: dict[str, float | None]) -> None:
         values = [value for value in words.values() if value is not None]

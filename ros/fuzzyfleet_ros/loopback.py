@@ -140,19 +140,9 @@ class Loopback:
         angles = np.floor(np.stack([truth.left.angle, truth.right.angle]) * per_radian) / per_radian
         v, turn = robot.v, self.axles * robot.w
         wheels = np.concatenate([angles, [(v - turn) / self.radii, (v + turn) / self.radii]])
-        heard = one.supply.channel.heard(lanes.air._replace(heard=lanes.air.heard.copy()))
-        speed = np.stack([truth.v, truth.w])
-        return Sensed(
-            k,
-            np.stack([robot.x, robot.y, robot.heading]),
-            np.stack([robot.v, robot.w]),
-            truth.array[:3].copy(),
-            speed,
-            wheels,
-            ranges,
-            heard,
-            lanes.trouble.code.copy(),
-        )
+        posture, velocity = robot.array[:3].copy(), robot.array[3:5].copy()
+        place, speed = truth.array[:3].copy(), np.stack([truth.v, truth.w])
+        return Sensed(k, posture, velocity, place, speed, wheels, ranges, one.heard(), lanes.trouble.code.copy())
 
     def command(self, robot: int, v: float, w: float) -> None:
         """Give robot ``robot``, counted from 0, a command: v [m/s] and ω [rad/s]."""

@@ -24,13 +24,8 @@ from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import Ranges
 from robotics.world.vehicle.plant import saturate, velocity_limits
 
-_MOVED = (
-    0.0,
-    0.01,
-    0.3,
-    -0.5,
-    nan,
-)  # m: by how much other robots are moved to find out whether a law reads where they are
+# m: by how much other robots are moved to find out whether a law reads where they are
+_MOVED = (0.0, 0.01, 0.3, -0.5, nan)
 
 
 class OnboardError(InputError):

@@ -110,16 +110,15 @@ class Simulator(Node):
             )
             kind = TwistStamped if self.values["stamped"] else Twist
             self.create_subscription(kind, f"{inside}cmd_vel", partial(self._on_command, i), 10)
-        self.transforms = Transforms(self, self.robots, [self._mounts(i) for i in range(self.robots)])
+        mounts = [
+            {n: Posture(carried[n].x, carried[n].y, carried[n].axis) for n in eyes}
+            for carried, eyes in zip(sensors, self.eyes, strict=True)
+        ]
+        self.transforms = Transforms(self, self.robots, mounts)
         if self.lockstep:
             self.create_timer(_AGAIN / 2, self._look, clock=steady)
         else:
             self.create_timer(self.loop.setting.period, self._tick, clock=steady)
-
-    def _mounts(self, robot: int) -> dict[str, Posture]:
-        """Where the published sensors of a robot sit, by name."""
-        carried = self.loop.setting.sensors[robot]
-        return {n: Posture(carried[n].x, carried[n].y, carried[n].axis) for n in self.eyes[robot]}
 
     # Periods -----------------------------------------------------------------------------------------------------
 
@@ -135,11 +134,10 @@ class Simulator(Node):
             self._advance()
         else:
             self.idle += self.loop.setting.period  # who goes by this clock decides only when it goes on
-        if not self.done:
             self._tell()
 
     def _advance(self) -> None:
-        """Move on by a period, or end."""
+        """Move on by a period and tell of it, or end."""
         over = self.loop.over
         self.loop.advance()
         self.answered.clear()
@@ -150,6 +148,7 @@ class Simulator(Node):
             return
         self.sensed = self.loop.sense()
         self.since = clocks.monotonic()
+        self._tell()
 
     def _move_together(self) -> None:
         """In lockstep: begin the next period if all has come that this one waits for."""
@@ -159,8 +158,6 @@ class Simulator(Node):
         if len(self.answered) == self.robots and not silent:
             self.began = True
             self._advance()
-            if not self.done:
-                self._tell()
 
     def _look(self) -> None:
         """In lockstep: ask once more, or go on without those that do not answer."""
@@ -171,8 +168,6 @@ class Simulator(Node):
             for i in set(range(self.robots)) - self.answered:
                 self._complain(f"{robot_name(i)} sent no command within step_timeout: it does not wait for it any more")
             self._advance()
-            if not self.done:
-                self._tell()
         elif now - self.told > _AGAIN:
             self._tell()
 

@@ -26,12 +26,10 @@ from fuzzy.files.table import read_table, write_table
 from fuzzy.plugins.designer.design import design_of
 from fuzzy.plugins.designer.edits import EDITS, apply
 from robotics.show.playback.player import player_data
-from robotics.show.report.plan import load_study
+from robotics.show.report.plan import load_study, load_sweep
 from robotics.simulation.run import Run, load_run
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.scenario.robots import load_robot
-from robotics.studies.sweeps.plan import plan_sweep
-from robotics.studies.sweeps.reading import load_sweep
 from tests.fuzzing.mutation import DAMAGE, MISTAKES, Mutation, flip_bit, forge_archive, mutated
 
 ROOT = Path(__file__).parents[2]
@@ -263,7 +261,7 @@ BORDERS: dict[str, Border] = {
         _set,
     ),
     "robot": Border(".toml", _files("robotics/data/robots/*.toml"), load_robot, _nothing),
-    "sweep": Border(".toml", _files("robotics/data/sweeps/*.toml"), load_sweep, plan_sweep),
+    "sweep": Border(".toml", _files("robotics/data/sweeps/*.toml"), load_sweep, _nothing),
     "study": Border(
         ".toml",
         _files("robotics/**/data/studies/*.toml", "docs/examples/own-study/*.toml"),

@@ -30,7 +30,7 @@ from anfis.plugins.designer.task import (
     train_task,
 )
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data
 from fuzzy.plugins.designer.datapictures import Rows, data_pictures
 from fuzzy.plugins.designer.folder import LARGEST_FILE
@@ -97,8 +97,7 @@ class TrainSession(TableSession, TaskSession):
 
     async def _do_generate(self, message: dict[str, Any]) -> None:
         name = message.get("name")
-        if not isinstance(name, str) or name not in self.made:
-            raise TrainingTaskError(expected(str(name), self.made, "generator of data"))
+        name = check_known(name, self.made, "generator of data", TrainingTaskError)
         generator, folder = self.made[name], Path(self.bench.document.folder)
         if generator.asks is None:
             self.show_table(await self.bench.background(generator.make))

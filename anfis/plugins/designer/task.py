@@ -16,7 +16,7 @@ import numpy as np
 
 from anfis.methods.catalogue import METHODS
 from fuzzy.errors import InputError, quoted
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.columns import LoadedTable, matching
 from fuzzy.plugins.designer.longtask import Report
 from fuzzy.system import Sugeno
@@ -80,8 +80,7 @@ class TrainingTask:
 
     def __post_init__(self) -> None:
         for what, value, known in (("start", self.start, STARTS), ("method", self.method, METHODS)):
-            if value not in known:
-                raise TrainingTaskError(expected(str(value), known, what))
+            check_known(value, known, what, TrainingTaskError)
         for what, lowest, highest in (("mfs", 2, 20), ("epochs", 0, 100_000), ("seed", 0, 2**32 - 1)):
             value = getattr(self, what)
             if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
@@ -138,8 +137,7 @@ def task_of(
     given = ("x", "y", "inputs", "outputs", "input_units", "output_units", "present")
     known = {name for name in TrainingTask.__dataclass_fields__ if name not in given}
     for name in settings:
-        if name not in known:
-            raise TrainingTaskError(expected(str(name), known, "setting"))
+        check_known(name, known, "setting", TrainingTaskError)
     return TrainingTask(
         x=values[:, :n],
         y=values[:, n:],

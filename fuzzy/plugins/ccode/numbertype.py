@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 
 FIXED_POINT = "q16.16"
 _NUMBERS: tuple[str, ...] = ("double", "float", FIXED_POINT)
@@ -90,6 +90,5 @@ def in_q16(x: np.ndarray) -> np.ndarray:
 
 def checked_number(name: str) -> str:
     """The name of a type of numbers. Raises ExportError for one that there is not."""
-    if name not in _NUMBERS:
-        raise ExportError(expected(name, _NUMBERS, "number type"))
+    check_known(name, _NUMBERS, "number type", ExportError)
     return name

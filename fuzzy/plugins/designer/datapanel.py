@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.errors import InputError, quoted
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data, matching
 from fuzzy.plugins.designer.datapictures import Rows, data_pictures, histograms
 from fuzzy.plugins.designer.folder import LARGEST_FILE
@@ -64,8 +64,7 @@ class DataSession(TableSession):
 
     def _do_column(self, message: dict[str, Any]) -> None:
         name, value = message.get("name"), message.get("value")
-        if not isinstance(name, str) or name not in self.keys:
-            raise DataPanelError(expected(str(name), self.keys, "variable"))
+        name = check_known(name, self.keys, "variable", DataPanelError)
         known = [] if self.table is None else self.table.names
         if not isinstance(value, str) or (value and value not in known):
             raise DataPanelError(expected(str(value), known, "column"))

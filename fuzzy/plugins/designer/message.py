@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from fuzzy.errors import InputError, quoted
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 
 _LARGEST = 1e100  # the largest number in an edit: squares of differences stay finite
 # What people type, by the name that the page gives it; all else is written by the page itself.
@@ -65,8 +65,7 @@ class Message:
     def one_of(self, field: str, accepted: Collection[str], what: str) -> str:
         """One of some words."""
         value = self.text(field)
-        if value not in accepted:
-            raise EditError(expected(value, accepted, what))
+        check_known(value, accepted, what, EditError)
         return value
 
     def number(self, field: str) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import open_folder
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
@@ -83,8 +83,7 @@ class PanelSession:
     def setting(self, message: Mapping[str, Any]) -> tuple[str, Any]:
         """The name of the form's value that a message chooses, and the new value."""
         name = message.get("name")
-        if not isinstance(name, str) or name not in self.choice:
-            raise self.error(expected(str(name), self.choice, "setting"))
+        name = check_known(name, self.choice, "setting", self.error)
         return name, message.get("value")
 
     @property

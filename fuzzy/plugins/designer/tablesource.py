@@ -5,7 +5,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.columns import LoadedTable, read_columns, read_file
 from fuzzy.plugins.designer.session import PanelSession
 
@@ -36,8 +36,7 @@ class TableSource:
     async def file(self, name: Any) -> LoadedTable:
         """Read the file called ``name``. Raises DataError."""
         known = self.files()
-        if not isinstance(name, str) or name not in known:
-            raise DataError(expected(str(name), known, "file of the folder"))
+        check_known(name, known, "file of the folder", DataError)
         path = Path(self._bench.document.folder) / name
         read: LoadedTable = await self._bench.read(name, read_file, path, self._most, self._larger)
         return read

@@ -15,7 +15,7 @@ from fuzzy.compiled.packed import evaluate_one, one_point, packed
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.errors import InputError
 from fuzzy.inference import infer
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 
 INPUT_ROLES = ("error", "error_rate", "error_sum")
@@ -72,8 +72,7 @@ class Roles:
     def __post_init__(self) -> None:
         for given, known in ((self.inputs, INPUT_ROLES), (self.outputs, OUTPUT_ROLES)):
             for role in given:
-                if role not in known:
-                    raise LoopError(expected(str(role), known, "role"))
+                check_known(role, known, "role", LoopError)
             if len(set(given)) < len(given):
                 twice = next(role for role in given if given.count(role) > 1)
                 raise LoopError(f"two variables are {twice}: each role is given once")
@@ -100,10 +99,8 @@ def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
     chosen = chosen or {}
     names = [v.name for v in (*fis.inputs, *fis.outputs)]
     for name, role in chosen.items():
-        if name not in names:
-            raise LoopError(expected(name, names, "variable"))
-        if role not in (*INPUT_ROLES, *OUTPUT_ROLES):
-            raise LoopError(expected(role, (*INPUT_ROLES, *OUTPUT_ROLES), "role"))
+        check_known(name, names, "variable", LoopError)
+        check_known(role, (*INPUT_ROLES, *OUTPUT_ROLES), "role", LoopError)
     found: list[tuple[str, ...]] = []
     for what, variables, known in (("input", fis.inputs, INPUT_ROLES), ("output", fis.outputs, OUTPUT_ROLES)):
         roles = [chosen.get(v.name) or role_of(v.name) for v in variables]

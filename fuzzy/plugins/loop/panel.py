@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Latest
 from fuzzy.plugins.designer.panel import SessionPanel
@@ -121,8 +121,7 @@ class StepSession(PanelSession):
 
     def _do_example(self, message: dict[str, Any]) -> None:
         name = message.get("value")
-        if not isinstance(name, str) or name not in PLANT_EXAMPLES:
-            raise LoopError(expected(str(name), PLANT_EXAMPLES, "example"))
+        name = check_known(name, PLANT_EXAMPLES, "example", LoopError)
         self.choice = {**self.choice, **chosen_example(name)}
         self.simulate()
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from fuzzy.errors import quoted
 from fuzzy.files.pythonfile import load_python_file, told
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
 
 TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
@@ -88,8 +88,7 @@ def read_plant(path: Path, name: str = "") -> TransferFunction | FunctionPlant:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise PlantError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for key in table:
-        if key not in _KEYS:
-            raise PlantError(f"{name}: {expected(key, _KEYS, 'key')}")
+        check_known(key, _KEYS, "key", PlantError, where=name)
     missing = [key for key in _KEYS[:2] if key not in table]
     if missing:
         raise PlantError(f"{name}: the {missing[0]} is missing")

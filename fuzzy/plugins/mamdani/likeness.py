@@ -21,7 +21,7 @@ from fuzzy.files.fislines import file_bytes
 from fuzzy.files.mamdani import MamdaniParts
 from fuzzy.fitting.consequents import least_squares
 from fuzzy.inference import InferenceWarning
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.mamdani.system import Mamdani
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
 
@@ -155,8 +155,7 @@ def fit_to_mamdani(
         FuzzySystemError: Other ``consequents``, and systems that do not fit together.
     """
     _check_alike(original, fis)
-    if consequents not in get_args(Consequents):
-        raise FuzzySystemError(expected(str(consequents), get_args(Consequents), "consequents"))
+    check_known(consequents, get_args(Consequents), "consequents", FuzzySystemError)
     if not fis.rules:
         raise FuzzySystemError(f"{fis.name} has no rules, so there are no consequents to fit")
     x = input_grid(fis.inputs, points, offset=True)

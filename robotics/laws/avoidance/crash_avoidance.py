@@ -178,6 +178,7 @@ class CrashAvoidance(EquationLaw):
     turn: CompiledSugeno = field(init=False, repr=False, compare=False)
 
     yields = True
+    diagrams = (_DIAGRAM,)  # tracking and standing, thesis Fig 6.7
     tasks = MappingProxyType({"tracking": "rule_base", "eta": "eta_rule_base"})
 
     def __post_init__(self) -> None:
@@ -205,11 +206,6 @@ class CrashAvoidance(EquationLaw):
     def safety_distance(self) -> float:
         """d_min of (6.1) [m]."""
         return self.d_min
-
-    @property
-    def diagrams(self) -> tuple[StateDiagram, ...]:
-        """Tracking and standing, thesis Fig 6.7."""
-        return (_DIAGRAM,)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say whose starts or goals are within d_min of each other: by (6.5) one robot then stands until it is not."""

@@ -112,13 +112,11 @@ LITERAL_DIAGRAM = StateDiagram(
     (
         Transition(TRACK, AVOID, "ro ≤ ro_min, or a side sonar reads too little"),
         Transition(AVOID, TRACK, "all sonars read enough"),
-        Transition(TRACK, YIELD, "a robot of lower number avoids ahead, within d_pass"),
-        Transition(AVOID, YIELD, "a robot of lower number avoids ahead, within d_pass"),
+        *(Transition(mode, YIELD, "a robot of lower number avoids ahead, within d_pass") for mode in (TRACK, AVOID)),
         Transition(YIELD, TRACK, "it is past; all sonars read enough"),
         Transition(YIELD, AVOID, "it is past; an obstacle is near"),
     ),
 )
-_IN_THE_WAY = "another robot, or what may move, is too near"
 COMMITTED_DIAGRAM = StateDiagram(
     {
         TRACK: StateBox("tracking", "Table 5.6 at α, no faster than the front reading allows"),
@@ -131,9 +129,7 @@ COMMITTED_DIAGRAM = StateDiagram(
         Transition(AVOID, TRACK, "front and side have been free for 1.2 s"),
         Transition(AVOID, FOLLOW, "no progress on the path for 6 s"),
         Transition(FOLLOW, AVOID, "past where it got stuck, and free ahead"),
-        Transition(TRACK, YIELD, _IN_THE_WAY),
-        Transition(AVOID, YIELD, _IN_THE_WAY),
-        Transition(FOLLOW, YIELD, _IN_THE_WAY),
+        *(Transition(m, YIELD, "another robot, or what may move, is too near") for m in (TRACK, AVOID, FOLLOW)),
         Transition(YIELD, TRACK, "its way is free, and no obstacle is near"),
         Transition(YIELD, AVOID, "its way is free, beside an obstacle"),
         Transition(YIELD, FOLLOW, "its way is free, along a wall"),

@@ -158,14 +158,11 @@ class RightOfWay(EquationLaw):
     tracker: Lyapunov = field(default_factory=Lyapunov)
 
     yields = True
+    watchdog = OUTAGE  # s
+    diagrams = (_DIAGRAM,)  # tracking and standing
     equation = right_of_way
     says, remembers, derived = WayMessage, WayMemory, WayDerived
     aims = progresses = has_modes = may_refuse = True
-
-    @property
-    def watchdog(self) -> float:
-        """After how long [s] without a new command a robot stops."""
-        return OUTAGE
 
     @property
     def safety_distance(self) -> float:
@@ -175,11 +172,6 @@ class RightOfWay(EquationLaw):
     def distance_between(self, robots: Sequence[Robot]) -> float:
         """The clearance of its plan [m], with as much room beyond the turning circles whatever the robots' size."""
         return self.clearance + wider(robots)
-
-    @property
-    def diagrams(self) -> tuple[StateDiagram, ...]:
-        """Tracking and standing."""
-        return (_DIAGRAM,)
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Make the plans. Raises ControllerError where the graph is not connected, or a scenario has no safe plan.

@@ -45,7 +45,7 @@ from fuzzy.compiled.jit import kernel, without_refcounts
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import EquationLaw, RobotColumns, equation
@@ -443,8 +443,7 @@ def load_networks(source: str | tuple[Sugeno, ...]) -> tuple[Sugeno, ...]:
     name = source if isinstance(source, str) else systems[-1].name
     for fis in systems:
         for variable in fis.inputs:
-            if variable.name not in FORMATION_INPUTS:
-                raise ControllerError(f"{name}: " + expected(variable.name, FORMATION_INPUTS, "formation input"))
+            check_known(variable.name, FORMATION_INPUTS, "formation input", ControllerError, where=name)
     outputs = sorted(v.name for fis in systems for v in fis.outputs)
     if outputs != sorted(FORMATION_OUTPUTS):
         raise ControllerError(

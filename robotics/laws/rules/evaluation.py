@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
@@ -40,8 +40,7 @@ class RuleBase:
         if fis.out_of_range == "warn":  # what a sensor reads, or that it reads nothing, is often out of range
             fis = replace(fis, out_of_range="clip")
         for variable in fis.outputs:
-            if variable.name not in outputs:
-                raise ControllerError(f"{called(name)}: " + expected(variable.name, list(outputs), f"output of {task}"))
+            check_known(variable.name, outputs, f"output of {task}", ControllerError, where=called(name))
         inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
         places = {variable.name: k for k, variable in enumerate(fis.outputs)}
         return cls(fis, compile_sugeno(fis), inputs, places)

@@ -92,6 +92,8 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
+    message = TEAM_MESSAGE
+    watchdog = OUTAGE  # s
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})
 
     def __post_init__(self) -> None:
@@ -106,25 +108,15 @@ class FuzzyTeam(Law[_Memory]):
         object.__setattr__(self, "bases", bases)
 
     @property
-    def message(self) -> tuple[str, ...]:
-        """The names of the values that each robot broadcasts."""
-        return TEAM_MESSAGE
-
-    @property
-    def watchdog(self) -> float:
-        """After how long [s] without a new command a robot stops."""
-        return OUTAGE
-
-    @property
     def needs(self) -> tuple[str, ...]:
         """The range sensors that the rule bases name."""
-        return tuple(dict.fromkeys(name for base in self.bases.values() if base is not None for name in base.sensors))
+        return tuple(dict.fromkeys(name for base in self.rule_bases.values() for name in base.sensors))
 
     @property
     def fuzzy_systems(self) -> dict[str, Sugeno]:
         """The rule bases by their tasks."""
         found = {"tracking": self.tracker.tracking.fis} if self.tracking_rule_base != "none" else {}
-        return found | {task: base.fis for task, base in self.bases.items() if base is not None}
+        return found | {task: base.fis for task, base in self.rule_bases.items()}
 
     def init(self, setting: Setting, runs: int) -> _Memory:
         """Look at the paths, and plan where a plan is wanted and robots may meet.
@@ -132,9 +124,8 @@ class FuzzyTeam(Law[_Memory]):
         In an ensemble the runs without a plan are refused. Raises ControllerError where the robots are no team, the
         graph is not connected, a scenario has no safe plan, or a rule base names a robot that does not exist.
         """
-        for task, base in self.bases.items():
-            if base is not None:
-                base.check(setting, getattr(self, f"{task}_rule_base"))
+        for task, base in self.rule_bases.items():
+            base.check(setting, getattr(self, f"{task}_rule_base"))
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
@@ -205,12 +196,14 @@ class FuzzyTeam(Law[_Memory]):
     def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""
         base, shape = self.bases[task], now.place.shape
-        if base is None or (base.of_pairs and shape[1] == 1):
-            if base is not None:
-                inputs[task] = np.full((len(base.inputs), *shape), np.nan)
-            return {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
+        found = {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
+        if base is None:
+            return found
+        if base.of_pairs and shape[1] == 1:
+            inputs[task] = np.full((len(base.inputs), *shape), np.nan)
+            return found
         said, inputs[task] = base.asked(now, NEUTRAL[task])
-        return {**{name: np.full(shape, value) for name, value in NEUTRAL[task].items()}, **said}
+        return {**found, **said}
 
     def _tracked(
         self, now: Situation, pace: np.ndarray, in_time: np.ndarray, inputs: dict[str, np.ndarray]

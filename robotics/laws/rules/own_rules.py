@@ -57,11 +57,8 @@ class OwnRules(FuzzyTracking):
     tasks = MappingProxyType({**FuzzyTracking.tasks, "own": "rule_base"})
 
     def __post_init__(self) -> None:
-        own = (
-            None
-            if is_tracking(load_rule_base(self.rule_base))
-            else RuleBase.of(self.rule_base, RULE_OUTPUTS, "a rule base")
-        )
+        tracks = is_tracking(load_rule_base(self.rule_base))
+        own = None if tracks else RuleBase.of(self.rule_base, RULE_OUTPUTS, "a rule base")
         object.__setattr__(self, "own", own)
         super().__post_init__()
 

@@ -25,10 +25,9 @@ from robotics.laws.rules.clearances import (
 from robotics.laws.rules.meetings import CELL, Meeting, Meetings, in_the_way, next_meetings, planned_order
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import SEARCH_REACH_AFTER_OUTAGE, search_reach, smallest_heard
-from robotics.world.paths.level import Level
 from robotics.world.paths.path import PathPoint
 from robotics.world.paths.posture import PostureError, posture_error, wrapped
-from robotics.world.paths.references import Reference
+from robotics.world.paths.references import Level, Reference
 
 _LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
@@ -295,20 +294,13 @@ class Situation:
         towards = dx * (seen.v[:, :, None] * cos - v_x) + dy * (seen.v[:, :, None] * sin - v_y)
         radii = self.fixed.radii
         ahead, left = in_own_frame(seen, dx, dy)
-        rows = (
-            x,
-            y,
-            ahead,
-            left,
-            v_x,
-            v_y,
+        gap, closing, place = (
             distance - radii[:, None] - radii,
-            bearing,
             towards / np.maximum(distance, 1e-6),
+            heard.now("place", by="speed"),
         )
-        place = heard.now("place", by="speed")
-        known = [np.where(unheard, np.nan, row) for row in (*rows, place, heard.age)]
-        return OtherRobots(*known)
+        rows = (x, y, ahead, left, v_x, v_y, gap, bearing, closing, place, heard.age)
+        return OtherRobots(*(np.where(unheard, np.nan, row) for row in rows))
 
     @cached_property
     def meeting(self) -> Meeting:

@@ -44,7 +44,7 @@ from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
@@ -193,8 +193,7 @@ class FuzzyTracking(EquationLaw):
         check_quantities(self, ControllerError)
         fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
-            if variable.name not in TRACKING_INPUTS:
-                raise ControllerError(f"{name}: " + expected(variable.name, TRACKING_INPUTS, "tracking input"))
+            check_known(variable.name, TRACKING_INPUTS, "tracking input", ControllerError, where=name)
         if len(fis.outputs) != 2:
             raise ControllerError(f"{name}: a tracking rule base has the outputs v and w, in this order")
         object.__setattr__(self, "inputs", tuple(TRACKING_INPUTS.index(v.name) for v in fis.inputs))

@@ -139,10 +139,9 @@ class ParallelCompensation(EquationLaw):
         sin, cos, zero, one = np.sin(alpha), np.cos(alpha), np.zeros_like(d), np.ones_like(d)
         a = [[zero, 2 * v * sin, -v * sin], [-2 * v * sin / d**2, zero, v * cos / d], [zero, zero, zero]]
         b = [[-cos, zero], [sin / d, -one], [zero, -one]]
+        of_rules, of_inputs = (np.moveaxis(np.array(matrix), -1, 0) for matrix in (a, b))
         shape = (len(self.distances), len(self.alphas))
-        return np.moveaxis(np.array(a), -1, 0).reshape(*shape, 3, 3), np.moveaxis(np.array(b), -1, 0).reshape(
-            *shape, 3, 2
-        )
+        return of_rules.reshape(*shape, 3, 3), of_inputs.reshape(*shape, 3, 2)
 
     def _gains(self) -> np.ndarray:
         from scipy.linalg import solve_continuous_are

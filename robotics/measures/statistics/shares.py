@@ -43,12 +43,9 @@ def probability_of_improvement(costs: np.ndarray, *, generator: np.random.Genera
         draws: The number of resamples.
     """
     costs = checked(costs)
-    return _shares(_won(costs[:, None], costs[None]), resamples(costs.shape[1:], draws, generator))
-
-
-def _won(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """1 where ours is less, 1/2 where both are equal, 0 elsewhere, as numbers that float32 holds exactly."""
-    return (ours < theirs).astype(np.float32) + np.float32(0.5) * (ours == theirs)
+    ours, theirs = costs[:, None], costs[None]
+    won = (ours < theirs).astype(np.float32) + np.float32(0.5) * (ours == theirs)  # which float32 holds exactly
+    return _shares(won, resamples(costs.shape[1:], draws, generator))
 
 
 def _shares(scores: np.ndarray, counts: np.ndarray) -> Interval:

@@ -23,7 +23,8 @@ def answer(outcome: Outcome) -> list[str]:
     """The sentences, MOST_SENTENCES at most."""
     said = _Said(outcome)
     if not said.finite:
-        return [said.all_fail(), *said.failures(), said.protocol()]
+        nobody = "No law leads: each fails in more than a quarter of the runs of some scenario."
+        return [nobody, *said.failures(), said.protocol()]
     found = [said.leader(), *said.crown(), *said.distances(), *said.computing()]
     found += [*said.effort(), *said.failures(), *said.robustness(), said.stands(), *said.tuning(), said.protocol()]
     return found[:MOST_SENTENCES]
@@ -61,16 +62,12 @@ class _Said:
         if as_published:
             alike += f"; {listed(as_published)}, of which nothing moves, took part as published"
         return (
-            f"{_capital(_number(tuned))} law{'s were' if tuned > 1 else ' was'} tuned from their published gains with "
-            f"{'the same budget, ' if not less else ''}{arena.evaluations} evaluations of {_runs(runs)} in "
+            f"{_number(tuned).capitalize()} law{'s were' if tuned > 1 else ' was'} tuned from their published gains "
+            f"with {'the same budget, ' if not less else ''}{arena.evaluations} evaluations of {_runs(runs)} in "
             f"{f'each of {_number(searches)} searches' if searches > 1 else 'one search'}{alike}, and each drove "
             f"{_number(len(arena.scenarios('test')))} scenarios that no search had seen, {arena.testing_runs} times "
             "each."
         )
-
-    def all_fail(self) -> str:
-        """Nobody has a finite cost."""
-        return "No law leads: each fails in more than a quarter of the runs of some scenario."
 
     def leader(self) -> str:
         """Who leads, by how much, and how surely."""
@@ -87,7 +84,8 @@ class _Said:
         else:
             text = f"{self.title(first)} has the least cost"
             if alike:
-                text += f", and {listed(self.titles(alike))} {_is(alike)} as good within {100 * MARGIN:.0f} %"
+                text += f", and {listed(self.titles(alike))} {'is' if len(alike) == 1 else 'are'} as good within "
+                text += f"{100 * MARGIN:.0f} %"
             if open_:
                 text += "; " if alike else ", but "
                 text += f"from {listed(self.titles(open_), 'or')} these runs cannot tell it apart"
@@ -139,10 +137,12 @@ class _Said:
         if of.laws[reference] != of.arena.reference:
             return []
         others = [k for k in self.finite if k != reference][:_FEW]
-        said = [f"{self.title(k)} {_ratio(of.tuned_ratio[k])}" for k in others]
-        return (
-            [f"As multiples of {self.title(reference)}'s cost, with 95 % intervals: {', '.join(said)}."] if said else []
-        )
+        ratios = [(self.title(k), of.tuned_ratio[k]) for k in others]
+        said = [
+            f"{title} {float(r.value):.3g} ({_plain(float(r.low))} to {_plain(float(r.high))})" for title, r in ratios
+        ]
+        words = f"As multiples of {self.title(reference)}'s cost, with 95 % intervals: {', '.join(said)}."
+        return [words] if said else []
 
     def tuning(self) -> list[str]:
         """What tuning was worth."""
@@ -193,13 +193,12 @@ class _Said:
         effort = self.of.term_means("tuned")[place]
         least = min(self.finite, key=lambda k: float(effort[k]))
         first = self.finite[0]
+        own = f"{effort[first]:.2g} rad/s²"
         if least == first:
-            return [
-                f"{self.title(first)} also has the least effort, {effort[first]:.2g} rad/s² of turn rate variation."
-            ]
+            return [f"{self.title(first)} also has the least effort, {own} of turn rate variation."]
         return [
             f"The least effort has {self.title(least)}: its turn rate varies by {effort[least]:.2g} rad/s², that of "
-            f"{self.title(first)} by {effort[first]:.2g} rad/s²."
+            f"{self.title(first)} by {own}."
         ]
 
     def failures(self) -> list[str]:
@@ -239,9 +238,8 @@ class _Said:
         most = int(weights.swapped.max())
         text += f"; a weight of the cost halved or doubled changes the order of up to {_number(most)} "
         text += f"pair{'s' * (most != 1)}"
-        return text + (
-            f", and {listed(self.titles(sorted(first)), 'or')} may lead then." if first else ", not who leads."
-        )
+        led = f"and {listed(self.titles(sorted(first)), 'or')} may lead then" if first else "not who leads"
+        return f"{text}, {led}."
 
     def _leads(self, orders: Sequence[Sequence[int]]) -> list[str]:
         names = self.of.arena.engines
@@ -257,9 +255,7 @@ class _Said:
         then = self.of.robust_costs[:, worst]
         if not np.isfinite(then).any():
             return [f"Under {change}, of which no law is told, every law fails."]
-        usual = (
-            "the median law fails" if not np.isfinite(middle) else f"the median law costs {middle:.2g} times as much"
-        )
+        usual = f"the median law {f'costs {middle:.2g} times as much' if np.isfinite(middle) else 'fails'}"
         least = int(np.argmin(then))
         whose = "the leader" if least == self.finite[0] else self.title(least)
         return [
@@ -294,10 +290,6 @@ def compared(ratio: Interval, than: str = "") -> str:
     return f"costs {_percent(abs(value - 1))} {'more' if more else 'less'}{other} (95 %: {between})"
 
 
-def _ratio(ratio: Interval) -> str:
-    return f"{float(ratio.value):.3g} ({_plain(float(ratio.low))} to {_plain(float(ratio.high))})"
-
-
 def _plain(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "without bound"
 
@@ -324,16 +316,8 @@ def _number(count: int) -> str:
     return words[count] if count < len(words) else str(count)
 
 
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
 def _runs(count: int) -> str:
     return f"{_number(count)} run{'s' * (count != 1)}"
-
-
-def _is(places: Sequence[int]) -> str:
-    return "is" if len(places) == 1 else "are"
 
 
 def _swaps(first: Sequence[int], second: Sequence[int]) -> int:

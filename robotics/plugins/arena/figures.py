@@ -89,9 +89,8 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
     laws, tuned, published = standings.laws, standings.tuned, standings.published
     order = np.argsort(np.where(np.isnan(tuned.value), np.inf, tuned.value), kind="stable")
     known = np.concatenate([tuned.value, published.value])
+    _some_finite(known)
     known = known[np.isfinite(known)]
-    if known.size == 0:
-        raise PlotError("no law has a finite cost: there is nothing to draw")
     right = min(max(float(known.max()) * 1.15, 1.6), _MOST)
     with styled_figure(width, 1.05 + 0.2 * len(laws)) as figure:
         columns = _columns(standings, order)
@@ -191,11 +190,7 @@ def _percent(share: Interval) -> str:
 
 
 def plot_budget(
-    laws: Sequence[Entrant],
-    budgets: np.ndarray,
-    curves: Interval,
-    cost: str = "cost of the best so far [1]",
-    width: float = _WIDTH,
+    laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval, cost: str = "cost of the best so far [1]"
 ) -> Figure:
     """Draw the cost of the best so far over the number of evaluations, a line a law with a band over the repeats.
 
@@ -204,18 +199,16 @@ def plot_budget(
         budgets: The numbers of evaluations (budgets,), growing.
         curves: Median and range over repeats (laws, budgets), of :meth:`robotics.plugins.arena.outcome.Outcome.curves`.
         cost: What the axis of costs says, with its unit in brackets.
-        width: The width of the figure in inches.
 
     Raises PlotError where no law has a finite cost at the end.
     """
     _some_finite(curves.value[:, -1])
-    with styled_figure(width, 3.4) as figure:
+    with styled_figure(_WIDTH, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
-            color, middle = _FAMILIES[law.family].color, _finite(curves.value[own])
-            ax.fill_between(
-                budgets, _finite(curves.low[own]), _finite(curves.high[own]), color=color, alpha=0.13, linewidth=0
-            )
+            color = _FAMILIES[law.family].color
+            middle, least, most = (_finite(part[own]) for part in (curves.value, curves.low, curves.high))
+            ax.fill_between(budgets, least, most, color=color, alpha=0.13, linewidth=0)
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
         low, high = _room(curves)
         ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
@@ -247,11 +240,8 @@ def _room(curves: Interval) -> tuple[float, float]:
 
 def _round_ticks(low: float, high: float) -> list[float]:
     """Round numbers on a logarithmic axis: close ones where it is short."""
-    close, middle, wide = (
-        (1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9),
-        (1, 1.5, 2, 3, 5, 7),
-        (1, 2, 5),
-    )
+    close = (1, 1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+    middle, wide = (1, 1.5, 2, 3, 5, 7), (1, 2, 5)
     steps: Sequence[float] = close if high < 4 * low else middle if high < 20 * low else wide
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     return [t for t in (s * 10.0**d for d in decades for s in steps) if low <= t <= high]
@@ -302,9 +292,7 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
     return moved - max(0.0, float(moved.max()) - max(1.0, float(places.max())))
 
 
-def plot_profiles(
-    laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]", width: float = _WIDTH
-) -> Figure:
+def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]") -> Figure:
     """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
 
     Args:
@@ -312,12 +300,11 @@ def plot_profiles(
         limits: The limits (limits,), > 0 and growing.
         profiles: The shares (laws, limits), of robotics.measures.statistics.shares.performance_profile.
         cost: What the axis of costs says, with its unit in brackets.
-        width: The width of the figure in inches.
     """
     families = _families(laws)
     columns = min(3, len(families))
     most = max(sum(law.family == family for law in laws) for family in families)
-    with styled_figure(width, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
+    with styled_figure(_WIDTH, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
@@ -333,16 +320,14 @@ def plot_profiles(
 def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np.ndarray, profiles: Interval) -> None:
     color, turn = _FAMILIES[family].color, 0
     for k, law in enumerate(laws):
+        share, low, high = (100 * part[k] for part in (profiles.value, profiles.low, profiles.high))
         if law.family != family:
-            ax.plot(limits, 100 * profiles.value[k], color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
+            ax.plot(limits, share, color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
             continue
-        ax.fill_between(
-            limits, 100 * profiles.low[k], 100 * profiles.high[k], color=color, alpha=0.2, linewidth=0, zorder=2
-        )
+        ax.fill_between(limits, low, high, color=color, alpha=0.2, linewidth=0, zorder=2)
         ax.plot(
-            limits, 100 * profiles.value[k], color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1,
-            label=law.title, zorder=3,
-        )  # fmt: skip
+            limits, share, color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1, label=law.title, zorder=3
+        )
         turn += 1
     ax.set_title(_FAMILIES[family].words, color=color, fontsize=7.5, loc="left")
     ax.legend(
@@ -351,19 +336,18 @@ def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np
     )  # fmt: skip
 
 
-def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray, width: float = _WIDTH) -> Figure:
+def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray) -> Figure:
     """Draw the probability that the row's law costs less than the column's, with the verdict on each pair.
 
     Args:
         laws: The laws, in the order of rows and columns.
         chances: The probabilities (laws, laws), of robotics.measures.statistics.shares.probability_of_improvement.
         verdicts: What robotics.measures.statistics.pairs.verdicts says (laws, laws).
-        width: The width of the figure in inches.
     """
     count = len(laws)
-    room = (width - _names_width(laws) - 0.85) / count  # inches across a cell
+    room = (_WIDTH - _names_width(laws) - 0.85) / count  # inches across a cell
     between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
-    with styled_figure(width, max(1.45 + 0.24 * count, 2.6)) as figure:
+    with styled_figure(_WIDTH, max(1.45 + 0.24 * count, 2.6)) as figure:
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
@@ -381,7 +365,7 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         return figure
 
 
-def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval, width: float = _WIDTH) -> Figure:
+def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Interval) -> Figure:
     """Draw what a change that no law was tuned for does to its cost: a heat map with numbers, rows laws.
 
     A number in brackets cannot be told from 1: its interval contains it.
@@ -390,17 +374,16 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
         laws: The laws, in the order of rows.
         changes: What is changed, in the order of columns: "mass +20 %".
         ratios: The cost with the change over the cost without (laws, changes); infinite: fails.
-        width: The width of the figure in inches.
     """
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
-    with styled_figure(width, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
+    with styled_figure(_WIDTH, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
             _write_ratio(ax, row, column, ratios[row, column], reach)
         heads = [change.replace(" ", "\n", 1) for change in changes]
-        room = (width - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
+        room = (_WIDTH - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
         crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
         turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
         ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
@@ -430,7 +413,6 @@ def plot_pareto(
     precision: np.ndarray,
     titles: tuple[str, str],
     published: np.ndarray | None = None,
-    width: float = _WIDTH,
 ) -> Figure:
     """Draw precision against effort, a named point a law, and the front of those that none beats in both.
 
@@ -440,14 +422,13 @@ def plot_pareto(
         precision: The tuned laws' error (laws,), > 0; less is better.
         titles: What the axes of effort and of precision say, each with its unit in brackets.
         published: Effort and error as published (laws, 2), drawn hollow and joined to the tuned ones; None: not drawn.
-        width: The width of the figure in inches.
 
     Raises PlotError where no law has a finite point.
     """
     tuned = np.column_stack([effort, precision]).astype(float)
     known = np.isfinite(tuned).all(axis=1)
     _some_finite(np.where(known, 1.0, np.inf))
-    with styled_figure(width, 3.7) as figure:
+    with styled_figure(_WIDTH, 3.7) as figure:
         ax = figure.subplots()
         ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]
@@ -588,24 +569,13 @@ def _legend(
     figure: Figure, laws: Sequence[Entrant], marks: Sequence[tuple[str, str]] = (), lines: bool = False
 ) -> None:
     """Draw the legend on top: of the ``marks`` (words, fill), and of families as marks or ``lines``."""
-    handles = [
-        Line2D([], [], color="0.35", marker="o", markerfacecolor=fill, markersize=4, linestyle="none")
-        for _, fill in marks
-    ]
-    words = [word for word, _ in marks]
-    for family in _families(laws):
-        look = _FAMILIES[family]
-        how: dict[str, Any] = {"linestyle": "-"} if lines else {"marker": look.marker, "linestyle": "none"}
-        handles.append(Line2D([], [], color=look.color, markersize=4, **how))
-        words.append(look.words)
+    found: dict[str, dict[str, Any]]
+    found = {word: {"color": "0.35", "marker": "o", "markerfacecolor": fill} for word, fill in marks}
+    for name, color, marker in (_FAMILIES[family] for family in _families(laws)):
+        found[name] = {"color": color} if lines else {"color": color, "marker": marker}
+    line: Any = "-" if lines else "none"
+    handles, words = [Line2D([], [], markersize=4, linestyle=line, **how) for how in found.values()], [*found]
     wide = sum(text_width(word, 6.5) + (0.5 if lines else 0.3) for word in words)
     rows = -(-wide // (figure.get_size_inches()[0] - 0.2))
-    figure.legend(
-        handles,
-        words,
-        loc="outside upper center",
-        ncol=-(-len(words) // int(rows)),
-        fontsize=6.5,
-        handletextpad=0.6 if lines else 0.1,
-        columnspacing=1.2,
-    )
+    look: dict[str, Any] = {"fontsize": 6.5, "handletextpad": 0.6 if lines else 0.1, "columnspacing": 1.2}
+    figure.legend(handles, words, loc="outside upper center", ncol=-(-len(words) // int(rows)), **look)

@@ -16,20 +16,12 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.statistics.intervals import Interval
+from robotics.plugins.arena import figures
 from robotics.plugins.arena.answer import answer, microseconds
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import BLOCKS, Arena, load_arena
 from robotics.plugins.arena.entrants import sort_of, terms_of
-from robotics.plugins.arena.figures import (
-    Entrant,
-    Standings,
-    plot_budget,
-    plot_improvement,
-    plot_pareto,
-    plot_profiles,
-    plot_ranking,
-    plot_robustness,
-)
+from robotics.plugins.arena.figures import Entrant, Standings
 from robotics.plugins.arena.outcome import Outcome
 from robotics.plugins.arena.running import drive_arena
 from robotics.plugins.arena.work import plain, tuned
@@ -181,7 +173,7 @@ def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
         outcome: What :func:`robotics.run_arena` gives.
         width: The figure's width [inches].
     """
-    return plot_ranking(standings(outcome), width)
+    return figures.plot_ranking(standings(outcome), width)
 
 
 def ranking(outcome: Outcome) -> Picture:
@@ -196,7 +188,7 @@ def ranking(outcome: Outcome) -> Picture:
         f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals; less is better."
         f" Effort is the variation of the demanded turn rate{computing}.",
         f"Laws from the least cost up, in multiples of {found.reference}: {said}.",
-        partial(plot_ranking, found, WIDE),
+        partial(figures.plot_ranking, found, WIDE),
     )
 
 
@@ -211,28 +203,30 @@ def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
             "What a law costs on the choosing runs after so many evaluations: the median over the searches of all "
             "engines and repeats, and their range. Where curves cross, the better law depends on the budget.",
             "Curves of cost over the number of evaluations, one a law.",
-            partial(plot_budget, laws, outcome.budgets, outcome.curves),
+            partial(figures.plot_budget, laws, outcome.budgets, outcome.curves),
         ),
         Picture(
             "profiles",
             f"The share of runs that cost at most a multiple of {outcome.titles[outcome.reference]}'s interquartile "
             "mean on the same scenario, with 95 % bands.",
             "Performance profiles of all laws, a panel for each sort.",
-            partial(plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]"),
+            partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]"),
         ),
         Picture(
             "improvement",
             "How often the row's law costs less than the column's, run by run at the same start and noise, and what "
             "can be said of the pair: better or worse only where Holm's adjusted p is below 0.05 too.",
             "A matrix of probabilities of improvement between each two laws.",
-            partial(plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs]),
+            partial(figures.plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs]),
         ),
         Picture(
             "robustness",
             "The cost when something is otherwise than the laws, the wheel loops and odometry are told, over the cost "
             "when it is as told; nobody was tuned for it.",
             "A heat map of cost ratios, laws by changes.",
-            partial(plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]),
+            partial(
+                figures.plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]
+            ),
         ),
     ]
     points = means[[0, -1]][:, np.isfinite(means[[0, -1]]).all(axis=0)]
@@ -246,7 +240,7 @@ def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
                 "on the front is beaten by nobody in both.",
                 "Points of effort and cross-track error, one a law, and the front of the unbeaten.",
                 partial(
-                    plot_pareto,
+                    figures.plot_pareto,
                     laws,
                     means[-1],
                     scale * means[0],
@@ -311,7 +305,7 @@ def _terms(outcome: Outcome) -> Chapter:
         f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
         "what else.",
         "The cost of a run is fixed beforehand: "
-        + " + ".join(f"{_weight(t.weight)}({ALL_METRICS[t.metric].title}) / {_scale(t)}" for t in arena.made_cost.terms)
+        + " + ".join(map(_term, arena.made_cost.terms))
         + f". In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
         "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
         f"scenarios that no law was tuned on: {unseen}.",
@@ -321,12 +315,9 @@ def _terms(outcome: Outcome) -> Chapter:
     return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], folded="The scenarios")
 
 
-def _scale(term: Term) -> str:
-    return f"{term.scale:.4g} {ALL_METRICS[term.metric].unit}"
-
-
-def _weight(weight: float) -> str:
-    return "" if weight == 1 else f"{weight:g} · "
+def _term(term: Term) -> str:
+    metric = ALL_METRICS[term.metric]
+    return f"{'' if term.weight == 1 else f'{term.weight:g} · '}({metric.title}) / {term.scale:.4g} {metric.unit}"
 
 
 def _scenarios(arena: Arena) -> Grid:
@@ -363,19 +354,12 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
         "Worst tenth": (outcome.tail,),
         "Failed": (outcome.failures, 100, " %"),
     }
-    grid = _grid(
-        outcome,
-        f"Costs over that of {unit}, tuned, with 95 % intervals.",
-        columns,
-        lambda k: (_interval(found[k], *how) for found, *how in columns.values()),
-    )
+    caption = f"Costs over that of {unit}, tuned, with 95 % intervals."
+    grid = _grid(outcome, caption, columns, lambda k: (_interval(found[k], *how) for found, *how in columns.values()))
     metrics = [ALL_METRICS[term.metric] for term in outcome.arena.made_cost.terms]
-    parts = _grid(
-        outcome,
-        "What the tuned laws' cost is made of: interquartile means of all runs.",
-        [f"{metric.title} [{metric.unit}]" for metric in metrics],
-        lambda k: map(_number, means[:, k]),
-    )
+    head = [f"{metric.title} [{metric.unit}]" for metric in metrics]
+    caption = "What the tuned laws' cost is made of: interquartile means of all runs."
+    parts = _grid(outcome, caption, head, lambda k: map(_number, means[:, k]))
     caption = f"Interquartile means of each scenario, over {unit}'s."
     per = _grid(outcome, caption, outcome.arena.labels("test"), lambda k: map(_number, outcome.by_scenario[k]))
     text = (
@@ -402,11 +386,8 @@ def _weights(outcome: Outcome) -> Chapter:
     some = [term for term in cost.terms if term.weight > 0]
     rows = []
     for case, order, swapped in zip(weights.weights, weights.order, weights.swapped, strict=True):
-        changed = [
-            f"{term.metric} × {weight / term.weight:g}"
-            for term, weight in zip(some, case, strict=True)
-            if weight != term.weight
-        ]
+        both = zip(some, case, strict=True)
+        changed = [f"{term.metric} × {weight / term.weight:g}" for term, weight in both if weight != term.weight]
         rows.append((", ".join(changed) or "as they are", ", ".join(outcome.titles[k] for k in order), str(swapped)))
     grid = Grid("The order of the laws under other weights of the cost.", ("Weights", "Order", "Pairs swapped"), rows)
     text = (
@@ -484,11 +465,8 @@ def results_table(outcome: Outcome) -> pd.DataFrame:
 
 def summary_table(outcome: Outcome) -> pd.DataFrame:
     """A row a law, from the least cost up."""
-    columns: dict[str, Any] = {
-        "law": outcome.laws,
-        "sort": [sort_of(made) for made in outcome.made],
-        "chosen": [entry.by or "published" for entry in outcome.entries],
-    }
+    columns: dict[str, Any] = {"law": outcome.laws, "sort": [sort_of(made) for made in outcome.made]}
+    columns["chosen"] = [entry.by or "published" for entry in outcome.entries]
     for name, found in (
         ("cost", outcome.cost),
         ("tuned_ratio", outcome.tuned_ratio),

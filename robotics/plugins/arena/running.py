@@ -4,6 +4,7 @@ Every piece of work that is done stands in the folder, whole or not at all; afte
 same arena in the same folder goes on from there and ends with the same bytes.
 """
 
+import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
@@ -11,7 +12,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ import pandas as pd
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
+from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.tuning.search import Evaluations
 from robotics.plugins.arena.changes import CHANGES
@@ -26,12 +28,10 @@ from robotics.plugins.arena.computing import Timed, machine, timed
 from robotics.plugins.arena.description import Arena, about
 from robotics.plugins.arena.families import ArenaError
 from robotics.plugins.arena.outcome import ArenaEntry, Outcome
-from robotics.plugins.arena.work import DriveJob, Search, budgets_of, driven, searched
-from robotics.studies.chunks import kept_passes
+from robotics.plugins.arena.work import WHOLE, DriveJob, Search, budgets_of, driven, plain, searched
 from robotics.studies.executors import Workers, in_threads
 from robotics.studies.pieces import kept_piece, run_pieces
-from robotics.studies.sweeps.plan import PACKAGES
-from robotics.studies.versions import digest, versions
+from robotics.studies.versions import versions
 
 _PLAN, _TIMES = "arena.json", "computing.json"
 PUBLISHED, TUNED = "published", "tuned"
@@ -65,7 +65,7 @@ def drive_arena(
     workers = workers or Workers()
 
     def discard() -> None:
-        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*"), folder / _TIMES]:
+        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / _TIMES]:
             if left.is_file():
                 left.unlink()
 
@@ -76,7 +76,7 @@ def drive_arena(
             announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
         if clocked:
             announce(_estimate(arena, times, workers))
-        return _ArenaRun(arena, plan, folder, workers, times, begin).outcome()
+        return _ArenaRun(arena, folder, workers, times, begin).outcome()
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,6 @@ class _ArenaRun:
     """An arena that is being held."""
 
     arena: Arena
-    plan: Mapping[str, Any]
     folder: Path
     workers: Workers
     times: Mapping[str, Timed]
@@ -132,8 +131,11 @@ class _ArenaRun:
             for law in arena.laws
         }
         choosing = [d for law, c in laws.items() for d in self.by_scenario(law, "choose", c.values, "choose")]
-        tried = dict(iter(self.drives("choosing", choosing).groupby("law")))
-        costs = {law: _run_costs(arena, tried[law], len(candidates.values)) for law, candidates in laws.items()}
+        tried = self.drives("choosing", choosing)
+        costs = {
+            law: np.stack([_run_costs(arena, d, table) for d, table in tried.items() if d.law == law], axis=1)
+            for law in laws
+        }
         places = {law: candidates.chosen(costs[law]) for law, candidates in laws.items()}
         chosen = {law: laws[law].values[place] for law, place in places.items()}
         every = tuple(range(len(arena.scenarios("test"))))
@@ -146,10 +148,10 @@ class _ArenaRun:
                 for change in CHANGES
             ),
         ]
-        tested = dict(iter(self.drives("testing", tests).groupby(["law", "part"])))
+        tested = self.drives("testing", tests)
 
         def runs(law: str, part: str) -> pd.DataFrame:
-            return tested[law, part].drop(columns=["law", "part"]).reset_index(drop=True)
+            return pd.concat([t for d, t in tested.items() if (d.law, d.part) == (law, part)], ignore_index=True)
 
         entries = tuple(
             ArenaEntry(
@@ -200,31 +202,48 @@ class _ArenaRun:
         places, runs = range(len(self.arena.scenarios(block))), len(self.arena.seeds(block))
         return [DriveJob(law, part, candidates, block, (k,), runs) for k in places]
 
-    def drives(self, what: str, todo: list[DriveJob]) -> pd.DataFrame:
-        """Do drives, or read what the folder has of them: a row a run, with the law and the part that it is of."""
-        pieces = kept_passes(
-            self.folder / "runs" / what,
-            "arena",
-            digest([self.plan, list(map(repr, todo))]),
-            todo,
-            partial(driven, self.arena),
-            place=attrgetter("law"),
-            expected=versions(*PACKAGES),
-            fault=ArenaError,
-            workers=self.workers,
-        )
-        left = sorted(pieces.missing(), key=lambda n: -self.times[todo[n - 1].law].run * todo[n - 1].count)
+    def drives(self, what: str, todo: Sequence[DriveJob]) -> dict[DriveJob, pd.DataFrame]:
+        """Do drives, or read what the folder has of them."""
+        found: dict[DriveJob, pd.DataFrame] = {}
+        for drive in todo:
+            if (table := kept_piece(self.file(drive), partial(_read, drive=drive), "arena")) is not None:
+                found[drive] = table
+        left = sorted((d for d in todo if d not in found), key=lambda d: -self.times[d.law].run * d.count)
         advance = self.begin(f"{what}: {sum(d.count for d in todo)} runs", max(len(left), 1))
-        pieces.compute(left, advance)
-        return pd.concat([table.to_pandas() for table in pieces.tables()], ignore_index=True)
+        for drive, table in run_pieces(
+            partial(driven, self.arena), left, self.workers, called=attrgetter("law"), kept=ArenaError, advance=advance
+        ):
+            path = self.file(drive)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_frame(table, path)
+            found[drive] = table
+        return {drive: found[drive] for drive in todo}
+
+    def file(self, drive: DriveJob) -> Path:
+        """Where the runs of a drive stand."""
+        which = f"-{drive.scenarios[0] + 1}" if len(drive.scenarios) == 1 else ""
+        return self.folder / "runs" / plain(drive.law) / f"{plain(drive.part)}{which}.csv"
 
 
-def _run_costs(arena: Arena, table: pd.DataFrame, candidates: int) -> np.ndarray:
-    """What candidates of a law cost (candidates, scenarios, runs), a failed run what the search took it for."""
+def _run_costs(arena: Arena, drive: DriveJob, table: pd.DataFrame) -> np.ndarray:
+    """What the candidates of a drive cost (candidates, runs), a failed run what the search took it for."""
     cost = arena.made_cost
     metrics = {name: table[name].to_numpy(dtype=float)[:, None] for name in cost.metrics}
-    found = cost.of(metrics, table["stopped"].to_numpy()[:, None] > 0)
-    return found.reshape(len(arena.scenarios("choose")), candidates, -1).swapaxes(0, 1)
+    return cost.of(metrics, table["stopped"].to_numpy()[:, None] > 0).reshape(len(drive.candidates), -1)
+
+
+def _read(path: Path, drive: DriveJob) -> pd.DataFrame | None:
+    """The runs of a drive; None if they are not all there."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        columns = {  # Python reads a number as it was written, to the last bit
+            name: [int(row[name]) if name in WHOLE else float(row[name] or "nan") for row in rows]
+            for name in (rows or [{}])[0]
+        }
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+    return pd.DataFrame(columns) if len(rows) == drive.count else None
 
 
 def _times(arena: Arena, folder: Path, begin: Begin) -> dict[str, Timed]:

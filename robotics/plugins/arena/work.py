@@ -4,7 +4,7 @@ import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,7 @@ from robotics.studies.population import simulate_many
 from robotics.studies.tuning.tune import Tuned, tune
 
 BUDGETS = (10, 20, 50, 100, 200, 300, 500, 700, 1000)  # evaluations at which a search is looked at
+WHOLE = ("candidate", "scenario", "seed", "stopped")  # columns of whole numbers in a table of runs
 SHOWN = ("max_cross_track_m", "torque_variation_nmps")  # metrics that are measured beside those of the cost
 
 
@@ -97,7 +98,7 @@ def tuned(arena: Arena, folder: Path, workers: Workers | None, search: Search) -
 
 
 def driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
-    """Drive and measure: a row a run, with law and part, the places of its candidate and scenario, and its seed."""
+    """Drive and measure: a row a run, with the places of its candidate and of its scenario, and its seed."""
     law, space = arena.law(drive.law), arena.space(drive.law)
     laws = [law if values is None or space is None else space.made(values) for values in drive.candidates]
     names = list(dict.fromkeys([*arena.made_cost.metrics, *SHOWN]))
@@ -108,8 +109,7 @@ def driven(arena: Arena, drive: DriveJob) -> pd.DataFrame:
         with threadpool_limits(1, "blas"), warnings.catch_warnings(action="ignore"):
             runs = simulate_many(scenario, laws, seeds, keep="metrics", metrics=names, truth=truth, threads=1)
         candidate, seed = np.meshgrid(np.arange(len(laws)), np.asarray(seeds), indexing="ij")
-        columns: dict[str, Any] = {"law": drive.law, "part": drive.part, "candidate": candidate.ravel()}
-        columns |= {"scenario": np.full(candidate.size, place), "seed": seed.ravel()}
+        columns = {"candidate": candidate.ravel(), "scenario": np.full(candidate.size, place), "seed": seed.ravel()}
         columns |= {name: runs[name].mean(axis=-1).ravel() for name in names}
         columns["stopped"] = runs.stopped.any(axis=-1).ravel().astype(int)
         found.append(pd.DataFrame(columns))

@@ -67,9 +67,8 @@ def c(
 def _report(files: "CLawFiles", proof: "VerifiedLaw | None") -> dict[str, Any]:
     report: dict[str, Any] = {"files": [str(file) for file in files.files], "number": files.number}
     if proof is not None:
-        drives = [
-            {"scenario": d.scenario, "seeds": d.seeds, "greatest": d.greatest, "fine": d.fine} for d in proof.drives
-        ]
+        told = ("scenario", "seeds", "greatest", "fine")
+        drives = [{name: getattr(drive, name) for name in told} for drive in proof.drives]
         report |= {"drives": drives, "compiler": proof.compiler, "sanitized": proof.sanitized, "holds": proof.holds}
     return report
 

@@ -4,7 +4,7 @@ import ast
 import inspect
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -17,19 +17,58 @@ from fuzzy.plugins.ccode.identifier import comment, identifier
 from fuzzy.plugins.ccode.numbertype import ExportError, Floating
 from fuzzy.plugins.ccode.phrases import guarded
 from fuzzy.plugins.ccode.source import CSources, c_sources
+from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.law import Law
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
-from robotics.plugins.ccode.body import CFunction
-from robotics.plugins.ccode.carried import SYMBOLS, Carried, carried, first_numbers, rule_bases
-from robotics.plugins.ccode.pythonsource import parsed
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.laws.tracking.linear_quadratic import LinearQuadratic
+from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.laws.tracking.pid import TrackingPID
+from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
-from robotics.plugins.ccode.translation import Translator
+from robotics.plugins.ccode.translation import CFunction, Translator, parsed
 from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
 _NUMBERS = ("double", "float")
 _SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
 AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
+
+
+# What a number is called in C, where that is not its name in capitals
+SYMBOLS = {"lam": "LAMBDA", "radius": "WHEEL_RADIUS"}
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What a law in C has beside its columns."""
+
+    sections: str = ""  # of the thesis
+    bases: Callable[[Any], Mapping[str, Sugeno]] | None = None
+
+
+_FUZZY = Carried("(2.35), (2.36), 5.3.1", lambda law: {"rules": law.tracking.fis, "turn": law.turn.fis})
+CARRIED: dict[type[Law[Any]], Carried] = {
+    FuzzyTracking: _FUZZY,
+    OwnRules: _FUZZY,
+    Lyapunov: Carried("(2.30) to (2.32)"),
+    LinearQuadratic: Carried(),
+    TrackingPID: Carried(),
+    SlidingMode: Carried("(2.13) to (2.23)"),
+}
+NAMES = "fuzzy (with any rule base of fuzzy tracking), fuzzy-lateral, lyapunov, lqr, pid, csm, assm, qssm, esm"
+
+
+def carried(law: Law[Any], specification: str) -> Carried:
+    """How a law is written. Raises ExportError, listing those that can be, for one that cannot."""
+    found = CARRIED.get(type(law))
+    if found is None or not getattr(law, "has_equation", False):
+        why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
+            "it looks ahead, hears others, or has a control step that is not translated"
+        )  # fmt: skip
+        raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
+    return found
 
 
 class LawSources(NamedTuple):
@@ -49,7 +88,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     """Write a law's control step for the first robot of ``setting`` in C99.
 
     Args:
-        law: The law; see :mod:`robotics.plugins.ccode.carried` for those that can be written.
+        law: The law; those of CARRIED can be written.
         setting: Whose robot and control period count.
         name: The prefix of everything public, and the files' name.
         number: "double" or "float".
@@ -63,12 +102,6 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
 
 
-@dataclass
-class _Constant:
-    value: float
-    unit: str
-
-
 class _Writer:
     def __init__(self, law: Any, how: Carried, setting: Setting, name: str, number: Floating) -> None:
         self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
@@ -79,8 +112,9 @@ class _Writer:
         self.equation = inspect.getattr_static(type(law), "equation")
         self.lanes = _lanes(type(law), self.equation)
         self.radius = setting.robots[0].wheel_radius
-        self.memory = first_numbers(law, setting)
-        self.constants: dict[str, _Constant] = {}
+        rows = np.asarray(law.begin(setting, 1), dtype=float)
+        self.memory = rows[:, 0, 0] if len(rows) else rows
+        self.constants: dict[str, tuple[float, str]] = {}  # each with its unit
         self.bases = rule_bases(law, how)
         self.called: dict[str, CSources] = {}
         self.torque = law.level == "torque"
@@ -92,7 +126,7 @@ class _Writer:
     def constant(self, text: str, value: float) -> CTerm:
         """A named number."""
         name, _, unit = text.partition(" ")
-        self.constants[name] = _Constant(value, unit)
+        self.constants[name] = value, unit
         return CTerm(name, "real")
 
     def read(self, table: CTable | Lane, row: Any) -> Any:
@@ -125,7 +159,7 @@ class _Writer:
         """A gain under its own name, or under all that lead to it where another number has that."""
         names = [SYMBOLS.get(name, name).upper() for name in path]
         told = _said(column, ", ")
-        taken = names[-1] in self.constants and self.constants[names[-1]].value != value
+        taken = names[-1] in self.constants and self.constants[names[-1]][0] != value
         return self.constant(f"{'_'.join(names) if taken else names[-1]} {told}", value)
 
     def _entry(self, table: CTable, row: int) -> Any:
@@ -136,7 +170,7 @@ class _Writer:
                 return CTerm("0.0", "real")
             case "column" | "path" | "base":
                 return CTable(table.name) if row < 0 else KnownValue(0)
-            case "seen" | "gains" | "rules" | "road" if row < 0:
+            case "seen" | "gains" | "road" if row < 0:
                 return table
             case "rules":
                 return table
@@ -186,18 +220,9 @@ class _Writer:
         inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS) if f"input->{field}" in f"{step} {held}")
         memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
-        header = self._header(inputs, outputs, look_ahead)
-        bases = tuple(self.called.values())
-        return LawSources(
-            self.name,
-            header,
-            self._source(step),
-            bases,
-            inputs,
-            memory,
-            outputs,
-            look_ahead if "ahead_x" in inputs else math.nan,
-        )
+        texts, bases = (self._header(inputs, outputs, look_ahead), self._source(step)), tuple(self.called.values())
+        ahead = look_ahead if "ahead_x" in inputs else math.nan
+        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead)
 
     def _step(self, one: Any) -> str:
         tree = parsed(one)
@@ -267,11 +292,11 @@ class _Writer:
         functions = [function.text for function in self.translator.done.values()]
         used = set(re.findall(r"\w+", " ".join([*functions, step])))
         constants = []
-        for name, held in self.constants.items():
+        for name, (number, unit) in self.constants.items():
             if name not in used:
                 continue
-            value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(held.value)
-            constants.append(f"static const {real} {name} = {value}; /* {comment(held.unit)} */")
+            value = f"{upper}_PERIOD_S" if name == "PERIOD" else self.number.constant(number)
+            constants.append(f"static const {real} {name} = {value}; /* {comment(unit)} */")
         places = ", ".join(f"{name} = {first}" for name, first in self.work.items() if name in used)
         starts = [
             f"    state->{name} = {self.number.constant(float(value))};"
@@ -303,6 +328,8 @@ class _Writer:
         fields = [f"    {real} {f}; /* {_input_said(f, look_ahead)} */" for f in inputs]
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
         state = state or ["    int nothing; /* this law remembers nothing */"]
+        told = [f"    {real} {f}; /* {said[f]} */" for f in outputs]
+        structs = {"input": fields, "state": state, "output": told}
         first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
         doc = f" by {self.how.sections}" if self.how.sections else ""
         period = self.number.constant(self.setting.period)
@@ -310,18 +337,7 @@ class _Writer:
             f"#define {upper}_PERIOD_S {period}",
             *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AIM_SYMBOLS[0] in inputs else []),
             "",
-            "typedef struct {",
-            *fields,
-            f"}} {name}_input;",
-            "",
-            "typedef struct {",
-            *state,
-            f"}} {name}_state;",
-            "",
-            "typedef struct {",
-            *(f"    {real} {f}; /* {said[f]} */" for f in outputs),
-            f"}} {name}_output;",
-            "",
+            *(line for kind, rows in structs.items() for line in ("typedef struct {", *rows, f"}} {name}_{kind};", "")),
             "/* Nothing is remembered yet. */",
             f"void {name}_init({name}_state *state);",
             "",
@@ -348,6 +364,15 @@ class _Writer:
             *guarded(name, declared),
         ]
         return "\n".join(text)
+
+
+def rule_bases(law: Any, how: Carried) -> dict[int, tuple[str, Sugeno]]:
+    """The rule bases of a law by where each begins in its packed rows: what it is called, and the system."""
+    found, place = {}, 0
+    for (name, fis), row in zip((how.bases(law) if how.bases else {}).items(), law.rule_rows(), strict=False):
+        found[place] = (name, fis)
+        place += len(row)
+    return found
 
 
 def _lanes(law: type[EquationLaw], equation: Equation) -> dict[str, Lane]:

@@ -2,8 +2,9 @@
 
 import ast
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import add, eq, floordiv, ge, gt, le, lt, mod, mul, ne, sub, truediv
 from typing import Any
 
 from fuzzy.compiled.columns import Columns
@@ -88,10 +89,8 @@ class Arithmetic:
     def term(self, value: Any) -> CTerm:
         """A value as a term."""
         if isinstance(value, KnownValue):
-            if isinstance(value.value, bool):
-                return CTerm(str(int(value.value)), "int")
             if isinstance(value.value, int):
-                return CTerm(str(value.value), "int")
+                return CTerm(str(int(value.value)), "int")
             return CTerm(self.real(value), "real", UNARY if value.value < 0 else ATOM)
         assert isinstance(value, CTerm), value
         return value
@@ -110,16 +109,16 @@ class Arithmetic:
         binds, sign = _BINDS[kind], _SIGNS[kind]
         if whole:
             return CTerm(f"{self.term(a).within(binds)} {sign} {self.term(b).within(binds - 1)}", "int", binds)
-        right = binds - 1 if kind in (ast.Sub, ast.Div) or _compound(b, binds) else binds
+        # A right side would be taken apart without brackets: C, as Python, adds from left to right
+        compound = isinstance(b, CTerm) and b.binds == binds
+        right = binds - 1 if kind in (ast.Sub, ast.Div) or compound else binds
         return CTerm(f"{self.real(a, binds)} {sign} {self.real(b, right)}", "real", binds)
 
     def negative(self, a: Any) -> Any:
         """−a."""
-        return (
-            KnownValue(-a.value)
-            if isinstance(a, KnownValue)
-            else CTerm(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
-        )
+        if isinstance(a, KnownValue):
+            return KnownValue(-a.value)
+        return CTerm(f"-{self.term(a).within(ATOM)}", self.term(a).kind, UNARY)
 
     def compared(self, operator: ast.cmpop, a: Any, b: Any) -> Any:
         """Whether a < b, and the like."""
@@ -132,11 +131,9 @@ class Arithmetic:
 
     def inverse(self, a: Any) -> Any:
         """Not a."""
-        return (
-            KnownValue(not a.value)
-            if isinstance(a, KnownValue)
-            else CTerm(f"!{self.term(a).within(ATOM)}", "int", UNARY)
-        )
+        if isinstance(a, KnownValue):
+            return KnownValue(not a.value)
+        return CTerm(f"!{self.term(a).within(ATOM)}", "int", UNARY)
 
     def joined(self, either: bool, parts: Sequence[Any]) -> Any:
         """All of them, or either."""
@@ -156,8 +153,8 @@ class Arithmetic:
             return yes if condition.value else no
         kinds = {self.term(yes).kind, self.term(no).kind}
         if kinds == {"int"}:
-            texts = self.term(yes).within(OR), self.term(no).within(CHOICE)
-            return CTerm(f"{condition.within(COMPARED)} ? {texts[0]} : {texts[1]}", "int", CHOICE)
+            first, second = self.term(yes).within(OR), self.term(no).within(CHOICE)
+            return CTerm(f"{condition.within(COMPARED)} ? {first} : {second}", "int", CHOICE)
         return CTerm(f"{condition.within(COMPARED)} ? {self.real(yes, OR)} : {self.real(no)}", "real", CHOICE)
 
     def called(self, name: str, arguments: Sequence[Any]) -> Any:
@@ -176,19 +173,12 @@ class Arithmetic:
             return KnownValue(_CALL[name](*values) if name in _CALL else getattr(math, name)(*values))
         if name == "isnan":
             return CTerm(f"isnan({self.real(arguments[0])})", "int")
-        suffix = self.number.suffix
-        own = {"min": "min_of", "max": "max_of"}
-        if name in own:
-            self.needed.add(own[name])
-            call = own[name]
+        if name in ("min", "max"):
+            call = f"{name}_of"
+            self.needed.add(call)
         else:
-            call = {"abs": "fabs"}.get(name, name) + suffix
+            call = {"abs": "fabs"}.get(name, name) + self.number.suffix
         return CTerm(f"{call}({', '.join(self.real(a) for a in arguments)})", "real")
-
-
-def _compound(b: Any, binds: int) -> bool:
-    """Whether a right side would be taken apart without brackets: C, as Python, adds from left to right."""
-    return isinstance(b, CTerm) and b.binds == binds
 
 
 def _simplified(kind: type, a: Any, b: Any) -> Any:
@@ -203,22 +193,10 @@ def _simplified(kind: type, a: Any, b: Any) -> Any:
     return None
 
 
-_FOLD = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
-    ast.FloorDiv: lambda a, b: a // b,
-    ast.Mod: lambda a, b: a % b,
-}
-_COMPARE = {
-    ast.Lt: lambda a, b: a < b,
-    ast.LtE: lambda a, b: a <= b,
-    ast.Gt: lambda a, b: a > b,
-    ast.GtE: lambda a, b: a >= b,
-    ast.Eq: lambda a, b: a == b,
-    ast.NotEq: lambda a, b: a != b,
-}
+_FOLD: dict[type, Callable[[Any, Any], Any]]
+_FOLD = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Div: truediv, ast.FloorDiv: floordiv, ast.Mod: mod}
+_COMPARE: dict[type, Callable[[Any, Any], Any]]
+_COMPARE = {ast.Lt: lt, ast.LtE: le, ast.Gt: gt, ast.GtE: ge, ast.Eq: eq, ast.NotEq: ne}
 _CALL: dict[str, Any] = {"min": min, "max": max, "abs": abs}
 PIECES = {
     "min_of": "static REAL min_of(REAL a, REAL b) {\n    return b < a ? b : a;\n}\n",

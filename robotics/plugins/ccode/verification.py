@@ -19,7 +19,7 @@ from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.plugins.ccode.writing import CLawFiles
 from robotics.simulation.loop import record_run
 from robotics.simulation.scenario.description import Scenario
-from robotics.world.paths.road import Road, rows_at
+from robotics.world.paths.road import rows_at
 from robotics.world.vehicle.plant import Level, saturate, velocity_limits
 
 _COUNTS = 1e12  # a turn: of encoders that count finely
@@ -122,7 +122,8 @@ class InC(Law[Any]):
         columns = dict(zip(names, seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
         if "ahead_x" in sources.inputs:
-            columns |= dict(zip(AIM_SYMBOLS, _ahead(road, seen.time + sources.look_ahead), strict=True))
+            ahead = rows_at(road, np.full(len(road.lengths), seen.time + sources.look_ahead))
+            columns |= dict(zip(AIM_SYMBOLS, ahead, strict=True))
         given = np.stack([np.broadcast_to(columns[field], shape).ravel() for field in sources.inputs], axis=1)
         said = np.empty((len(states), len(sources.outputs)))
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):
@@ -143,10 +144,6 @@ class InC(Law[Any]):
             off = np.abs(by_name[f"wheel_{side}"] - (can_v + sign * half * can_w) / radius)
             self.kept["wheels"] = max(self.kept["wheels"], float(np.nanmax(off, initial=0.0)))
         return Command(v, w, v, w), memory
-
-
-def _ahead(road: Road, time: float) -> np.ndarray:
-    return rows_at(road, np.full(len(road.lengths), time))
 
 
 def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequence[int] = (1, 2, 3)) -> VerifiedLaw:
@@ -193,9 +190,8 @@ def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]
     setting = scenario.setting
     apart = _apart(law, in_c, setting, seeds)
     steps, fine = in_c.kept["steps"], apart
-    if (
-        in_c.c.number == "double" and apart > _LIMIT
-    ):  # one encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
+    # One encoder count sooner or later is 1e-5 m, and the law's last bit decides about it
+    if in_c.c.number == "double" and apart > _LIMIT:
         robots = tuple(replace(robot, counts_per_turn=_COUNTS) for robot in setting.robots)
         fine = _apart(law, in_c, replace(setting, robots=robots), seeds)
     return DriveDifference(scenario.name, seeds, apart, fine, in_c.kept["wheels"], steps)

@@ -20,7 +20,6 @@ linear inequalities, and V falls on its boundary: with v_r in its range, what st
 """
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,10 +106,8 @@ class SectorModel:
 
     def feedback(self) -> np.ndarray:
         """The rows k (corners, 3) [rad/s per m, m, rad] whose products k e enclose ω − ω_r by their convex hull."""
-        rows = [
-            (0, ay * self.law.ky, apsi * self.law.kpsi * s) for _, ay, apsi in self.speeds() for s in self.sectors()
-        ]
-        return np.array(rows)
+        ky, kpsi = self.law.ky, self.law.kpsi
+        return np.array([(0, ay * ky, apsi * kpsi * s) for _, ay, apsi in self.speeds() for s in self.sectors()])
 
     def grid(self, points: int) -> np.ndarray:
         """The matrices A (n, 3, 3) on a dense grid of the premises, with ``points`` values of each premise.
@@ -183,13 +180,11 @@ class Certificate:
         k = self.model.feedback()
         along = np.array([[law.kx, 0.0, 0.0]])
         wheels = np.concatenate([along + robot.half_axle * k, along - robot.half_axle * k])
+        of_wheels = robot.wheel_speed_limit - model.speed_high - robot.half_axle * model.reference_turn
         limits = (  # what the reference leaves of a limit, and what of it the feedback takes at V = 1
             (robot.v_max - model.speed_high, _reach(self.P, along)),
             (robot.w_max - model.reference_turn, _reach(self.P, k)),
-            (
-                robot.wheel_speed_limit - model.speed_high - robot.half_axle * model.reference_turn,
-                _reach(self.P, wheels),
-            ),
+            (of_wheels, _reach(self.P, wheels)),
         )
         return float(np.clip(min(left / taken.max() for left, taken in limits), 0.0, 1.0))
 
@@ -426,15 +421,10 @@ def try_out(
             share = np.clip(rng.uniform(-0.25, 1.25, (2, starts)), 0, 1)
             v_r = model.speed_low + (model.speed_high - model.speed_low) * share[0]
             w_r = model.reference_turn * (2 * share[1] - 1)
-        e = _advanced(model.law, e, v_r, w_r, step)
+        k = [error_rates(model.law, e, v_r, w_r)]
+        for part in (0.5, 0.5, 1.0):
+            k.append(error_rates(model.law, e + part * step * k[-1], v_r, w_r))
+        e = e + step / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3])
         errors.append(e)
     path = np.stack(errors)
     return CertificateTrial(time=step * np.arange(steps + 1), errors=path, levels=certificate.level(path))
-
-
-def _advanced(law: Lyapunov, e: np.ndarray, v_r: np.ndarray, w_r: np.ndarray, h: float) -> np.ndarray:
-    slopes: Sequence[float] = (0.5, 0.5, 1.0)
-    k = [error_rates(law, e, v_r, w_r)]
-    for part in slopes:
-        k.append(error_rates(law, e + part * h * k[-1], v_r, w_r))
-    return e + h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3])

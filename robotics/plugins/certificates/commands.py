@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from robotics.plugins.certificates.certificate import Certificate, SectorModel
     from robotics.simulation.scenario.robots import RobotModel
 
+_DISTANCES = (0.0, 10.0)  # m
+
 
 def certify(
     *,
@@ -25,10 +27,7 @@ def certify(
         str, option("lyapunov, or pdc: parallel compensation, whose own options are the next three.")
     ] = "lyapunov",
     rule_base: Annotated[str, option("pdc: the rule base whose sets of distance and alpha it uses.")] = ("tracking"),
-    distance: Annotated[tuple[float, float], option("pdc: range of the rules' distances, m.", "LOW HIGH")] = (
-        0.0,
-        10.0,
-    ),
+    distance: Annotated[tuple[float, float], option("pdc: range of the rules' distances, m.", "LOW HIGH")] = _DISTANCES,
     alpha: Annotated[float, option("pdc: bound of the rules' |alpha|, rad.")] = 0.5,
     gains: Annotated[
         "Lyapunov",
@@ -91,13 +90,8 @@ def certify(
     x, y, psi = (float(width) for width in found.half_widths)
     report: dict[str, Any] = {
         "law": {name: getattr(gains, name) for name in ("kx", "ky", "kpsi", "form", "catch_up")},
-        "premises": {
-            "speed": speed,
-            **{name: getattr(model, name) for name in ("reference_turn", "turn", "heading")},
-        },
-        "decay": found.decay,
-        "fastest": found.fastest,
-        "P": found.P,
+        "premises": {"speed": speed, **{name: getattr(model, name) for name in ("reference_turn", "turn", "heading")}},
+        **{name: getattr(found, name) for name in ("decay", "fastest", "P")},
         "region": {"x": x, "y": y, "heading": psi},
         "largest_turn": found.largest_turn,
         "largest_speed": found.largest_speed,
@@ -155,15 +149,12 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
             for (d, a), A, B, K in zip(found.points.tolist(), found.A, found.B, found.K, strict=True)
         ],
         "pairs": pairs,
-        "P": found.P,
-        "decay": found.decay,
-        "slowest_pole": found.slowest_pole,
-        "worst_eigenvalue": found.worst_eigenvalue,
+        **{name: getattr(found, name) for name in ("P", "decay", "slowest_pole", "worst_eigenvalue")},
         "certified": [
             f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
             f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
             f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
-            f"e^(−{rate(found.decay)} t).",
+            f"e^(−{rate(found.decay)} t)."
         ],
         "not_certified": [
             "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, "

@@ -59,12 +59,8 @@ def certify_compensation(
     """
     if not np.allclose(law.alphas, -law.alphas[::-1], atol=1e-3):
         raise CertificateError(f"{law.rule_base}: the sets of alpha must be mirror images of each other")
-    rules = [
-        (i, j)
-        for i, d in enumerate(law.distances)
-        for j, alpha in enumerate(law.alphas)
-        if least <= d <= most and abs(alpha) <= turn
-    ]
+    far = [i for i, d in enumerate(law.distances) if least <= d <= most]
+    rules = [(i, j) for i in far for j, alpha in enumerate(law.alphas) if abs(alpha) <= turn]
     if not rules:
         peaks = ", ".join(f"{d:g}" for d in law.distances)
         raise CertificateError(

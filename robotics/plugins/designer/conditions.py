@@ -11,16 +11,10 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from robotics.laws.specification import Specification
 from robotics.plugins.designer.uses import TryoutError
+from robotics.simulation.scenario import robots as models
 from robotics.simulation.scenario.description import Member, Scenario, ScenarioError
 from robotics.simulation.scenario.reading import load_scenario, scenario_file, scenario_from_table, scenario_names
-from robotics.simulation.scenario.robots import (
-    RobotModel,
-    load_robot,
-    parse_robot,
-    robot_file,
-    robot_files,
-    robot_names,
-)
+from robotics.simulation.scenario.robots import RobotModel, load_robot, parse_robot, robot_names
 from robotics.tables.text import reading
 from robotics.world.sensing.posture import Sensing
 
@@ -71,7 +65,7 @@ def _named_robots(name: str, text: str, folder: str) -> tuple[Path, ...]:
     except (ValueError, RecursionError):  # it is said where the text is read
         return ()
     home, found = _home(name, folder), []
-    for said in robot_files(table, home):
+    for said in models.robot_files(table, home):
         path = (home / said).resolve()
         if folder and not (path.is_relative_to(folder) and path.is_file()):
             raise TryoutError(f"{file_name(name)}: there is no robot {said!r} in the opened folder")
@@ -103,24 +97,19 @@ def packaged_text(what: str, name: str) -> str:
     names = scenario_names() if what == "scenario" else robot_names()
     if name not in names:
         raise TryoutError(expected(name, names, what))
-    return (scenario_file if what == "scenario" else robot_file)(name).text
+    return (scenario_file if what == "scenario" else models.robot_file)(name).text
 
 
-def conditioned(
-    name: str, text: str | None, robot: str, robot_text: str | None, robot_of: int, noise: bool, folder: str = ""
-) -> Scenario:
+def conditioned(file: tuple[str, str | None, str], driver: tuple[str, str | None, int], noise: bool) -> Scenario:
     """A scenario under the conditions of a trial. Raises ScenarioError, RobotError or TryoutError.
 
     Args:
-        name: The scenario of the package, or the name of the file that holds ``text``.
-        text: That of a scenario file.
-        robot: Empty: as the scenario says; else a robot of the package, or the name of the file with ``robot_text``.
-        robot_text: That of a robot file.
-        robot_of: The number of the robot that is another, from 1; 0: all of them.
+        file: As of :func:`scenario_of`: the scenario of the package, or a file's name and its text; and the folder.
+        driver: Empty: as the scenario says; else a robot of the package, or a file's name, and its text; and the number
+            of the robot that is another, from 1; 0: all of them.
         noise: Whether there is noise, see :func:`exact`.
-        folder: As of :func:`scenario_of`.
     """
-    return _conditioned((name, text, folder), (robot, robot_text, robot_of), noise, _states(name, text, folder))
+    return _conditioned(file, driver, noise, _states(*file))
 
 
 @lru_cache(maxsize=64)

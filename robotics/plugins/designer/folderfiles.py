@@ -1,22 +1,29 @@
-"""Scenarios, robots and laws in the folder that the designer serves; nothing outside it is read or written."""
+"""Scenarios, robots and laws in the folder that the designer serves, the text that is edited, and a panel's files.
+
+Nothing outside the folder is read or written. Files are read in another process, and read anew once they change.
+"""
 
 import ast
+import asyncio
 import hashlib
 import re
 import tomllib
-from collections.abc import Awaitable, Callable, Iterator
-from dataclasses import fields
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, check_size
-from fuzzy.plugins.designer.saving import save_text
+from fuzzy.plugins.designer.saving import OverwriteError, save_text
+from fuzzy.plugins.designer.session import PanelSession
 from fuzzy.plugins.designer.workers import WorkError
 from robotics.plugins.designer.uses import TryoutError
 from robotics.world.vehicle.robot import Robot
 
+TEXT_KINDS = ("scenario", "robot")
 _ROBOTS = re.compile(rb"^\s*(\[\[\s*robots\s*\]\]|robots\s*=)", re.MULTILINE)  # what every scenario has
+_LOOK = 1.0  # s between two looks at the files
 _TYPICAL = 3  # of a robot's numbers are enough to take a file for a robot's
 
 
@@ -85,9 +92,7 @@ class FolderOffers:
 
     def found(self, own: Path) -> dict[str, list[str]]:
         """The names of scenarios, of robots, and of what to compare with: rule bases but ``own``, "file.py:Law"."""
-        known = {
-            name: self._known.get(name, (None, FileOffer()))[1] for names in self._names.values() for name in names
-        }
+        known = {n: self._known.get(n, (None, FileOffer()))[1] for names in self._names.values() for n in names}
         bases = [name for name in self._names[".fis"] if self._folder.path / name != own]
         return {
             "scenarios": [name for name, offer in known.items() if offer.scenario],
@@ -123,17 +128,14 @@ def _laws(data: bytes) -> Iterator[str]:
         return
     laws: set[str] = set()
     for node in tree.body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-            bases = [_last_name(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases]
-            if any(base.endswith("Law") or base in laws for base in bases):
-                laws.add(node.name)
-                yield node.name
-        elif isinstance(node, ast.Assign) and _is_preset(node.value):
-            yield from (target.id for target in node.targets if isinstance(target, ast.Name))
-
-
-def _is_preset(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and _last_name(node.func) == "Preset"
+        match node:
+            case ast.ClassDef(name=name) if not name.startswith("_"):
+                bases = [_last_name(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases]
+                if any(base.endswith("Law") or base in laws for base in bases):
+                    laws.add(name)
+                    yield name
+            case ast.Assign(value=ast.Call(func=func)) if _last_name(func) == "Preset":
+                yield from (target.id for target in node.targets if isinstance(target, ast.Name))
 
 
 def _last_name(node: ast.expr) -> str:
@@ -192,3 +194,177 @@ def changed_at(folder: Folder, name: str) -> tuple[int, int] | None:
     except OSError:
         return None
     return state.st_mtime_ns, state.st_size
+
+
+# A text under edit ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TextDesk:
+    """One text under edit; a desk never changes, each step gives the next one."""
+
+    what: str  # "scenario" or "robot"
+    file: FolderText  # as it was read or saved last; without a digest it comes with the package or from elsewhere
+    text: str  # as it is edited
+    copy: int  # counts the texts that came from here, which the page then shows anew
+    problem: tuple[int | None, str] | None = None  # the line, if it is known, and what is wrong there
+    asks: str = ""  # why saving needs a word more: it would overwrite something
+
+    @property
+    def saved(self) -> bool:
+        """Whether the file in the folder holds the text."""
+        return self.file.digest is not None and self.text == self.file.text
+
+    @property
+    def edited(self) -> bool:
+        """Whether the text is another than the one that was opened."""
+        return self.text != self.file.text
+
+    def written(self, text: Any) -> "TextDesk":
+        """With another text. Raises TryoutError for one that is too long, or none."""
+        if not isinstance(text, str):
+            raise TryoutError("a file is edited as text")
+        return replace(self, text=checked_text(self.file.name, text.encode("utf-8", "replace")), asks="")
+
+    def judged(self, fault: dict[str, Any]) -> "TextDesk":
+        """With what :func:`robotics.plugins.designer.tryout.checked` says of the text."""
+        return replace(self, problem=(fault["line"], fault["message"]) if fault else None)
+
+    def reverted(self) -> "TextDesk":
+        """With the text as it was opened or saved."""
+        return replace(self, text=self.file.text, copy=self.copy + 1, asks="")
+
+    def reread(self, file: FolderText) -> "TextDesk":
+        """After the file has changed on disk: an edited text stays, and saving will ask."""
+        if self.edited:
+            asks = f"{file.name} was changed on disk by another program; saving overwrites that"
+            return replace(self, asks=asks)
+        return replace(self, file=file, text=file.text, copy=self.copy + 1)
+
+    def saved_as(self, folder: Folder, name: str, overwrite: bool) -> "TextDesk":
+        """After writing the text to the file ``name``; where it would overwrite what was not read, it asks instead.
+
+        Raises FolderError or DocumentError where it cannot be written.
+        """
+        try:
+            file = write_text_file(folder, self.file._replace(text=self.text), name, overwrite)
+        except OverwriteError as error:
+            return replace(self, asks=str(error))
+        return replace(self, file=file, asks="")
+
+    def shown(self) -> dict[str, Any]:
+        """What the page shows; the text is the one that was opened, which the page itself edits."""
+        line, message = self.problem or (None, "")
+        return {
+            "what": self.what,
+            "name": self.file.name,
+            "own": self.file.digest is not None,
+            "text": self.file.text,
+            "copy": self.copy,
+            "saved": self.saved,
+            "edited": self.edited,
+            "line": line,
+            "message": message,
+            "asks": self.asks,
+        }
+
+
+# The files of a panel -----------------------------------------------------------------------------------------------
+
+
+class FolderSession(PanelSession):
+    """The files that one page has chosen, by what they are to it; a page waits for none of them.
+
+    A subclass says in :meth:`say_busy` that one is read, goes on in :meth:`go`, and reads in :meth:`reread` one that
+    has changed. Of each kind the latest choice counts: what an earlier reading gives is dropped.
+    """
+
+    def __init__(self, bench: Any) -> None:
+        super().__init__(bench)
+        self.offers = FolderOffers(self.folder, bench.read)
+        self.seen = False  # files are looked at for a page that somebody looks at
+        self.reads: dict[str, object] = {}  # the mark of the latest reading of each kind
+        self.reading: dict[str, asyncio.Task[None]] = {}
+        self.watched: dict[str, tuple[str, Any]] = {}  # the name of each file, and its state when it was read
+        self._watch: asyncio.TimerHandle | None = None
+
+    def begin_reading(self, what: str, work: Callable[[object], Coroutine[Any, Any, None]]) -> asyncio.Task[None]:
+        """Begin to read what is ``what``, with its mark in ``reads``; an earlier reading of that is overtaken."""
+        self.reads[what] = mine = object()
+        task = asyncio.get_running_loop().create_task(work(mine))
+        self.reading[what] = task
+        return task
+
+    def read_then(self, what: str, name: str, then: Callable[[Any], None], function: Any, *args: Any) -> None:
+        """Do ``then`` with what reading the file ``name`` gives, unless something else is ``what`` by then."""
+
+        async def work(mine: object) -> None:
+            self.say_busy("file")
+            try:
+                found = await self.bench.read(name, function, *args)
+                if self.reads[what] is mine:
+                    then(found)
+            except (InputError, WorkError) as error:
+                if self.reads[what] is mine:
+                    self.refuse(error, {"do": "choose", "name": what})
+            finally:
+                self.say_busy(None)
+            self.go()
+
+        self.begin_reading(what, work)
+
+    def list_files(self, _: dict[str, Any]) -> None:
+        """Show what the folder offers, once it has been looked at."""
+        if "list" not in self.reads:
+            self.begin_reading("list", self._offer)
+
+    _do_list = list_files
+
+    async def _offer(self, _: object) -> None:
+        # A file that takes too long is said and left out.
+        try:
+            late = await self.offers.look()
+            self.widget.update(files=self.offers.found(self.bench.document.path))
+            if late:
+                self.widget.update(problem={"message": late})
+        finally:
+            del self.reads["list"]
+
+    def watch(self, what: str, name: str) -> None:
+        """Watch the file ``name`` as what is ``what``, from its present state on."""
+        self.watched[what] = name, changed_at(self.folder, name)
+
+    def forget_file(self, what: str) -> None:
+        """Watch no longer what is ``what``, and drop what is being read of it."""
+        self.reads[what] = object()
+        self.watched.pop(what, None)
+
+    def _look(self) -> None:
+        """Read the files anew that have changed, and look again in a second while the panel is seen."""
+        if self._watch is not None:
+            self._watch.cancel()
+        self._watch = asyncio.get_running_loop().call_later(_LOOK, self._look) if self.seen else None
+        for what, (name, before) in list(self.watched.items()) if self.seen else ():
+            if changed_at(self.folder, name) != before:
+                self.watch(what, name)
+                self.reread(what, name)
+
+    def close(self) -> None:
+        """Read and look no more."""
+        self.seen = False
+        for task in self.reading.values():
+            task.cancel()
+        if self._watch is not None:
+            self._watch.cancel()
+
+    def say_busy(self, what: str | None) -> None:
+        """Say what is waited for; None: nothing."""
+        raise NotImplementedError
+
+    def go(self) -> None:
+        """Go on after a choice."""
+        raise NotImplementedError
+
+    def reread(self, what: str, name: str) -> None:
+        """Begin to read what is ``what`` anew: the file ``name`` has changed."""
+        raise NotImplementedError

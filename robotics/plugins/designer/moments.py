@@ -61,14 +61,7 @@ def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
     step = float(asked.time[1] - asked.time[0]) if len(asked.time) > 1 else 0.0
     return {
         "edges": [round(float(t), 6) for t in (*asked.time[edges[:-1]], asked.time[-1] + step)],
-        "rows": [
-            {
-                "rule": n + 1,
-                "text": str(fis.rules[n]),
-                "shares": rounded_list(means[:, n]),
-            }
-            for n in order
-        ],
+        "rows": [{"rule": n + 1, "text": str(fis.rules[n]), "shares": rounded_list(means[:, n])} for n in order],
     }
 
 

@@ -18,43 +18,19 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import expected
 from fuzzy.plugins.designer.folder import check_size
-from fuzzy.plugins.designer.session import refusal_of
+from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
-from robotics.plugins.designer import tryout
+from robotics.plugins.designer import folderfiles, severalseeds, tryout
 from robotics.plugins.designer.conditions import packaged_text
-from robotics.plugins.designer.folderfiles import (
-    FolderText,
-    changed_at,
-    checked_text,
-    law_path,
-    read_text_file,
-)
-from robotics.plugins.designer.foldersession import FolderSession
+from robotics.plugins.designer.folderfiles import FolderSession, FolderText, TextDesk
 from robotics.plugins.designer.moments import RunMoments, rule_times
-from robotics.plugins.designer.seedrounds import COUNTS, SeedRounds, Work
-from robotics.plugins.designer.severalseeds import (
-    RANKED_BY,
-    design_seeds,
-    rival_seeds,
-    state_of,
-    summary,
-    system_seeds,
-    worst_seed,
-)
-from robotics.plugins.designer.textdesk import TEXT_KINDS, TextDesk
+from robotics.plugins.designer.severalseeds import COUNTS, SeedRounds, Work
 from robotics.plugins.designer.tryout import TryoutTrial
 from robotics.plugins.designer.uses import TryoutError
 
-_ORDER = (
-    "check",
-    "course",
-    "tried",
-    "choices",
-    "before",
-    "rival",
-    "rules",
-)  # the first things to look at are made first
+# The first things to look at are made first
+_ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
 _REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _KEPT = 32  # runs of rivals
@@ -66,16 +42,15 @@ _MODULE = Path(__file__).parent / "static" / "tryout.js"
 class TryoutSession(FolderSession):
     """The trials of one page: the choices, the runs that are known, and those that are still to be made.
 
-    A drag runs one seed; several are run once nothing else is wanted, see robotics.plugins.designer.seedrounds.
+    A drag runs one seed; several are run once nothing else is wanted, see :class:`SeedRounds`.
     """
 
     error = TryoutError
 
     def __init__(self, bench: Any) -> None:
         super().__init__(bench)
-        self.wish = TryoutTrial(
-            folder=str(self.folder.path)
-        )  # what was chosen; what is empty is chosen to suit the system
+        # What was chosen; what is empty is chosen to suit the system
+        self.wish = TryoutTrial(folder=str(self.folder.path))
         self.trial: TryoutTrial | None = None  # what follows from it; none: the system or the scenario is no good
         self.rival = ""  # empty: what suits the system
         self.beside = False  # its run is played beside that of the design
@@ -84,7 +59,7 @@ class TryoutSession(FolderSession):
         # A new system has no file, and one may have been spoilt meanwhile.
         self.before, self.label = self.present, "as opened"
         self.opening: asyncio.Task[None] | None = None  # reads the file, once the panel is seen
-        self.place: dict[str, Any] = {}
+        self.course: dict[str, Any] = {}  # of the place that the system has found
         self.variables: Any = None  # those of the system that found this place
         self.last: tuple[Any, ...] = ()  # the latest run: its trial, its system, and what is shown of it
         self.known: dict[tuple[Any, ...], dict[str, Any]] = {}  # runs of rivals
@@ -101,12 +76,8 @@ class TryoutSession(FolderSession):
         self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
         self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
-        self.put(
-            _MODULE,
-            files=files,
-            trial=self._trial(),
-            **dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment")),
-        )
+        later = dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment"))
+        self.put(_MODULE, files=files, trial=self._trial(), **later)
         bench.on_change(self._changed)
         bench.on_close(self.close)
 
@@ -159,14 +130,18 @@ class TryoutSession(FolderSession):
         name, value = content.get("name"), content.get("value")
         if name not in _CHOICES:
             raise TryoutError(expected(str(name), _CHOICES, "choice"))
-        if name in ("scenario", "robot"):
-            self._choose_text(name, str(value))
-        elif name in ("rival", "law", "count", "shown", "beside"):
-            does = {"rival": self._choose_rival, "law": self._choose_law, "count": self._count, "shown": self._pick}
-            (does | {"beside": self._play_beside})[name](value)
+        choose = act_of(self, name, "_choose_")
+        if choose is not None:
+            choose(value)
         else:
             change: dict[str, Any] = {name: value}
             self._want(replace(self.wish, **change))
+
+    def _choose_scenario(self, name: Any) -> None:
+        self._choose_text("scenario", str(name))
+
+    def _choose_robot(self, name: Any) -> None:
+        self._choose_text("robot", str(name))
 
     def _choose_text(self, what: str, name: str) -> None:
         """Take another scenario or robot: one of the package, or a file of the folder."""
@@ -175,14 +150,14 @@ class TryoutSession(FolderSession):
             self._want(self._with(what, name, None))
             return
         self.folder.inside(name, ".toml")
-        state = changed_at(self.folder, name)
+        state = folderfiles.changed_at(self.folder, name)
 
         def take(file: FolderText) -> None:
             self._put_away(what)
             self.watched[what] = name, state
             self._want(self._with(what, name, file.text))
 
-        self.read_then(what, name, take, read_text_file, self.folder, name)
+        self.read_then(what, name, take, folderfiles.read_text_file, self.folder, name)
 
     def _with(self, what: str, name: str, text: str | None) -> Any:
         """The wish with another scenario or robot."""
@@ -200,33 +175,28 @@ class TryoutSession(FolderSession):
 
     def _choose_rival(self, value: Any) -> None:
         """Take another law to compare with; the folder's are looked at only now that they are asked for."""
-        if isinstance(value, str) and value.endswith(".fis"):
-            self.folder.inside(value)
-            self._take_rival(value, value)
-        elif isinstance(value, str) and ".py:" in value:
-            file = value.rpartition(":")[0]
-            self.folder.inside(file, ".py")
-            self._take_rival(value, file)
-        else:
-            known = [n for pairs in self._rivals().values() for n, _ in pairs]
-            if value not in known:
-                raise TryoutError(expected(str(value), known, "law to compare with"))
-            self.forget_file("rival")
-            self._set_rival(value, None)
+        if isinstance(value, str) and (value.endswith(".fis") or ".py:" in value):
+            file, ending = (value, ".fis") if value.endswith(".fis") else (value.rpartition(":")[0], ".py")
+            self.folder.inside(file, ending)
+            state = folderfiles.changed_at(self.folder, file)
 
-    def _take_rival(self, value: str, file: str) -> None:
-        """Compare with a rule base or a law of the folder, once its file is read."""
-        state = changed_at(self.folder, file)
+            def take(found: Any) -> None:
+                self.watched["rival"] = file, state
+                self._set_rival(value, found)
 
-        def take(found: Any) -> None:
-            self.watched["rival"] = file, state
-            self._set_rival(value, found)
-
-        self.read_then("rival", file, take, *self._rival_reading(value))
+            self.read_then("rival", file, take, *self._rival_reading(value))
+            return
+        if self.choices is None:
+            raise TryoutError("the panel is not ready yet")
+        known = [n for pairs in self.choices["rivals"].values() for n, _ in pairs]
+        if value not in known:
+            raise TryoutError(expected(str(value), known, "law to compare with"))
+        self.forget_file("rival")
+        self._set_rival(value, None)
 
     def _rival_reading(self, value: str) -> tuple[Any, ...]:
         """The function that reads a rival of the folder, and what it takes."""
-        return (self.folder.read, value) if value.endswith(".fis") else (law_path, self.folder, value)
+        return (self.folder.read, value) if value.endswith(".fis") else (folderfiles.law_path, self.folder, value)
 
     def _set_rival(self, value: str, found: Any) -> None:
         """Compare with ``value``: with the law of the package, or what its file was ``found`` to hold."""
@@ -235,7 +205,7 @@ class TryoutSession(FolderSession):
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
-    def _play_beside(self, value: Any) -> None:
+    def _choose_beside(self, value: Any) -> None:
         """Play the rival's run, too, beside that of the design."""
         if not isinstance(value, bool):
             raise TryoutError(f"beside must be true or false, got {value!r}")
@@ -243,7 +213,7 @@ class TryoutSession(FolderSession):
         self.wanted |= {"rival"}
         self.widget.update(trial=self._trial())
 
-    def _count(self, value: Any) -> None:
+    def _choose_count(self, value: Any) -> None:
         if isinstance(value, bool) or value not in COUNTS:
             raise TryoutError(f"the number of seeds is one of {', '.join(map(str, COUNTS))}; got {value!r}")
         before = self.rounds.shown(self.wish.seed)
@@ -254,7 +224,7 @@ class TryoutSession(FolderSession):
         self.widget.update(trial=self._trial(), seeds=None)
         self._settled_down()
 
-    def _pick(self, value: Any) -> None:
+    def _choose_shown(self, value: Any) -> None:
         """Draw and play another one of several seeds."""
         if isinstance(value, bool) or value not in self.rounds.seeds(self.wish.seed):
             raise TryoutError(f"there is no seed {value!r} among those that were run")
@@ -263,12 +233,12 @@ class TryoutSession(FolderSession):
 
     def _choose_law(self, value: Any) -> None:
         """Take another of the laws that the system fits; a scenario that it does not drive gives way."""
-        laws = {f"{law}/{task}": (law, task, kinds) for law, task, _, kinds in self._course().get("laws", [])}
+        laws = {f"{law}/{task}": (law, task, kinds) for law, task, _, kinds in self.course.get("laws", [])}
         if value not in laws:
             raise TryoutError(expected(str(value), laws, "law"))
         law, task, kinds = laws[value]
         wish = replace(self.wish, law=law, task=task)
-        if self._course()["kind"] not in kinds:
+        if self.course["kind"] not in kinds:
             self._put_away("scenario")
             wish = replace(wish, scenario="", text=None, robot_of=0)
             self.needs = None
@@ -280,7 +250,7 @@ class TryoutSession(FolderSession):
         if not isinstance(name, str) or not name.lower().endswith(".toml") or not isinstance(text, str):
             raise TryoutError("a scenario is a .toml file")
         name = name.replace("\\", "/").rpartition("/")[2][-100:]
-        text = checked_text(name, text.encode("utf-8", "replace"))
+        text = folderfiles.checked_text(name, text.encode("utf-8", "replace"))
         self._put_away("scenario")
         self._want(self._with("scenario", name, text))
 
@@ -299,17 +269,13 @@ class TryoutSession(FolderSession):
             raise TryoutError("choose a robot first: what the scenario says of its robots is edited in the scenario")
 
         def lay(file: FolderText) -> None:
-            self.open = what
-            self.wanted |= {"check"}
-            self._lay(TextDesk(what, file, file.text, next(self.copies)))
+            self._turn_to(TextDesk(what, file, file.text, next(self.copies)))
 
         if what in self.desks:
-            self.open = what
-            self.wanted |= {"check"}
-            self._show_desk()
+            self._turn_to(self.desks[what])
         elif what in self.watched:
             file = self.watched[what][0]
-            self.read_then(what, file, lay, read_text_file, self.folder, file)
+            self.read_then(what, file, lay, folderfiles.read_text_file, self.folder, file)
         else:
             lay(FolderText(name, packaged_text(what, name) if text is None else text, None))
 
@@ -322,8 +288,8 @@ class TryoutSession(FolderSession):
 
     def _what(self, content: dict[str, Any]) -> str:
         what = content.get("what")
-        if what not in TEXT_KINDS:
-            raise TryoutError(expected(str(what), TEXT_KINDS, "text"))
+        if what not in folderfiles.TEXT_KINDS:
+            raise TryoutError(expected(str(what), folderfiles.TEXT_KINDS, "text"))
         return str(what)
 
     def _desk(self, content: dict[str, Any]) -> TextDesk:
@@ -333,10 +299,7 @@ class TryoutSession(FolderSession):
         return self.desks[what]
 
     def _do_text(self, content: dict[str, Any]) -> None:
-        desk = self._desk(content).written(content.get("text"))
-        self._lay(desk)
-        self.open = desk.what
-        self.wanted |= {"check"}
+        self._turn_to(self._desk(content).written(content.get("text")))
 
     def _do_revert(self, content: dict[str, Any]) -> None:
         self._lay(self._desk(content).reverted())
@@ -351,6 +314,12 @@ class TryoutSession(FolderSession):
             if not desk.problem:
                 self._want(self._with(desk.what, desk.file.name, desk.file.text))
             self.list_files({})
+
+    def _turn_to(self, desk: TextDesk) -> None:
+        """Show a desk, and check its text."""
+        self.open = desk.what
+        self.wanted |= {"check"}
+        self._lay(desk)
 
     def _lay(self, desk: TextDesk) -> None:
         self.desks[desk.what] = desk
@@ -389,7 +358,7 @@ class TryoutSession(FolderSession):
         if what == "rival":
             self.begin_reading(what, self._reread_rival)
         else:
-            self.read_then(what, name, partial(self._reread, what, name), read_text_file, self.folder, name)
+            self.read_then(what, name, partial(self._reread, what, name), folderfiles.read_text_file, self.folder, name)
 
     async def _reread_rival(self, mine: object) -> None:
         """Compare with the rival's file as it is now, or say that it cannot be."""
@@ -464,10 +433,8 @@ class TryoutSession(FolderSession):
             self.widget.update(**{what: why} | ({"problem": None} if what == "tried" else {}))
             if what == "tried":
                 self._rules_soon()
-        elif what == "rules" and said is None:
-            self.widget.update(rules=data)
-        elif what == "choices" and said is None:
-            self.widget.update(choices=data)
+        elif what in ("rules", "choices") and said is None:
+            self.widget.update(**{what: data})
 
     def _rules_soon(self) -> None:
         """Find which rule ruled when, once the design rests: a drag waits for what is drawn of its runs alone."""
@@ -483,7 +450,7 @@ class TryoutSession(FolderSession):
     def _settle(self, place: dict[str, Any] | None, said: dict[str, Any] | None) -> None:
         """Go on with the place that the system has found, or say why there is none."""
         if place is None:
-            self.trial, self.place = None, {}
+            self.trial, self.course = None, {}
             self.wanted -= _RUNS
             self.rounds.forget()
             self.widget.update(trial=self._trial(), problem=said, **dict.fromkeys(("course", "seeds", *_RUNS)))
@@ -498,8 +465,8 @@ class TryoutSession(FolderSession):
             self.wanted |= _RUNS
             self.rounds.forget()
             self.widget.update(seeds=None)
-        self.trial, self.place = trial, place
-        self.widget.update(trial=self._trial(), course=place["course"], problem=None)
+        self.trial, self.course = trial, place["course"]
+        self.widget.update(trial=self._trial(), course=self.course, problem=None)
 
     def _forget_laws(self) -> None:
         """Find laws anew for a scenario of another group: one that is blind to obstacles was not chosen among them."""
@@ -509,7 +476,8 @@ class TryoutSession(FolderSession):
         self._want(replace(self.wish, law="", task=""))
 
     async def _made(self, what: str) -> dict[str, Any] | None:
-        fis, trial, keys = self.present, self._driven(), self._keys()
+        fis, trial = self.present, self._driven()
+        keys = tuple(line.key for line in self.bench.document.design.lines if line.enabled)
         if what == "check":
             await self._check()
             return None
@@ -522,7 +490,10 @@ class TryoutSession(FolderSession):
         if trial is None:
             return None
         if what == "rules":
-            return await self._rule_times()
+            moments, number = self.moments, self.moments.number
+            if moments.asked is None or moments.system is None or self.course["played"]:
+                return None  # of robots that are played the player's data say it
+            return await self.bench.background(rule_times, moments.system, moments.asked) | {"number": number}
         if what == "tried":
             made = await self.bench.background(tryout.design_data, fis, trial)
             self.last = trial, fis, made
@@ -535,12 +506,6 @@ class TryoutSession(FolderSession):
                 return _beside(self.last[2]) | label
             return _beside(await self.bench.background(tryout.design_data, self.before, trial)) | label
         return await self._beside_rival(trial)
-
-    async def _rule_times(self) -> dict[str, Any] | None:
-        moments, number = self.moments, self.moments.number
-        if moments.asked is None or moments.system is None or self._course()["played"]:
-            return None  # of robots that are played the player's data say it
-        return await self.bench.background(rule_times, moments.system, moments.asked) | {"number": number}
 
     async def _check(self) -> None:
         desk = self.desks.get(self.open)
@@ -582,16 +547,16 @@ class TryoutSession(FolderSession):
         trial, fis = self.trial, self.present
         if trial is None:
             return {}
-        work: dict[str, Work] = {"tried": (trial.seed, design_seeds, fis, trial, self.rounds.count)}
+        work: dict[str, Work] = {"tried": (trial.seed, severalseeds.design_seeds, fis, trial, self.rounds.count)}
         if self.before != fis:
-            work["before"] = (trial.seed, system_seeds, self.before, trial, "")
+            work["before"] = (trial.seed, severalseeds.system_seeds, self.before, trial, "")
         rival = self._rival()
         with suppress(InputError):  # the file is gone: what is shown of the rival says so
             law = self._rival_law()
             if isinstance(law, Sugeno):
-                work["rival"] = (trial.seed, system_seeds, law, trial, rival)
+                work["rival"] = (trial.seed, severalseeds.system_seeds, law, trial, rival)
             elif law:
-                work["rival"] = (trial.seed, rival_seeds, law, trial)
+                work["rival"] = (trial.seed, severalseeds.rival_seeds, law, trial)
         return work
 
     def _progress(self) -> None:
@@ -604,16 +569,16 @@ class TryoutSession(FolderSession):
         trial, rows = self.trial, self.rounds.known("tried")
         if trial is None or rows is None:
             return
-        metrics, by = self._course()["metrics"], RANKED_BY[self._course()["kind"]]
+        metrics, by = self.course["metrics"], severalseeds.RANKED_BY[self.course["kind"]]
         if name in ("", "tried"):
-            self.rounds.worst = worst_seed(rows, by)
+            self.rounds.worst = severalseeds.worst_seed(rows, by)
             if not self.last or self.last[0] != self._driven():
                 self.wanted |= _RUNS
-        runs = {"tried": summary(rows, metrics)}
+        runs, state = {"tried": severalseeds.summary(rows, metrics)}, severalseeds.state_of
         for other in ("before", "rival"):
             known = rows if other == "before" and self.before == self.present else self.rounds.known(other)
             if known is not None:
-                runs[other] = summary(known, metrics)
+                runs[other] = severalseeds.summary(known, metrics)
         self.widget.update(
             seeds={
                 "count": self.rounds.count,
@@ -621,23 +586,16 @@ class TryoutSession(FolderSession):
                 "worst": self.rounds.worst,
                 "by": next((m["title"] for m in metrics if m["name"] == by), ""),
                 "runs": runs,
-                "rows": [{"state": state_of(row), "value": row.get("metrics", {}).get(by)} | row for row in rows],
+                "rows": [{"state": state(row), "value": row.get("metrics", {}).get(by)} | row for row in rows],
             }
         )
         self.go()
 
     # What the page sees
 
-    def _keys(self) -> tuple[int, ...]:
-        return tuple(line.key for line in self.bench.document.design.lines if line.enabled)
-
-    def _course(self) -> dict[str, Any]:
-        course: dict[str, Any] = self.place.get("course", {})
-        return course
-
     def _trial(self) -> dict[str, Any]:
         """The choices as the page shows them, without the text of a file."""
-        shown = asdict(self.trial or self.wish) | {"rival": self._rival(), "kind": self._course().get("kind", "")}
+        shown = asdict(self.trial or self.wish) | {"rival": self._rival(), "kind": self.course.get("kind", "")}
         shown |= {"count": self.rounds.count, "beside": self.beside}
         return {name: value for name, value in shown.items() if name not in _HIDDEN}
 
@@ -645,17 +603,10 @@ class TryoutSession(FolderSession):
         """The law to compare with: the one that was chosen, if it drives such scenarios; a file's need not say so."""
         if "rival" in self.watched:
             return self.rival
-        kind = self._course().get("kind", "")
+        kind = self.course.get("kind", "")
         if self.rival and self.rival in [name for name, _ in (self.choices or {"rivals": {}})["rivals"].get(kind, [])]:
             return self.rival
-        found: str = self._course().get("rival", "")
-        return found
-
-    def _rivals(self) -> dict[str, list[list[str]]]:
-        if self.choices is None:
-            raise TryoutError("the panel is not ready yet")
-        rivals: dict[str, list[list[str]]] = self.choices["rivals"]
-        return rivals
+        return str(self.course.get("rival", ""))
 
 
 def _system_in(path: Path) -> Sugeno:

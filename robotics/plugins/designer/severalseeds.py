@@ -1,38 +1,38 @@
-"""Several seeds of a trial: how each ended, its metrics and its paths, and which of them is the worst.
+"""Several seeds of a trial: how each ended, its metrics and its paths, which of them is the worst, and their rounds.
 
 As in :mod:`robotics.plugins.designer.tryout`, everything is in JSON's types. Seeds that are run together have, to the
 last bit, the numbers that each has alone.
 """
 
+import asyncio
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from math import inf, isnan
 from statistics import median
 from typing import Any
 
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from robotics.laws.law import Law
 from robotics.measures.contacts import can_touch, contacts
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import measure_all
 from robotics.measures.tracking import cross_track_error
+from robotics.plugins.designer import tryout
 from robotics.plugins.designer.moments import evenly, rounded_list
-from robotics.plugins.designer.tryout import (
-    TryoutTrial,
-    contact_mark,
-    driven_law,
-    outcomes,
-    reduced_metrics,
-    rival_law,
-    settled,
-)
+from robotics.plugins.designer.tryout import TryoutTrial
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 
 # The metric by which runs without a contact are ranked, by the kind of the scenario
 RANKED_BY = {"tracking": "rms_cross_track_m", "team": "arrival_time_s", "formation": "max_lateral_error_m"}
 _NUMBERS = 24_000  # of the paths of all seeds and robots, at most: they are drawn again and again
+COUNTS = (1, 5, 20)
+_PAUSE = 0.5  # s without an edit before several seeds are run
+_PORTION = 10  # seeds at a time: between two portions an edit ends the round
+Work = tuple[Any, ...]  # the first seed, a function for a background process, and its arguments but the seeds
 _MARKS = 5  # contacts of a seed that are drawn
 
 
@@ -46,12 +46,12 @@ def design_seeds(fis: Sugeno, trial: TryoutTrial, of: int, seeds: Sequence[int])
         seeds: The seeds to run now.
     """
     points = max(20, _NUMBERS // (3 * of * len(trial.conditioned().robots)))
-    return seed_rows(driven_law(fis, trial), trial, seeds, points)
+    return seed_rows(tryout.driven_law(fis, trial), trial, seeds, points)
 
 
 def rival_seeds(specification: str, trial: TryoutTrial, seeds: Sequence[int]) -> list[dict[str, Any]]:
     """The runs of another law, as of :func:`design_seeds`, without paths. Raises an InputError."""
-    return seed_rows(rival_law(specification), trial, seeds, 0)
+    return seed_rows(tryout.rival_law(specification), trial, seeds, 0)
 
 
 def system_seeds(fis: Sugeno, trial: TryoutTrial, file: str, seeds: Sequence[int]) -> list[dict[str, Any]]:
@@ -60,8 +60,8 @@ def system_seeds(fis: Sugeno, trial: TryoutTrial, file: str, seeds: Sequence[int
     With the name of its ``file`` it drives in a law that it fits, if it does not fit the trial's.
     """
     if file:
-        trial = settled(fis, trial, file)
-    return seed_rows(driven_law(fis, trial), trial, seeds, 0)
+        trial = tryout.settled(fis, trial, file)
+    return seed_rows(tryout.driven_law(fis, trial), trial, seeds, 0)
 
 
 def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: int) -> list[dict[str, Any]]:
@@ -85,9 +85,9 @@ def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: i
     for place, seed in enumerate(run.seeds):
         row: dict[str, Any] = {
             "seed": seed,
-            "outcomes": outcomes(run, scenario.divergence, place),
-            "metrics": reduced_metrics(scenario.kind, measured, place),
-            "contacts": [contact_mark(c) for c in contacts(run, place, _MARKS)],
+            "outcomes": tryout.outcomes(run, scenario.divergence, place),
+            "metrics": tryout.reduced_metrics(scenario.kind, measured, place),
+            "contacts": [tryout.contact_mark(c) for c in contacts(run, place, _MARKS)],
         }
         rows.append(row | (_paths(run, place, points) if points else {}))
     return rows
@@ -155,3 +155,101 @@ def summary(rows: Sequence[dict[str, Any]], metrics: Sequence[dict[str, Any]]) -
 def _value(value: float | str | None, larger: bool) -> float:
     """A metric's value as a number; what never came, and what is not known, is the worst that there can be."""
     return float(value) if isinstance(value, (int, float)) else (-inf if larger else inf)
+
+
+# Run in small portions once nothing else is to be run: the newest wins ----------------------------------------------
+
+
+@dataclass
+class SeedRounds:
+    """The rounds of one page."""
+
+    background: Callable[..., Any]
+    work: Callable[[], dict[str, Work]]  # of "tried", "before" and "rival"; empty: there is nothing to run
+    progress: Callable[[], None]  # told when ``done`` is another
+    publish: Callable[[str], None]  # told what has new rows
+    count: int = 1
+    picked: int | None = None  # the seed that was chosen by hand
+    worst: int | None = None
+    done: int | None = None  # seeds of the present round; None: there is no round
+    rows: dict[str, tuple[Any, list[dict[str, Any]]]] = field(default_factory=dict)  # by name, with what made them
+    _timer: asyncio.TimerHandle | None = None
+    _task: asyncio.Task[None] | None = None
+    _round: int = 0
+
+    def shown(self, first: int) -> int:
+        """The seed that is drawn and played, if the ``first`` is the trial's own."""
+        if self.count == 1:
+            return first
+        return next((seed for seed in (self.picked, self.worst) if seed is not None), first)
+
+    def seeds(self, first: int) -> list[int]:
+        """All seeds."""
+        return list(range(first, first + self.count))
+
+    def forget(self) -> None:
+        """Begin anew: the conditions are others."""
+        self.rest()
+        self.picked = self.worst = None
+        self.rows.clear()
+
+    def rest(self) -> None:
+        """End the round: something else is to be run first."""
+        self._round += 1
+        if self._timer is not None:
+            self._timer.cancel()
+        if self.done is not None:
+            self.done = None
+            self.progress()
+
+    def wake(self) -> None:
+        """Begin a round after a pause, unless all is known."""
+        self.rest()
+        work = self.work() if self.count > 1 else {}
+        if any(self._known(name, made) is None for name, made in work.items()):
+            self.done = 0
+            self.progress()
+            self._timer = asyncio.get_running_loop().call_later(_PAUSE, self._begin, self._round)
+
+    def known(self, name: str) -> list[dict[str, Any]] | None:
+        """The rows of the present design, of the one before or of the rival; None while they are not known."""
+        made = self.work().get(name) if self.count > 1 else None
+        return None if made is None else self._known(name, made)
+
+    def _known(self, name: str, made: Work) -> list[dict[str, Any]] | None:
+        have = self.rows.get(name)
+        return have[1] if have is not None and have[0] == (made, self.count) else None
+
+    def _begin(self, number: int) -> None:
+        self._task = asyncio.get_running_loop().create_task(self._run(number))
+
+    async def _run(self, number: int) -> None:
+        for name, made in self.work().items():
+            if self._known(name, made) is not None:
+                continue
+            rows = await self._rows(number, made)
+            if rows is None:
+                return
+            self.rows[name] = (made, self.count), rows
+            self.publish(name)
+            if number != self._round:
+                return
+        self.done = None
+        self.progress()
+
+    async def _rows(self, number: int, made: Work) -> list[dict[str, Any]] | None:
+        """The rows of all seeds; None where the round has ended meanwhile."""
+        first, function, *rest = made
+        seeds = self.seeds(first)
+        rows: list[dict[str, Any]] = []
+        for begin in range(0, len(seeds), _PORTION):
+            part: Sequence[int] = seeds[begin : begin + _PORTION]
+            try:
+                rows += await self.background(function, *rest, part)
+            except (InputError, WorkError) as error:
+                rows += [{"seed": seed, "why": str(error)} for seed in part]
+            if number != self._round:
+                return None
+            self.done = (self.done or 0) + len(part)
+            self.progress()
+        return rows

@@ -75,15 +75,10 @@ class TryoutTrial:
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
 
-    @property
-    def kind(self) -> str:
-        """The kind of the scenario: "tracking", "team" or "formation"."""
-        return self.conditioned().kind
-
     def conditioned(self) -> Scenario:
         """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
         robot = (self.robot, self.robot_text, self.robot_of)
-        return conditioned(self.scenario, self.text, *robot, self.noise, self.folder)
+        return conditioned((self.scenario, self.text, self.folder), robot, self.noise)
 
 
 class Attempt(NamedTuple):
@@ -156,11 +151,8 @@ def driven_law(fis: Sugeno, trial: TryoutTrial) -> Law[Any]:
     """The law of a settled trial with ``fis`` as the rule base of the trial's task. Raises an InputError."""
     if not fis.rules:
         raise TryoutError(f"{fis.name} cannot drive a robot yet: it has no rule in force.")
-    return law_of(trial.law + _gains(trial)).with_fuzzy_system(trial.task, fis)
-
-
-def _gains(trial: TryoutTrial) -> str:
-    return f":look_ahead={trial.look_ahead!r}" if has_look_ahead(trial) else ""
+    gains = f":look_ahead={trial.look_ahead!r}" if has_look_ahead(trial) else ""
+    return law_of(trial.law + gains).with_fuzzy_system(trial.task, fis)
 
 
 def has_look_ahead(trial: TryoutTrial) -> bool:
@@ -317,8 +309,7 @@ def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     """
     trial = _complete(fis, trial)
     attempt = run_design(fis, trial)
-    asked = asked_of(attempt.run, trial.task)
-    found = shown(attempt, fis.name) | {"asked": asked}
+    found = shown(attempt, fis.name) | {"asked": asked_of(attempt.run, trial.task)}
     return found if "player" in found else found | {"reference": reference_curves(attempt.run)}
 
 

@@ -19,24 +19,10 @@ from fuzzy.plugins.designer.panel import SessionPanel
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
+from robotics.plugins.designer import tunetask
 from robotics.plugins.designer.folderfiles import FolderOffers, read_text_file
-from robotics.plugins.designer.tunetask import (
-    MOST_EVALUATIONS,
-    MOST_RUNS,
-    OFFERED_ENGINES,
-    TuneTask,
-    checked,
-    forget,
-    found_at,
-    metrics,
-    offered,
-    place_of,
-    search_best,
-    terms_of,
-    write_task,
-)
+from robotics.plugins.designer.tunetask import TuneTask
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
-from robotics.studies.tuning.space import PARTS
 
 _MODULE = Path(__file__).parent / "static" / "tuning.js"
 _BEFORE = "before tuning"
@@ -73,12 +59,7 @@ class TuneSession(TaskSession):
         self.words = ""
         self.put(
             _MODULE,
-            accepted={
-                "engine": list(OFFERED_ENGINES),
-                "runs": MOST_RUNS,
-                "evaluations": MOST_EVALUATIONS,
-                "move": list(PARTS),
-            },
+            accepted=tunetask.OFFERED_CHOICES,
             choice=self.choice,
             offer=self.offer,
             scenarios=[],
@@ -99,7 +80,7 @@ class TuneSession(TaskSession):
     async def _ask(self) -> None:
         with suppress(WorkError):
             self.kinds = await self.bench.background(scenarios_by_kind)
-            self.widget.update(metrics=metrics())
+            self.widget.update(metrics=tunetask.metrics())
         await self.offers.look()
         self.own = self.offers.found(self.bench.document.path)["scenarios"]
         await self._look()
@@ -109,7 +90,7 @@ class TuneSession(TaskSession):
         if self.runs:
             return
         try:
-            self.offer = await self.bench.background(offered, self.present, self.bench.document.path.name)
+            self.offer = await self.bench.background(tunetask.offered, self.present, self.bench.document.path.name)
         except (InputError, WorkError) as error:
             self.offer = {"laws": [], "symmetric": False, "variables": [], "why": str(error)}
         self._settle()
@@ -125,7 +106,7 @@ class TuneSession(TaskSession):
         self.choice = {**self.choice, "law": law}
         if kind != self.kind:
             self.kind = kind
-            self.choice |= {"scenarios": uses[law]["scenarios"][:2], "terms": terms_of(kind)}
+            self.choice |= {"scenarios": uses[law]["scenarios"][:2], "terms": tunetask.terms_of(kind)}
 
     def _key(self, use: dict[str, Any]) -> str:
         return f"{use['law']}/{use['task']}"
@@ -142,11 +123,11 @@ class TuneSession(TaskSession):
         if name == "law":
             self._settle()
         self._show_form()
-        checked(self.choice)
+        tunetask.checked(self.choice)
 
     async def _do_start(self, _: dict[str, Any]) -> None:
         self._idle()
-        checked(self.choice)
+        tunetask.checked(self.choice)
         present = self.present
         if not present.rules:
             raise TuningError(f"{present.name} has no rule in force: there is nothing to tune")
@@ -165,24 +146,23 @@ class TuneSession(TaskSession):
             | {"system": format_fis(present), "folder": str(self.folder.path), "place": str(place)}
         )
         self._idle()
-        write_task(task)
+        tunetask.write_task(task)
         await self._run(task)
 
     async def _do_go_on(self, _: dict[str, Any]) -> None:
         self._idle()
-        left = found_at(self._place(), self.folder.path)
+        left = tunetask.found_at(self._place(), self.folder.path)
         if left is None:
             raise TuningError("there is no search to go on with")
         await self._run(left["task"])
 
     async def _run(self, task: TuneTask) -> None:
-        place = Path(task.place)
-        _HELD.add(place)
+        _HELD.add(Path(task.place))
         self.task, self.told, self.words = task, {}, ""
         self.base, self.preview = self.present, None
         self.begun, self.gesture = time.monotonic(), f"tune {PROCESS} {time.monotonic_ns()}"
         self.widget.update(courses=[], before=[], after=[], left=None)
-        await self.start(task, search_best)
+        await self.start(task, tunetask.search_best)
 
     def stop_soon(self) -> None:
         """Ask the search to end; what compares on other seeds goes on to its end."""
@@ -224,7 +204,7 @@ class TuneSession(TaskSession):
         self._forget(words)
 
     def _forget(self, words: str) -> None:
-        forget(self._place())
+        tunetask.forget(self._place())
         self.words = words
         self.tell()
 
@@ -237,13 +217,12 @@ class TuneSession(TaskSession):
 
     @property
     def _compares(self) -> bool:
-        compared = self.bench.document.compared
-        return compared is not None and compared.name == _BEFORE
+        return getattr(self.bench.document.compared, "name", "") == _BEFORE
 
     def _do_take(self, _: dict[str, Any]) -> None:
         """The best of a search that was stopped, as one edit."""
         self._idle()
-        left = found_at(self._place(), self.folder.path)
+        left = tunetask.found_at(self._place(), self.folder.path)
         if left is None or left["best"] is None:
             raise TuningError("there is no search to take the best of")
         self._put(parse_fis(left["best"]["system"]), f"tune ({left['task'].engine})")
@@ -286,8 +265,7 @@ class TuneSession(TaskSession):
         self.told["gains"] = candidate["gains"]
         if self.words or self.task is None:  # edited by hand
             return
-        system = parse_fis(candidate["system"])
-        self._put(system, self._name(), self.gesture)
+        self._put(parse_fis(candidate["system"]), self._name(), self.gesture)
         self.preview = self.present
 
     def _name(self) -> str:
@@ -337,7 +315,7 @@ class TuneSession(TaskSession):
     # What the page sees
 
     def _place(self) -> Path:
-        place = place_of(self.bench.document.path)
+        place = tunetask.place_of(self.bench.document.path)
         if not place.resolve().is_relative_to(self.folder.path):
             raise TuningError(f"{place} leads out of the opened folder: nothing can be kept there")
         return place
@@ -354,7 +332,7 @@ class TuneSession(TaskSession):
             return None
         if self.runs or self.preview is not None or place in _HELD:
             return None
-        left = found_at(place, self.folder.path)
+        left = tunetask.found_at(place, self.folder.path)
         if left is None or left["best"] is None:
             return None
         about = {name: left["best"][name] for name in ("evaluations", "cost", "before")}

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.atomic import write_whole
+from fuzzy.files.atomic import write_json
 from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.naming import expected
 from fuzzy.plugins.designer import autosave
@@ -43,6 +43,7 @@ OFFERED_ENGINES = ("cmaes", "random")
 _UNSEEN = 50  # seeds with which before and after are compared
 MOST_RUNS = 1000  # of a candidate
 MOST_EVALUATIONS = 100_000
+OFFERED_CHOICES = {"engine": [*OFFERED_ENGINES], "runs": MOST_RUNS, "evaluations": MOST_EVALUATIONS, "move": [*PARTS]}
 _OFTEN = 0.4  # s between two candidates that are shown
 _POINTS = 300  # of a path that is drawn, at most
 _TASK, _BEST = "task.json", "best.json"
@@ -111,11 +112,8 @@ def offered(fis: Sugeno, file: str) -> dict[str, Any]:
         {"law": u.law, "task": u.task, "title": u.title, "kinds": list(u.kinds), "scenarios": list(u.scenarios)}
         for u in uses_of(fis, file)
     ]
-    return {
-        "laws": laws,
-        "symmetric": mirror_of(fis) is not None,
-        "variables": [v.name for v in (*fis.inputs, *fis.outputs)],
-    }
+    variables = [v.name for v in (*fis.inputs, *fis.outputs)]
+    return {"laws": laws, "symmetric": mirror_of(fis) is not None, "variables": variables}
 
 
 def terms_of(kind: str) -> list[list[Any]]:
@@ -176,7 +174,7 @@ def write_task(task: TuneTask) -> None:
     place = Path(task.place)
     forget(place)
     place.mkdir(parents=True, exist_ok=True)
-    _write(place / _TASK, asdict(task))
+    write_json(place / _TASK, asdict(task))
 
 
 def forget(place: Path) -> None:
@@ -207,10 +205,6 @@ def found_at(place: Path, folder: Path) -> dict[str, Any] | None:
     except unreadable:
         best = None
     return {"task": task, "best": best}
-
-
-def _write(path: Path, content: dict[str, Any]) -> None:
-    write_whole(path, json.dumps(content, indent=1))
 
 
 # The search, in a process of its own ----------------------------------------------------------------------------
@@ -273,7 +267,7 @@ class _Teller:
         news: dict[str, Any] = {"evaluations": len(found), "curve": _curve(found.costs)}
         if found.best != self.written:
             self.written, self.best = found.best, self._candidate(found)
-            _write(Path(self.task.place) / _BEST, self.best)
+            write_json(Path(self.task.place) / _BEST, self.best)
         if found.best != self.told and (last or time.monotonic() - self.last >= _OFTEN):
             law = self.space.made(found.values[found.best])
             self.told, paths = found.best, [_path(scenario, law) for scenario in self.scenarios]
@@ -288,13 +282,8 @@ class _Teller:
     def _candidate(self, found: Evaluations) -> dict[str, Any]:
         systems = self.space.systems_of(found.values[found.best])
         system = next(iter(systems.values())) if systems else self.task.begun()
-        return {
-            "system": format_fis(system),
-            "cost": float(found.costs[found.best]),
-            "before": float(found.costs[0]),
-            "evaluations": len(found),
-            "gains": self.gains(found),
-        }
+        costs = {"cost": float(found.costs[found.best]), "before": float(found.costs[0])}
+        return {"system": format_fis(system), **costs, "evaluations": len(found), "gains": self.gains(found)}
 
 
 def _curve(costs: np.ndarray) -> list[list[float]]:

@@ -16,15 +16,8 @@ from fuzzy.words import listed
 from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
-from robotics.laws.rules import fuzzy_team, own_rules
-from robotics.laws.rules.quantities import (
-    PATTERNS,
-    QUANTITIES_PAGE,
-    QUANTITY_GROUPS,
-    RULE_QUANTITIES,
-    Quantity,
-    quantity_of,
-)
+from robotics.laws.rules import fuzzy_team, own_rules, quantities
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 
@@ -68,9 +61,7 @@ def law_of(specification: str) -> Law[Any]:
     return make_controller(specification) if Specification.of(specification).file else _shared_law(specification)
 
 
-@lru_cache(maxsize=64)
-def _shared_law(specification: str) -> Law[Any]:
-    return make_controller(specification)
+_shared_law = lru_cache(maxsize=64)(make_controller)
 
 
 def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
@@ -80,15 +71,13 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
         fis: The system.
         file: The name of its file, which may say what its variables leave open.
     """
-    outputs = {v.name for v in fis.outputs}
+    inputs, outputs = ({v.name for v in variables} for variables in (fis.inputs, fis.outputs))
     ranked = [*_team_uses(fis, file), *_curve_uses(fis, file)]
     if own_rules.is_tracking(fis):
         ranked += [(3.0, use) for use in _tracking_uses()]
     elif outputs <= {*own_rules.RULE_OUTPUTS} and not _unknown(fis):
         ranked.append((1.5, _own_use(fis)))
-    if outputs <= {*leader_follower.FORMATION_OUTPUTS} and {v.name for v in fis.inputs} <= {
-        *leader_follower.FORMATION_INPUTS
-    }:
+    if outputs <= {*leader_follower.FORMATION_OUTPUTS} and inputs <= {*leader_follower.FORMATION_INPUTS}:
         ranked.append((3.0, Use("formation", "formation", ("formation",), *_TASKS["formation"])))
     if not ranked:
         raise TryoutError(_why_none(fis))
@@ -98,18 +87,15 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
 def _team_uses(fis: Sugeno, file: str) -> list[tuple[float, Use]]:
     """The tasks of the fuzzy team whose outputs it has, each with how likely it is; some suit it, or all may."""
     found: list[tuple[float, Use]] = []
-    outputs, known = {v.name for v in fis.outputs}, _quantities(fis)
     if _unknown(fis):
         return []
+    outputs, known = {v.name for v in fis.outputs}, _quantities(fis)
     for task, possible in fuzzy_team.TEAM_OUTPUTS.items():
         if not outputs <= {*possible}:
             continue
         packaged = {v.name for v in load_rule_base(task).inputs}
         alike = len(packaged & known.keys()) / len(packaged)
-        typical = {
-            "crash": any(q.pair for q in known.values()),
-            "obstacles": _feels(known),
-        }.get(task, True)
+        typical = {"crash": any(q.pair for q in known.values()), "obstacles": _feels(known)}.get(task, True)
         likely = 4.0 * _named(task, fis, file) + _SUITS * typical + alike
         found.append((likely, Use("fuzzy-team", task, _BOTH, *_TASKS[task])))
     return [item for item in found if item[0] >= _SUITS] or found
@@ -196,15 +182,16 @@ def _why_none(fis: Sugeno) -> str:
     tasks = [name for possible in fuzzy_team.TEAM_OUTPUTS.values() for name in possible]
     outputs = list(dict.fromkeys([*own_rules.RULE_OUTPUTS, *tasks]))
     strange = [v.name for v in fis.outputs if v.name not in outputs]
-    parts = [f"no robot knows the input {_meant(name, [*RULE_QUANTITIES, *PATTERNS])}" for name in _unknown(fis)[:3]]
+    known = [*quantities.RULE_QUANTITIES, *quantities.PATTERNS]
+    parts = [f"no robot knows the input {_meant(name, known)}" for name in _unknown(fis)[:3]]
     parts += [f"no law takes the output {_meant(name, outputs)}" for name in strange[:3]]
     if not parts:
         parts = [f"no law takes all of its outputs together: {listed(v.name for v in fis.outputs)}"]
     supervisor = listed(fuzzy_team.TEAM_OUTPUTS["supervisor"])
     return (
         f"{fis.name} cannot drive a robot: {'; '.join(parts)}. A law takes the outputs "
-        f"{listed(own_rules.RULE_OUTPUTS)}, and the supervisor of a fuzzy team {supervisor}; {QUANTITIES_PAGE} lists "
-        "all that a robot knows, by these names."
+        f"{listed(own_rules.RULE_OUTPUTS)}, and the supervisor of a fuzzy team {supervisor}; "
+        f"{quantities.QUANTITIES_PAGE} lists all that a robot knows, by these names."
     )
 
 

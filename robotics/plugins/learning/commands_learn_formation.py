@@ -4,7 +4,7 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.commands.datafile import SkipBad
 from fuzzy.files.atomic import check_folder, check_target
@@ -66,24 +66,17 @@ def formation(
     from threadpoolctl import threadpool_limits
 
     from fuzzy.files.table import BadRowsError
-    from robotics.plugins.learning.formationlearning import (
-        FormationLearningError,
-        formation_table,
-        learn_networks,
-        outputs_of,
-        steps,
-        write_networks,
-    )
+    from robotics.plugins.learning import formationlearning as learning
     from robotics.simulation.scenario.reading import load_scenario
 
     if report is None and (title is not None or drive):
-        raise FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
+        raise learning.FormationLearningError(f"--{'drive' if drive else 'title'} belongs to --report PAGE.html")
     check_folder(out)
     check_target(report, ".html", folder_is_made=True)
     scenarios = [load_scenario(name) for name in drive or []]
     try:
-        table = formation_table(data, skip_bad=skip_bad)
-        other = None if check is None else formation_table(check, table.names, skip_bad=skip_bad)
+        table = learning.formation_table(data, skip_bad=skip_bad)
+        other = None if check is None else learning.formation_table(check, table.names, skip_bad=skip_bad)
     except BadRowsError as error:
         raise BadRowsError(f"{error}; --skip-bad leaves such rows out") from None
     names, values, held = table.names, table.values, None if other is None else other.values
@@ -92,11 +85,13 @@ def formation(
         if read is not None and read.skipped:
             print(read.omission, file=sys.stderr)
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
-        outputs = outputs_of(names)
-        advance = begin("learning", steps(options.epochs, len(outputs)))
+        outputs = learning.outputs_of(names)
+        advance = begin("learning", learning.steps(options.epochs, len(outputs)))
         count = workers or (min(os.cpu_count() or 1, len(outputs)) if len(outputs) > PAYS else 1)
-        networks = learn_networks(names, values, held, rules=rules, options=options, advance=advance, jobs=count)
-        write_networks(networks, out, data.name)
+        networks = learning.learn_networks(
+            names, values, held, rules=rules, options=options, advance=advance, jobs=count
+        )
+        learning.write_networks(networks, out, data.name)
         if report is not None:
             from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
             from robotics.plugins.learning.report import Samples, drive_networks, write_learning_report
@@ -121,33 +116,20 @@ def formation(
     rows = []
     for network in networks:
         training, trial = network.training, network.trial
+        row: dict[str, Any] = {"output": network.output, "inputs": [variable.name for variable in network.after.inputs]}
+        row |= {"rules": trial.rules, "radius": trial.radius}
+        row |= {name: getattr(trial.options, name) for name in ("squash", "accept", "reject")}
         best = training.history[training.best]
-        rows.append(
-            {
-                "output": network.output,
-                "inputs": [variable.name for variable in network.after.inputs],
-                "rules": trial.rules,
-                "radius": trial.radius,
-                "squash": trial.options.squash,
-                "accept": trial.options.accept,
-                "reject": trial.options.reject,
-                "clustering_rmse": training.history[0].train,
-                "train_rmse": best.train,
-                "check_rmse": best.check,
-                "best_epoch": training.best,
-                "stopped": training.stopped,
-                "file": str(out / f"{network.output}.fis"),
-            }
-        )
+        row |= {"clustering_rmse": training.history[0].train, "train_rmse": best.train, "check_rmse": best.check}
+        row |= {"best_epoch": training.best, "stopped": training.stopped}
+        rows.append(row | {"file": str(out / f"{network.output}.fis")})
     if json:
-        print_json(
-            {"method": options.method, "skipped": sum(skipped), "networks": rows}
-            | ({} if report is None else {"report": str(report)})
-        )
+        told = {"method": options.method, "skipped": sum(skipped), "networks": rows}
+        print_json(told if report is None else told | {"report": str(report)})
         return
-    for network, row in zip(networks, rows, strict=True):
-        history, best = network.training.history, network.training.history[network.training.best]
-        first, last, held_error = (shown(error, digits=3) for error in (history[0].train, best.train, best.check))
+    for row in rows:
+        errors = (row[f"{stage}_rmse"] for stage in ("clustering", "train", "check"))
+        first, last, held_error = (shown(error, digits=3) for error in errors)
         checked = "" if check is None else f", {held_error} checking"
         print(
             f"{row['file']}: {row['rules']} rules; RMSE {first} by clustering, then {last} training{checked} "

@@ -13,7 +13,7 @@ from robotics.commands.shared import number_cell
 from robotics.plugins.stress.commands_repeat import Stress
 
 if TYPE_CHECKING:
-    from robotics.plugins.learning.courses import ImitationTask
+    from robotics.plugins.learning.demonstrations import ImitationTask
     from robotics.plugins.learning.lesson import ImitationPlan
 
 
@@ -85,17 +85,8 @@ def rules_(
         after = range(seed + seeds, seed + seeds + unseen)
         driven = drives(plan, out, after, begin("driving unseen seeds", 2 * len(plan.courses)))
     if json:
-        rows = [row.told() for row in found.rounds]
-        print_json(
-            {
-                "file": str(out),
-                "rules": plan.rules,
-                "rounds": rows,
-                "taken": found.best,
-                "seeds": list(after),
-                "driven": driven,
-            }
-        )
+        about = {"file": str(out), "rules": plan.rules, "rounds": [row.told() for row in found.rounds]}
+        print_json(about | {"taken": found.best, "seeds": list(after), "driven": driven})
         return
     for number, row in enumerate(found.rounds):
         print(f"round {number}: {row}{' <- taken' if number == found.best else ''}")
@@ -108,7 +99,7 @@ def rules_(
 
 
 def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["ImitationTask", ...]:
-    from robotics.plugins.learning.courses import crossing_course, obstacle_course, scenario_course
+    from robotics.plugins.learning.demonstrations import crossing_course, obstacle_course, scenario_course
     from robotics.simulation.scenario.reading import load_scenario
 
     courses = [scenario_course(load_scenario(name)) for name in scenarios]

@@ -51,21 +51,15 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Dat
     facts = {**facts, "rows": str(len(values))}
     lines = [f"# {Path(data).name}", "", *_table(("fact", "value"), facts.items()), "", "## Columns", ""]
     lines += _table(_COLUMNS, _column_rows(columns, values))
-    lines += [
-        "",
-        "The scatter is √Γ of the Gamma test: about what a smooth function of the inputs errs by on fresh samples.",
-    ]
-    write_whole(path, "\n".join(lines) + "\n")
+    said = "The scatter is √Γ of the Gamma test: about what a smooth function of the inputs errs by on fresh samples."
+    write_whole(path, "\n".join([*lines, "", said]) + "\n")
     return path
 
 
 def read_card(path: str | Path) -> Card:
     """Read a card that :func:`write_card` wrote."""
-    rows = [
-        [cell.strip().replace("\\|", "|").strip("`") for cell in _cells(line)]
-        for line in Path(path).read_text(encoding="utf-8").splitlines()
-        if line.startswith("|")
-    ]
+    lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if line.startswith("|")]
+    rows = [[cell.strip().replace("\\|", "|").strip("`") for cell in _cells(line)] for line in lines]
     split = next(k for k, row in enumerate(rows) if row[0] == _COLUMNS[0])
     columns = {row[0]: dict(zip(_COLUMNS[1:], row[1:], strict=True)) for row in rows[split + 2 :]}
     return Card({row[0]: row[1] for row in rows[2:split]}, columns)
@@ -107,22 +101,19 @@ def _table(head: Sequence[str], rows: Any) -> list[str]:
 
 def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
     """What there is to say of a set of the thesis's kinds; ``command`` is what made it."""
-    described = {
-        "literal": "what leader and followers do as thesis 5.2.1 describes it; no function of the inputs",
-        "well-posed": "the law of robotics/laws/formation/leader_follower.py, as a function of its inputs",
-    }[recipe.kind]
-    starts = ", ".join(f"{x:g}" for x in recipe.starts)
-    teacher = FormationTeacher(speed=recipe.speed, speeds="literal" if recipe.kind == "literal" else "lead")
-    random = "nothing is random" if recipe.kind == "literal" else f"seed {recipe.seed}, stream {recipe.stream}"
+    literal, starts = recipe.kind == "literal", ", ".join(f"{x:g}" for x in recipe.starts)
+    teacher = FormationTeacher(speed=recipe.speed, speeds="literal" if literal else "lead")
     facts = {
-        "what": described,
+        "what": "what leader and followers do as thesis 5.2.1 describes it; no function of the inputs"
+        if literal
+        else "the law of robotics/laws/formation/leader_follower.py, as a function of its inputs",
         "made by": f"`{command}`",
         "scenario": f"y = 0.5 cos x, followers 1 m to either side; the leader starts at x = {starts} m",
         "teacher": f"formation-teacher: {gains(teacher)}",
         "plant": "kinematic, no noise",
-        "seeds": random,
+        "seeds": "nothing is random" if literal else f"seed {recipe.seed}, stream {recipe.stream}",
     }
-    if recipe.kind == "well-posed":
+    if not literal:
         names = {"coverage": "", "jitter": "", "lateral": " m", "heading": " rad", "lead": " m"}
         facts["displaced"] = ", ".join(f"{name} {getattr(recipe, name):g}{unit}" for name, unit in names.items())
     return facts

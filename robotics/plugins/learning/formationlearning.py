@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from pathlib import Path
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from fuzzy.naming import expected
 from fuzzy.system import Sugeno
 from robotics.laws.formation.leader_follower import FORMATION_INPUTS, FORMATION_OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
+from robotics.plugins.learning.formationdata import FormationRecipe, formation_data
 from robotics.plugins.learning.scatter import NEIGHBOURS, scatter
 from robotics.studies.executors import processes
 from robotics.studies.pieces import run_pieces
@@ -38,12 +40,7 @@ _INPUT_UNITS = ("m", "m", "rad", "m", "rad", "1/m")
 UNITS = dict(zip(FORMATION_INPUTS + FORMATION_OUTPUTS, (*_INPUT_UNITS, "m/s", "rad/s", "m/s", "rad/s"), strict=True))
 # What does not concern a robot: where the path goes where the others are
 _IGNORED = {"v_l": {"kappa_f"}, "w_l": {"kappa_f"}, "v_f": {"alpha_l"}, "w_f": {"alpha_l"}}
-_TITLES = {
-    "v_l": "Formation: the leader's speed v_l",
-    "w_l": "Formation: the leader's turn rate w_l",
-    "v_f": "Formation: the followers' speed v_f",
-    "w_f": "Formation: the followers' turn rate w_f",
-}
+FRESH = 20  # sets
 _SETTINGS = 108  # number of settings that the search tries
 _OWN_OUTPUT = re.compile(r"([vw])_([1-9]\d*)")
 _OF_ROBOT = re.compile(r"_([1-9]\d{0,8})$")
@@ -207,35 +204,16 @@ def learn_network(
         )
     step = advance or (lambda: None)
     x, y = values[:, [columns[name] for name in inputs]], values[:, columns[output]]
-    ridge = options.ridge  # the same throughout, so that the history begins where the clusters end
-    search = search_clusters(
-        x,
-        y,
-        rules,
-        ridge=ridge,
-        input_names=called,
-        output_names=[output],
-        output_units=[output_unit],
-        progress=lambda *_: step(),
-    )
+    how: dict[str, Any] = {"input_names": called, "output_names": [output], "output_units": [output_unit]}
+    how["ridge"] = options.ridge  # the same throughout, so that the history begins where the clusters end
+    search = search_clusters(x, y, rules, progress=lambda *_: step(), **how)
     # Of one or two inputs wide clusters are few and narrow ones many: there may be nothing about the wanted number
     trial = nearest_trial(search, rules, around=inf if robot else _AROUND)
     with warnings.catch_warnings():
         if robot:  # where wide clusters overlap, the solution of least norm is where training begins
             warnings.simplefilter("ignore", DataWarning)
-        before = identify(
-            x,
-            y,
-            "subtractive",
-            radius=trial.radius,
-            options=trial.options,
-            ridge=ridge,
-            input_names=called,
-            output_names=[output],
-            input_units=input_units,
-            output_units=[output_unit],
-            name=output,
-        )
+        how |= {"radius": trial.radius, "options": trial.options, "input_units": input_units, "name": output}
+        before = identify(x, y, "subtractive", **how)
     held = None if check is None else (check[:, [columns[n] for n in inputs]], check[:, columns[output]])
     training = anfis.train(before, x, y, options, check=held, callback=lambda _: step())
     return Learnt(output, search, trial, before, training)
@@ -299,11 +277,65 @@ def write_networks(networks: Sequence[Learnt], folder: str | Path, data: str = "
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for network in networks:
-        comment = f"{_title(network.output)}, learnt{f' from {data}' if data else ''}."
-        write_fis(network.after, folder / f"{network.output}.fis", comment)
+        output, whose = network.output, {"l": "the leader's ", "f": "the followers' "}.get(network.output[2:], "")
+        title = f"{whose or 'the '}{'speed' if output[0] == 'v' else 'turn rate'} {output}"
+        title += "" if whose else f" of robot {robot_of(output)}"
+        comment = f"Formation: {title}, learnt{f' from {data}' if data else ''}."
+        write_fis(network.after, folder / f"{output}.fis", comment)
     return folder
 
 
-def _title(output: str) -> str:
-    what = "speed" if output[0] == "v" else "turn rate"
-    return _TITLES.get(output, f"Formation: the {what} {output} of robot {robot_of(output)}")
+# Errors over sets of formation data drawn afresh: evidence on learning that does not rest on one draw. The literal set
+# has nothing random in it: its errors are exact numbers, and there is nothing to draw. ------------------------------
+
+
+class NamedColumns(Protocol):
+    """A table with the names of its columns."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The columns' names."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """The numbers (rows, columns)."""
+
+
+class FreshErrors(NamedTuple):
+    """RMSE of one output, in its unit, over the sets; every field is (sets,)."""
+
+    clustering: np.ndarray  # training error of each set's own clusters, with consequents by least squares
+    learnt: np.ndarray  # of the network learnt, on each set
+    rules: np.ndarray  # how many rules the setting gives on each set
+
+
+def fresh_errors(networks: Sequence[Learnt], recipe: FormationRecipe, sets: int = FRESH) -> dict[str, FreshErrors]:
+    """Measure networks, and the setting of their clusters, on sets of ``recipe`` that are drawn afresh; by output.
+
+    The first set is that of ``recipe``'s own seed, the next those of the seeds that follow. On each one the clusters
+    are found again with the setting that the search took for the network; the search and the epochs are not repeated.
+
+    Args:
+        networks: The networks, as :func:`learn_networks` returns them.
+        recipe: What the networks were learnt from, of the kind "well-posed".
+        sets: The number of sets.
+    """
+    errors: dict[str, list[tuple[float, float, int]]] = {network.output: [] for network in networks}
+    for k in range(sets):
+        table = formation_data(replace(recipe, seed=recipe.seed + k))
+        for network in networks:
+            x, y = columns_of(network.after, table)
+            trial = network.trial
+            again = identify(x, y, "subtractive", radius=trial.radius, options=trial.options)
+            errors[network.output].append((_rmse(again, x, y), _rmse(network.after, x, y), len(again.rules)))
+    return {output: FreshErrors(*np.transpose(rows)) for output, rows in errors.items()}
+
+
+def columns_of(fis: Sugeno, table: NamedColumns) -> tuple[np.ndarray, np.ndarray]:
+    """The inputs (samples, inputs) and the output (samples,) of ``fis``, of one output, in ``table``, by name."""
+    inputs = [table.names.index(name) for name in input_columns(fis)]
+    return table.values[:, inputs], table.values[:, table.names.index(fis.outputs[0].name)]
+
+
+def _rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
+    return float(np.sqrt(np.mean((fis(x)[:, 0] - y) ** 2)))

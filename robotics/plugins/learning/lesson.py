@@ -12,8 +12,7 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
-from robotics.plugins.learning.courses import ImitationTask
-from robotics.plugins.learning.demonstrations import LABELS
+from robotics.plugins.learning.demonstrations import LABELS, ImitationTask
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
 COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s"}

@@ -24,8 +24,7 @@ from robotics.measures.evidence import mean_of
 from robotics.measures.registry import headlines, measure_all
 from robotics.plugins.learning.datacard import Card, card_path, read_card
 from robotics.plugins.learning.figures import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages, rms
-from robotics.plugins.learning.formationlearning import Learnt, input_columns
-from robotics.plugins.learning.fresh import NamedColumns, columns_of
+from robotics.plugins.learning.formationlearning import Learnt, NamedColumns, columns_of, input_columns
 from robotics.plugins.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.show.figures.drawing import seeds_as_text
 from robotics.show.figures.formation_run import is_formation, plot_formation
@@ -124,14 +123,7 @@ def write_learning_report(
         title=title or f"Networks learnt from {samples.file}",
         lead=[*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
         command=command,
-        program=program(
-            str(Path(__file__).with_name("learning")),
-            first=networks[0],
-            samples=samples,
-            check=check,
-            folder=folder,
-            path=path,
-        ),
+        program=program(str(_TEMPLATE), first=networks[0], samples=samples, check=check, folder=folder, path=path),
     )
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, page)
@@ -247,7 +239,7 @@ def _lead(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
         f"{len(samples.values)} samples of {samples.file}{beside}. For each one the search tries "
         f"{len(networks[0].search.trials)} settings of subtractive clustering and takes the best of those that give "
         f"{' or '.join(map(str, wanted))} rules, or as near as any comes. Learning by the method “{method}” then runs "
-        f"for up to {epochs} epochs, and the network of least {kept} error is kept.",
+        f"for up to {epochs} epochs, and the network of least {kept} error is kept."
     ]
 
 
@@ -349,19 +341,13 @@ def _falling(network: Learnt) -> bool:
 def _share(errors: Errors) -> ShareOfRange:
     span = errors.range or np.nan
     _, least, most = errors.scatter
-    return ShareOfRange(
-        errors.network.output,
-        errors.clustering / span,
-        errors.training / span,
-        errors.checking / span,
-        (least / span, most / span),
-    )
+    clusters, training, checking = (e / span for e in (errors.clustering, errors.training, errors.checking))
+    return ShareOfRange(errors.network.output, clusters, training, checking, (least / span, most / span))
 
 
 def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> Chapter:
     inputs: dict[str, list[str]] = {}
-    outputs = {network.output for network in networks}
-    units: dict[str, str] = {}
+    outputs, units = {network.output for network in networks}, {}
     for network in networks:
         for name, variable in zip(input_columns(network.after), network.after.inputs, strict=True):
             inputs.setdefault(name, []).append(network.output)
@@ -378,14 +364,12 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
                 column = table.values[:, table.names.index(name)] if name in table.names else np.array([np.nan])
                 row += [_plain(float(v)) for v in (column.min(), column.max(), column.std())]
         meaning = known.get("meaning", "")
-        told_before = meaning in meanings
+        row += ["the same" if meaning in meanings else meaning] if card.columns else []
         meanings.add(meaning)
-        rows.append((*row, "the same" if told_before else meaning) if card.columns else tuple(row))
+        rows.append(tuple(row))
     head: tuple[str, ...] = ("column", "unit", "role", "least", "greatest", "standard deviation")
-    if check is not None:
-        head += ("checking: least", "greatest", "standard deviation")
-    if card.columns:
-        head += ("meaning",)
+    head += () if check is None else ("checking: least", "greatest", "standard deviation")
+    head += ("meaning",) if card.columns else ()
     told = f"{samples.file}: {len(samples.values)} samples"
     told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
     left_out = samples.skipped + (0 if check is None else check.skipped)
@@ -473,7 +457,6 @@ def _drive(k: int, run: Run) -> Chapter:
     many = "; means with 95 % intervals over the seeds" if len(run.seeds) > 1 else ""
     head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
     name = f"drive-{k + 1}"
-    together = robots > 1
     page = partial(plot_formation if is_formation(run) else plot_run, run)
     return Chapter(
         name,
@@ -486,7 +469,7 @@ def _drive(k: int, run: Run) -> Chapter:
             Picture(
                 name,
                 f"{run.scenario}, seed {run.seeds[0]}: where the robots went, errors, speeds and what was commanded.",
-                f"Top view and time courses of {robots} robot{'s' * together} in {run.scenario}.",
+                f"Top view and time courses of {robots} robot{'s' * (robots > 1)} in {run.scenario}.",
                 page,
             )
         ],

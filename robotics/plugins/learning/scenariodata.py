@@ -196,13 +196,8 @@ def _displaced_rows(
         s = np.clip(setting.references.at(time).s + along, 0.0, joined.lengths)
         point = joined.at(s)
         x, y = point.x - aside * np.sin(point.heading), point.y + aside * np.cos(point.heading)
-        begun = replace(
-            setting,
-            starts=np.stack([x, y, point.heading + turned], axis=-1),
-            references=later(setting.references, time),
-            ticks=max(1, round(recipe.span / setting.period)),
-            faults=(),
-        )
+        starts, ticks = np.stack([x, y, point.heading + turned], axis=-1), max(1, round(recipe.span / setting.period))
+        begun = replace(setting, starts=starts, references=later(setting.references, time), ticks=ticks, faults=())
         seeds = range(first + k * recipe.starts, first + (k + 1) * recipe.starts)
         parts.append(_rows(begun, law, seeds))
         step()

@@ -4,7 +4,6 @@ A law is a pure function of what the robots see and of its memory, so a second l
 drives; its own memory goes on in step. Each law's robots talk to each other on one radio, under names of their own.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
@@ -43,7 +42,8 @@ class TeacherAndPupil(Law[TandemMemory]):
     @property
     def message(self) -> tuple[str, ...]:
         """The values that both laws broadcast."""
-        return (*_named("teacher", self.teacher.message), *_named("pupil", self.pupil.message))
+        both = (("teacher", self.teacher), ("pupil", self.pupil))
+        return tuple(f"{who}.{name}" for who, law in both for name in law.message)
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -88,19 +88,13 @@ class TeacherAndPupil(Law[TandemMemory]):
         said, teacher_memory = self.teacher.control(theirs, memory.teacher, dt)
         done, pupil_memory = self.pupil.control(mine, memory.pupil, dt)
         command = said if self.driver == "teacher" else done
-        message = {
-            **{f"teacher.{name}": value for name, value in (said.message or {}).items()},
-            **{f"pupil.{name}": value for name, value in (done.message or {}).items()},
-        }
+        told = (("teacher", said.message or {}), ("pupil", done.message or {}))
+        message = {f"{who}.{name}": value for who, values in told for name, value in values.items()}
         command = command._replace(message=message or None, inputs=None, guarded=None)
         if self.pushes is not None and self.level == "velocity":
             v, w = self.pushes[min(memory.period, len(self.pushes) - 1)]
             command = command._replace(first=command.first + v, second=command.second + w)
         return command, TandemMemory(teacher_memory, pupil_memory, memory.period + 1, said, known, unheard)
-
-
-def _named(who: Driver, names: Sequence[str]) -> tuple[str, ...]:
-    return tuple(f"{who}.{name}" for name in names)
 
 
 def _share(seen: Observation, who: Driver, law: Law[Any]) -> Observation:

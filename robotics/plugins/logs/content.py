@@ -4,34 +4,29 @@ Of one seed. What a run does not keep (encoders, messages and their ages, ranges
 Stamps count from the run's start. Of a robot that was stopped only its state is logged from then on.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.figures.palette import COLORS, ROLES
 from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.modes import MODES
 from robotics.measures.decisions import decisions, shares
+from robotics.plugins.logs import names as topics
 from robotics.plugins.logs.messages import Composer
-from robotics.plugins.logs.names import (
-    INFO,
-    MAP,
-    SCENE,
-    STATIC_TRANSFORMS,
-    TRANSFORMS,
-    WHEELS,
-    Names,
-    firing,
-    rule_base,
-)
-from robotics.plugins.logs.scene import bodies, mount, mounts
+from robotics.plugins.logs.names import MAP, SCENE, Names, token
 from robotics.simulation.channels import CHANNELS, TEAM_CHANNELS
 from robotics.simulation.run import REFERENCE, Run
 from robotics.world.radio.faults import FAULTS
 from robotics.world.sensing.carried import sensor_names
 
+HEIGHT, LINE = 0.12, 0.02  # m: of bodies, of lines
+# Types of visualization_msgs/Marker
+_CUBE = 1
+_CYLINDER = 3
+_LINES = 5
 _MOST_POINTS = 1001  # of a path: as many as that are drawn, and read back
 _TO = ("progress", "x_target", "y_target", "heading_target")
 
@@ -57,12 +52,8 @@ class Fired(NamedTuple):
 
 def facts(run: Run, seed: int) -> dict[str, str]:
     """What a log says of its run beside its topics, in words."""
-    return {
-        "scenario": run.scenario,
-        "controller": run.controller,
-        "seed": str(seed),
-        "fuzzyfleet": version("fuzzyfleet"),
-    }
+    about = {"scenario": run.scenario, "controller": run.controller, "seed": str(seed)}
+    return about | {"fuzzyfleet": version("fuzzyfleet")}
 
 
 def records(run: Run, seed: int, composer: Composer) -> Iterator[LogRecord]:
@@ -70,23 +61,15 @@ def records(run: Run, seed: int, composer: Composer) -> Iterator[LogRecord]:
     return _Log(run.only(seed), seed, composer).all()
 
 
-@dataclass(eq=False)
 class _Log:
     """The log of a run of one seed."""
 
-    run: Run
-    seed: int
-    make: Composer
-    robots: tuple[Names, ...] = field(init=False)
-    fired: tuple[Fired, ...] = field(init=False)
-    frame: dict[str, np.ndarray] = field(init=False)  # (robots, samples) each
-
-    def __post_init__(self) -> None:
-        run = self.run
+    def __init__(self, run: Run, seed: int, make: Composer) -> None:
+        self.run, self.seed, self.make = run, seed, make
         count = len(run.about.robots)
         self.robots = tuple(Names.of(i, count) for i in range(1, count + 1))
         self.fired = _fired(run)
-        self.frame = {name: run[name][0] for name in CHANNELS}
+        self.frame = {name: run[name][0] for name in CHANNELS}  # (robots, samples) each
         self.frame |= {f"{name}_reference": run.target(name) for name in REFERENCE}
         none = np.full_like(self.frame["x"], np.nan)
         self.frame |= {name: run[name][0] if run.team is not None else none for name in _TO}
@@ -115,7 +98,7 @@ class _Log:
             robots=[names.namespace for names in self.robots if names.namespace],
             message=list(run.about.message),
         )
-        yield LogRecord(0.0, INFO, info, once=True)
+        yield LogRecord(0.0, topics.INFO, info, once=True)
         for each, system in zip(self.fired, (run.about.rule_bases or {}).values(), strict=False):
             base = make.make(
                 "fuzzyfleet_msgs/RuleBase",
@@ -125,8 +108,8 @@ class _Log:
                 rules=list(each.sentences),
                 fis=_as_fis(system),
             )
-            yield LogRecord(0.0, rule_base(each.task), base, once=True)
-        yield LogRecord(0.0, STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
+            yield LogRecord(0.0, topics.rule_base(each.task), base, once=True)
+        yield LogRecord(0.0, topics.STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
         yield LogRecord(0.0, SCENE, bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
@@ -144,7 +127,7 @@ class _Log:
             if np.isfinite(true).all():
                 rows.append(make.transform(header, names.frame("base_link"), *seen))
                 rows.append(make.transform(world, names.frame("base_link_true"), *true))
-        return LogRecord(time, TRANSFORMS, make.transforms(rows))
+        return LogRecord(time, topics.TRANSFORMS, make.transforms(rows))
 
     def _of(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """The messages of one robot."""
@@ -155,16 +138,14 @@ class _Log:
             return
         odom, base = make.header(time, names.frame("odom")), make.header(time, names.frame("base_link"))
         measured = [np.nan] * 4 if run.encoders is None else run.encoders[k, :, 0, robot].tolist()
-        postures = {
-            "odom": ([frame[f"{n}_measured"] for n in ("x", "y", "heading")], *measured[2:]),
-            "ground_truth": ([frame[n] for n in ("x", "y", "heading")], frame["v"], frame["w"]),
-            "reference": (
-                [frame[f"{n}_reference"] for n in ("x", "y", "heading")], frame["v_reference"], frame["w_reference"]
-            ),
-        }  # fmt: skip
-        children = {"odom": "base_link", "ground_truth": "base_link_true", "reference": "reference"}
-        for name, (posture, v, w) in postures.items():
-            yield LogRecord(time, names.topic(name), make.odometry(odom, names.frame(children[name]), posture, v, w))
+        told = {
+            "odom": ("base_link", "_measured", *measured[2:]),
+            "ground_truth": ("base_link_true", "", frame["v"], frame["w"]),
+            "reference": ("reference", "_reference", frame["v_reference"], frame["w_reference"]),
+        }
+        for name, (child, which, v, w) in told.items():
+            posture = [frame[f"{n}{which}"] for n in ("x", "y", "heading")]
+            yield LogRecord(time, names.topic(name), make.odometry(odom, names.frame(child), posture, v, w))
         ordered = ("command_1", "command_2") if run.level == "velocity" else ("v_demand", "w_demand")
         twist = make.twist(*(frame[name] for name in ordered))
         stamped = make.make("geometry_msgs/TwistStamped", header=base, twist=twist)
@@ -201,7 +182,7 @@ class _Log:
         return self.make.make(
             "sensor_msgs/JointState",
             header=header,
-            name=list(WHEELS),
+            name=list(topics.WHEELS),
             position=now / per_radian,
             velocity=(now - before) / per_radian / float(run.time[1] - run.time[0]),
             effort=effort,
@@ -216,13 +197,9 @@ class _Log:
         for place, name in enumerate(sensor_names(run.about.sensors)):
             if name in carried:
                 sensor = carried[name]
-                message = self.make.range(
-                    self.make.header(time, mount(names, name)),
-                    cone=2 * sensor.half_cone,
-                    least=sensor.minimum,
-                    most=sensor.range,
-                    reading=float(run.ranges[k, 0, robot, place]),
-                )
+                header, reading = self.make.header(time, mount(names, name)), float(run.ranges[k, 0, robot, place])
+                limits = {"cone": 2 * sensor.half_cone, "least": sensor.minimum, "most": sensor.range}
+                message = self.make.range(header, **limits, reading=reading)
                 yield LogRecord(time, names.reading(name), message)
 
     def _radio(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
@@ -232,12 +209,8 @@ class _Log:
             values = run.messages[k, :, 0, robot].tolist()
             if not np.isnan(values).all():
                 told = zip(run.about.message, values, strict=True)
-                message = make.make(
-                    "fuzzyfleet_msgs/RadioMessage",
-                    header=header,
-                    sender=robot + 1,
-                    values=[make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told],
-                )
+                named = [make.make("fuzzyfleet_msgs/NamedValue", name=name, value=value) for name, value in told]
+                message = make.make("fuzzyfleet_msgs/RadioMessage", header=header, sender=robot + 1, values=named)
                 yield LogRecord(time, names.topic("radio"), message)
         if run.message_ages is not None:
             ages = run.message_ages[k, 0, robot].astype(float)
@@ -261,7 +234,7 @@ class _Log:
                 strongest=best + 1,
                 strongest_rule=each.sentences[best] if best >= 0 else "",
             )
-            yield LogRecord(time, firing(self.robots[robot], each.task), message)
+            yield LogRecord(time, topics.firing(self.robots[robot], each.task), message)
 
 
 def _fired(run: Run) -> tuple[Fired, ...]:
@@ -291,3 +264,44 @@ def _points(nodes: np.ndarray) -> np.ndarray:
     places = np.unique(np.linspace(0, len(x) - 1, _MOST_POINTS).round().astype(int))
     heading = np.arctan2(np.gradient(y), np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
     return np.stack([x, y, heading], axis=-1)[places]
+
+
+# What stands around: the frames that do not move, robots and obstacles to be drawn ----------------------------------
+
+
+def mount(names: Names, sensor: str) -> str:
+    """The frame of a range sensor."""
+    return names.frame(f"range_{token(sensor)}")
+
+
+def mounts(run: Run, robots: Sequence[Names], make: Composer) -> Iterator[Any]:
+    """Where the frames stand that do not move: all robots count from the same place, and carry their sensors."""
+    for names, carried in zip(robots, run.about.sensors, strict=True):
+        yield make.transform(make.header(0.0, MAP), names.frame("odom"), 0.0, 0.0, 0.0)
+        for name, sensor in carried.items():
+            header = make.header(0.0, names.frame("base_link"))
+            yield make.transform(header, mount(names, name), sensor.x, sensor.y, sensor.axis)
+
+
+def bodies(run: Run, robots: Sequence[Names], make: Composer, k: int, time: float) -> Any:
+    """The bodies of robots, which go with their frames, and of obstacles as they stand at sample ``k``."""
+    markers = []
+    for i, (names, robot) in enumerate(zip(robots, run.about.robots, strict=True)):
+        header = make.header(time, names.frame("base_link_true"))
+        place, size = (0.0, 0.0, HEIGHT / 2, 0.0), (robot.length, robot.width, HEIGHT)
+        markers.append(make.marker(header, "robots", i, _CUBE, place, size, COLORS[i % len(COLORS)], carried=True))
+    world = run.obstacles
+    if world is None:
+        return make.make("visualization_msgs/MarkerArray", markers=markers)
+    at, header, grey = min(k, len(world.circles) - 1), make.header(time, MAP), ROLES["quiet"].light
+    for body in range(int(world.counts[min(at, len(world.counts) - 1)])):
+        x, y, radius = world.circles[at, body].tolist()
+        first, count = world.bodies[min(at, len(world.bodies) - 1), body, :2].tolist()
+        if count == 0:
+            place, size = (x, y, HEIGHT / 2, 0.0), (2 * radius, 2 * radius, HEIGHT)
+            markers.append(make.marker(header, "obstacles", body, _CYLINDER, place, size, grey))
+            continue
+        edges = world.segments[at, first : first + count].reshape(-1, 2).tolist()
+        place, size = (0.0, 0.0, HEIGHT / 2, 0.0), (LINE, LINE, LINE)
+        markers.append(make.marker(header, "obstacles", body, _LINES, place, size, grey, edges))
+    return make.make("visualization_msgs/MarkerArray", markers=markers)

@@ -5,18 +5,19 @@ two clocks differ by more than half a second (a simulator's time beside the comp
 to the clock of the odometry's headers by the median of the difference.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.naming import expected
 from robotics.plugins.logs.bag import Bag, Topic, TopicColumn, opened
-from robotics.plugins.logs.topics import ODOMETRY, TopicsOf, namespace_of
 from robotics.plugins.logs.typestore import DEFAULT_DISTRIBUTION, LogError
 
-PATH, _TRANSFORMS = "nav_msgs/Path", "tf2_msgs/TFMessage"
+ODOMETRY, PATH, _TRANSFORMS = "nav_msgs/Odometry", "nav_msgs/Path", "tf2_msgs/TFMessage"
 TWISTS = ("geometry_msgs/TwistStamped", "geometry_msgs/Twist")
 CLOCKS_APART = 0.5  # s: a header's time farther from when the message was written is another clock's
 _OWN_ODOMETRY = ("ground_truth", "reference")  # topics of our own logs that are no odometry
@@ -101,10 +102,10 @@ def read_drive(
         LogError: No log, or a topic that is needed is missing; the message names those that there are.
     """
     with opened(log, distribution) as bag:
-        space = namespace_of(bag, robot.strip("/"))
-        of = TopicsOf(bag, space)
-        odom = of.topic(odometry, "odometry", (ODOMETRY,), ("odom",), without=_OWN_ODOMETRY)
-        command = of.topic(commands, "commanded velocity", TWISTS, ("cmd_vel",))
+        space = _namespace(bag, robot.strip("/"))
+        topic = partial(_topic, bag, space)
+        odom = topic(odometry, "odometry", (ODOMETRY,), ("odom",), without=_OWN_ODOMETRY)
+        command = topic(commands, "commanded velocity", TWISTS, ("cmd_vel",))
         assert odom is not None
         assert command is not None
         seen, frame, shift, clock = _track(bag, odom)
@@ -117,16 +118,89 @@ def read_drive(
         clocks["commands"] = command_clock
         target: Track | None = None
         plans: tuple[PlannedPath, ...] = ()
-        aim = of.topic(reference, "reference", (ODOMETRY,), ("reference",), needed=False, only=False)
-        way = of.topic(path, "path", (PATH,), ("path", "plan"), needed=False)
+        aim = topic(reference, "reference", (ODOMETRY,), ("reference",), needed=False, only=False)
+        way = topic(path, "path", (PATH,), ("path", "plan"), needed=False)
         if aim is not None and aim.messages:
             target, aim_frame, _, clocks["reference"] = _track(bag, aim)
             topics["reference"] = aim.name
-            _same_frame(bag, aim.name, aim_frame, odom.name, frame)
+            if aim_frame.strip("/") != frame.strip("/"):
+                apart = f"{aim.name} is in the frame {aim_frame!r}, and {odom.name} in {frame!r}"
+                raise LogError(f"{bag.path}: {apart}: they cannot be compared")
         if way is not None and way.messages:
             timed, plans, clocks["path"] = _plans(bag, way, frame, shift)
             target, topics["path"] = target or timed, way.name
     return Drive(Path(log).name, space, seen, given, target, plans, topics, clocks)
+
+
+# Which topic is which ---------------------------------------------------------------------------------------------
+
+
+def _namespace(bag: Bag, robot: str) -> str:
+    """The namespace that is meant of those in which there is odometry; "" is none. Raises LogError."""
+    found = sorted({t.name.rpartition("/")[0].strip("/") for t in bag.topics if t.kind == ODOMETRY})
+    if robot:
+        if not any(topic.name.startswith(f"/{robot}/") for topic in bag.topics):
+            known = [name for name in found if name] or ["none: leave it out"]
+            raise LogError(f"{bag.path}: " + expected(robot, known, "robot"))
+        return robot
+    if "" in found or not found:
+        return ""
+    if len(found) > 1:
+        raise LogError(f"{bag.path}: several robots drive there; choose one with --robot: {', '.join(found)}")
+    return found[0]
+
+
+def _topic(
+    bag: Bag,
+    space: str,
+    named: str,
+    what: str,
+    kinds: Sequence[str],
+    usual: Sequence[str],
+    *,
+    needed: bool = True,
+    only: bool = True,
+    without: Sequence[str] = (),
+) -> Topic | None:
+    """The topic that is meant; None where there is none and none is needed. Raises LogError.
+
+    Args:
+        bag: The log.
+        space: The namespace of the robot.
+        named: As the user names it; "": not at all.
+        what: What it is, for messages.
+        kinds: The types that it may have.
+        usual: The names that it has by custom.
+        needed: Whether there must be one.
+        only: Whether the only one of its kind is taken whatever its name.
+        without: Names that are something else.
+    """
+    begin = f"/{space}/" if space else "/"
+    if named:
+        wanted = [t for t in bag.topics if t.name in (named, f"/{named}", f"{begin}{named}")]
+        if not wanted:
+            raise LogError(f"{bag.path}: there is no topic {named}; {bag.said()}")
+        fit = [t for t in wanted if t.kind in kinds]
+        if not fit:
+            raise LogError(
+                f"{bag.path}: {named} is of {wanted[0].kind}, and {what} must be of {' or '.join(kinds)}; {bag.said()}"
+            )
+        return fit[0]
+    mine = [t for t in bag.topics if t.kind in kinds and t.name.startswith(begin)]
+    mine = [t for t in mine if t.name.removeprefix(begin) not in without]
+    for name in usual:
+        called = [t for t in mine if t.name == f"{begin}{name}"]
+        if called:
+            return max(called, key=lambda topic: topic.messages)
+    inside = [t for t in mine if only and (space or "/" not in t.name[1:])] or (mine if only else [])
+    if len(inside) == 1:
+        return inside[0]
+    if not needed:
+        return None
+    if inside:
+        several = ", ".join(t.name for t in inside)
+        raise LogError(f"{bag.path}: which topic is the {what}: {several}? Name it")
+    raise LogError(f"{bag.path}: there is no {what}, a topic of {' or '.join(kinds)}; {bag.said()}")
 
 
 # What the messages hold -------------------------------------------------------------------------------------------
@@ -154,12 +228,8 @@ def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
     time, shift, clock = _times(read, table[:, 0])
     kept = _in_order(time, np.isfinite(table[:, 1:4]).all(axis=1))
     values = table[kept, 1:].T
-    return (
-        Track(time[kept], values[0], values[1], np.unwrap(values[2]), values[3], values[4]),
-        read.rows[0][6] if read.rows else "",
-        shift,
-        clock,
-    )
+    track = Track(time[kept], values[0], values[1], np.unwrap(values[2]), values[3], values[4])
+    return track, read.rows[0][6] if read.rows else "", shift, clock
 
 
 def _times(read: TopicColumn, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:
@@ -205,37 +275,28 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
         return _stamp(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
 
     read = bag.read(topic, row)
-    paths = [(time, of, poses) for time, (_, of, poses) in zip(read.arrival, read.rows, strict=True) if len(poses) > 1]
+    times, _, clock = _times(read, np.array([stamp for stamp, _, _ in read.rows]))
+    times = times + shift if clock == "arrival" else times
+    paths = [(t, of, poses) for t, (_, of, poses) in zip(times, read.rows, strict=True) if len(poses) > 1]
     if not paths:
         return None, (), "arrival"
-    moved: Callable[[np.ndarray, float], np.ndarray] = _mover(bag, topic.name, paths[0][1], frame)
-    times, _, clock = _times(read, np.array([stamp for stamp, _, _ in read.rows]))
-    begin = {
-        id(poses): t + (shift if clock == "arrival" else 0.0) for t, (_, _, poses) in zip(times, read.rows, strict=True)
-    }
-    poses = paths[0][2]
+    begin, own, poses = paths[0]
+    moved = _mover(bag, topic.name, own, frame)
     if len(paths) == 1 and (np.diff(poses[:, 0]) > 0).all() and poses[0, 0] > 0:
-        x, y, heading = moved(poses[:, 1:], begin[id(poses)]).T
+        x, y, heading = moved(poses[:, 1:], begin).T
         heading = np.unwrap(heading)
         v = np.hypot(np.gradient(x, poses[:, 0]), np.gradient(y, poses[:, 0]))
         track = Track(poses[:, 0], x, y, heading, v, np.gradient(heading, poses[:, 0]))
-        return track, (PlannedPath(begin[id(poses)], np.stack([x, y], axis=-1)),), "headers"
+        return track, (PlannedPath(begin, np.stack([x, y], axis=-1)),), "headers"
     found: list[PlannedPath] = []
-    for _, _, each in paths:
-        points = moved(each[:, 1:], begin[id(each)])[:, :2]
+    for begin, _, poses in paths:
+        points = moved(poses[:, 1:], begin)[:, :2]
         if not found or not np.array_equal(found[-1].points, points):
-            found.append(PlannedPath(begin[id(each)], points))
+            found.append(PlannedPath(begin, points))
     return None, tuple(found), clock
 
 
 # Frames -----------------------------------------------------------------------------------------------------------
-
-
-def _same_frame(bag: Bag, name: str, frame: str, other: str, wanted: str) -> None:
-    if frame.strip("/") != wanted.strip("/"):
-        raise LogError(
-            f"{bag.path}: {name} is in the frame {frame!r}, and {other} in {wanted!r}: they cannot be compared"
-        )
 
 
 def _mover(bag: Bag, name: str, frame: str, wanted: str) -> Callable[[np.ndarray, float], np.ndarray]:

@@ -7,11 +7,20 @@ very numbers that it has learnt by. What the robot was to follow is
 * the moving target of the log, where it has one: all quantities of target, path and timetable are known;
 * or a path without times: only what does not depend on a timetable is known;
 * or the way that it drove itself: the target is then where it was a little later.
+
+Odometry, commands and references come at rates of their own, and jitter. At each time of a grid
+
+* the posture and the velocities are interpolated between the samples before and after it, the heading without its
+  jumps of 2π;
+* the command is the last one given, which holds until the next;
+* the reference is interpolated like the posture.
+
+Where the two samples around a time are farther apart than a limit, or the last command is older than it, nothing is
+known: the drive is cut there, and goes on as another piece. It is cut, too, where the robot gets another path.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -24,8 +33,8 @@ from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
-from robotics.plugins.logs.drive import Drive, Track
-from robotics.plugins.logs.resampling import DrivePiece, pieces
+from robotics.plugins.logs.drive import Drive, PlannedPath, Track
+from robotics.plugins.logs.typestore import LogError
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.paths.joined import PathTable, join_paths
 from robotics.world.paths.path import Line, PathError, Waypoints, compile_path
@@ -41,6 +50,8 @@ UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
 _APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path made of a reference, of a way that was driven
 NEAR_PLAN = 0.1  # m: a target that stays so near to the path of the log moves along that path
+_AT_ONCE = 1e-6  # s: stamps are whole nanoseconds, and times of the grid are not
+_LEAST = 2  # samples of a piece
 _BLOCK = 5.0  # s: rows of the same block go to the same table
 CHECKED = 4  # of so many blocks one is for checking
 _BY_TIME = frozenset({*QUANTITY_GROUPS["The target"], "lag", "late", "stuck"})
@@ -48,6 +59,104 @@ _BY_PATH = frozenset({*QUANTITY_GROUPS["The path and the timetable"], "onward_be
     "late",
     "gives_way",
 }
+
+
+# Drives on one grid of times ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class DrivePiece:
+    """A part of a drive without gaps, at times that are equally far apart; arrays are (samples,)."""
+
+    start: float  # s: of the drive, by the clock of its odometry
+    time: np.ndarray  # s since then
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad, not wrapped
+    v: np.ndarray  # m/s
+    w: np.ndarray  # rad/s
+    v_commanded: np.ndarray  # m/s
+    w_commanded: np.ndarray  # rad/s
+    plan: PlannedPath | None  # the path that the robot had
+
+
+def pieces(
+    drive: Drive, period: float = 0.05, gap: float = 0.5, delay: float = 0.0, *, whole: bool = False
+) -> tuple[DrivePiece, ...]:
+    """The parts of ``drive`` without gaps, on a grid of times.
+
+    Args:
+        drive: The drive.
+        period: From time to time [s].
+        gap: The longest time [s] without odometry, without a command, or without a reference.
+        delay: From a posture to the command that answers it [s].
+        whole: Whether the beginning and the end stay, where nothing is commanded.
+
+    Raises LogError where nothing is left.
+    """
+    for name, value, least in (("period", period, 1e-3), ("gap", gap, period), ("delay", delay, 0.0)):
+        if not least <= value <= 60.0:
+            raise LogError(f"{name} must be a number of seconds from {least:g} to 60, got {value:g}")
+    seen, given = _moving(drive.odometry), drive.commands
+    start = max(seen.time[0], given.time[0] - delay)
+    count = int(np.floor((min(seen.time[-1], given.time[-1] + gap - delay) - start) / period + _AT_ONCE)) + 1
+    if count < _LEAST:
+        raise LogError(
+            f"{drive.log}: {drive.topics['odometry']} (from {seen.time[0]:.3f} to {seen.time[-1]:.3f} s) and "
+            f"{drive.topics['commands']} (from {given.time[0]:.3f} to {given.time[-1]:.3f} s) do not overlap"
+        )
+    grid = start + period * np.arange(count)
+    place = np.searchsorted(given.time, grid + delay + _AT_ONCE, side="right") - 1
+    known = _known(seen.time, grid, gap) & (place >= 0) & (grid + delay - given.time[np.maximum(place, 0)] <= gap)
+    if drive.reference is not None:
+        known &= _known(drive.reference.time, grid, gap)
+    v, w = given.v[np.maximum(place, 0)], given.w[np.maximum(place, 0)]
+    if not whole:
+        driven = np.flatnonzero(known & ((v != 0) | (w != 0)))
+        if not len(driven):
+            raise LogError(f"{drive.log}: {drive.topics['commands']} commands nothing but to stand still")
+        known[: driven[0]] = known[driven[-1] + 1 :] = False
+    turns = np.array([plan.time for plan in drive.plans[1:]])
+    plan = np.searchsorted(turns, grid, side="right")
+    cuts = np.flatnonzero((np.diff(known.astype(int)) != 0) | (np.diff(plan) != 0)) + 1
+    found = []
+    for part in np.split(np.arange(count), cuts):
+        if known[part[0]] and len(part) >= _LEAST:
+            at = grid[part]
+            x, y, heading, speed, turn = (np.interp(at, seen.time, values) for values in seen[1:])
+            path = drive.plans[int(plan[part[0]])] if drive.plans else None
+            found.append(DrivePiece(start, at - start, x, y, heading, speed, turn, v[part], w[part], path))
+    if not found:
+        raise LogError(
+            f"{drive.log}: no {_LEAST} moments in a row are known: its messages are farther apart than {gap:g} s"
+        )
+    return tuple(found)
+
+
+def _known(time: np.ndarray, grid: np.ndarray, gap: float) -> np.ndarray:
+    """Whether the samples at ``time`` before and after each time of the ``grid`` are no farther apart than ``gap``."""
+    after = np.searchsorted(time, grid - _AT_ONCE, side="left")
+    before = np.searchsorted(time, grid + _AT_ONCE, side="right") - 1
+    inside = (before >= 0) & (after < len(time))
+    before, after = np.maximum(before, 0), np.minimum(after, len(time) - 1)
+    return inside & (time[after] - time[before] <= gap)
+
+
+def _moving(track: Track) -> Track:
+    """The track with its velocities; those of its postures where it does not tell them.
+
+    Raises LogError for a track of one sample.
+    """
+    if len(track.time) < _LEAST:
+        raise LogError("the odometry has fewer than two messages")
+    if np.isfinite(track.v).all() and np.isfinite(track.w).all():
+        return track
+    ahead = np.gradient(track.x, track.time) * np.cos(track.heading)
+    ahead += np.gradient(track.y, track.time) * np.sin(track.heading)
+    return track._replace(v=ahead, w=np.gradient(track.heading, track.time))
+
+
+# The table ----------------------------------------------------------------------------------------------------------
 
 
 class DriveDataError(InputError):
@@ -214,13 +323,9 @@ class TrackReferences(References):
         """Whether it stands at its end, so that it is known where it is afterwards."""
         return bool(abs(self.track.v[-1]) < 1e-6 and abs(self.track.w[-1]) < 1e-6)
 
-    @cached_property
-    def _columns(self) -> tuple[np.ndarray, ...]:
-        return (*self.track[1:], self.s)
-
     def each_at(self, times: np.ndarray) -> Reference:
         """The reference at ``times`` [s]; each field has their shape."""
-        return Reference(*(np.interp(times, self.track.time, column) for column in self._columns))
+        return Reference(*(np.interp(times, self.track.time, column) for column in (*self.track[1:], self.s)))
 
 
 def _along(joined: PathTable, track: Track, s: np.ndarray) -> TrackReferences:
@@ -292,9 +397,7 @@ def _setting(drive: Drive, piece: DrivePiece, references: TrackReferences, perio
 def drive_facts(drives: Sequence[Drive], recipe: DriveRecipe, table: DriveTable, command: str) -> dict[str, str]:
     """What there is to say of a table for its card; ``command`` is what made it."""
     robots = [f"{drive.log} ({drive.robot})" if drive.robot else drive.log for drive in drives]
-    topics = [
-        f"{what} {name}, times by {drive.clocks[what]}" for drive in drives for what, name in drive.topics.items()
-    ]
+    topics = [f"{what} {name}, times by {d.clocks[what]}" for d in drives for what, name in d.topics.items()]
     return {
         "what": "what a robot knew at each moment of a drive, and what it was commanded then",
         "made by": f"`{command}`",

@@ -4,6 +4,7 @@ It is the JSON that Foxglove and Lichtblick export and import: a configuration f
 and a tree that shares out the window.
 """
 
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +21,18 @@ def layout_of(run: Run) -> dict[str, Any]:
     """The layout for the log of ``run``, in JSON's types."""
     count = len(run.about.robots)
     robots = [Names.of(i, count) for i in range(1, count + 1)]
-    drawn = robots[:MOST_ROBOTS]
+    drawn, first = robots[:MOST_ROBOTS], robots[0].topic("state")
     panels: dict[str, dict[str, Any]] = {
         "3D!scene": _scene(robots),
         "Plot!speed": _plot("Speed [m/s]", _curves(drawn, ("v", "v_demand"))),
         "Plot!turn": _plot("Turn rate [rad/s]", _curves(drawn, ("w", "w_demand"))),
-        "Plot!track": _plot("Track [m]", _tracks(drawn), xAxisVal="custom", xAxisPath=_x(drawn)),
+        # Of the first robot alone: the curves of such a panel share their x
+        "Plot!track": _plot(
+            "Track [m]",
+            [(f"{first}.y", _label(robots[0], "y over x"))],
+            xAxisVal="custom",
+            xAxisPath={"value": f"{first}.x", "enabled": True},
+        ),
     }
     states = [_path(f"{names.topic('state')}.mode", _label(names, "mode")) for names in drawn if run.modes is not None]
     bases = run.about.rule_bases if run.inputs is not None and run.about.rule_bases else {}
@@ -39,15 +46,11 @@ def layout_of(run: Run) -> dict[str, Any]:
             shares = [(f"{firing(robots[0], task)}.shares[{n}]", f"rule {n + 1}") for n in rules]
             panels[f"Plot!rules{k}"] = _plot(f"Shares of the rules: {task}", shares)
     if run.message_ages is not None and count > 1:
-        ages = [
-            (f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}")
-            for i, a in enumerate(drawn[:3])
-            for j in range(min(count, 3))
-            if i != j
-        ]
+        pairs = [(drawn[i], j) for i, j in permutations(range(min(count, 3)), 2)]
+        ages = [(f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}") for a, j in pairs]
         panels["Plot!ages"] = _plot("Age of what was heard [s]", ages)
     panels["RawMessages!about"] = _raw(rule_base(next(iter(bases))) if bases else INFO)
-    panels["RawMessages!state"] = _raw(robots[0].topic("state"))
+    panels["RawMessages!state"] = _raw(first)
     return {
         "configById": panels,
         "globalVariables": {},
@@ -107,14 +110,9 @@ def _scene(robots: list[Names]) -> dict[str, Any]:
 
 def _plot(title: str, curves: list[tuple[str, str]], **more: str | dict[str, Any]) -> dict[str, Any]:
     """A panel Plot of curves: the path of a number, and what it is called."""
+    always = {"enabled": True, "timestampMethod": "receiveTime"}
     paths = [
-        {
-            "value": value,
-            "label": label,
-            "enabled": True,
-            "timestampMethod": "receiveTime",
-            "color": COLORS[k % len(COLORS)],
-        }
+        {"value": value, "label": label, **always, "color": COLORS[k % len(COLORS)]}
         for k, (value, label) in enumerate(curves)
     ]
     settings: dict[str, Any] = {
@@ -136,27 +134,13 @@ def _curves(robots: list[Names], fields: tuple[str, ...]) -> list[tuple[str, str
     return [(f"{names.topic('state')}.{field}", _label(names, field)) for names in robots for field in fields]
 
 
-def _tracks(robots: list[Names]) -> list[tuple[str, str]]:
-    """Of the first robot alone: the curves of such a panel share their x."""
-    return [(f"{robots[0].topic('state')}.y", _label(robots[0], "y over x"))]
-
-
-def _x(robots: list[Names]) -> dict[str, Any]:
-    return {"value": f"{robots[0].topic('state')}.x", "enabled": True}
-
-
 def _path(value: str, label: str) -> dict[str, str]:
     return {"value": value, "label": label, "timestampMethod": "receiveTime"}
 
 
 def _raw(topic: str) -> dict[str, Any]:
-    return {
-        "topicPath": topic,
-        "diffEnabled": False,
-        "diffMethod": "custom",
-        "diffTopicPath": "",
-        "showFullMessageForDiff": False,
-    }
+    no_difference = {"diffEnabled": False, "diffMethod": "custom", "diffTopicPath": "", "showFullMessageForDiff": False}
+    return {"topicPath": topic, **no_difference}
 
 
 def _label(names: Names, what: str) -> str:
@@ -168,9 +152,4 @@ def _column(panels: list[str], share: float | None = None) -> Any:
     if len(panels) == 1:
         return panels[0]
     percent = round(100 / len(panels), 1) if share is None else share
-    return {
-        "direction": "column",
-        "first": panels[0],
-        "second": _column(panels[1:]),
-        "splitPercentage": percent,
-    }
+    return {"direction": "column", "first": panels[0], "second": _column(panels[1:]), "splitPercentage": percent}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,15 +21,11 @@ class Composer:
     """Makes messages of the types of ``store``, a typestore of ``rosbags``. Angles are in rad, lengths in m."""
 
     store: Any
-    types: dict[str, Any] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "types", self.store.types)
 
     def make(self, kind: str, /, **fields: Any) -> Any:
         """A message of the type ``kind``, such as ``nav_msgs/Odometry``."""
         package, _, name = kind.partition("/")
-        return self.types[f"{package}/msg/{name}"](**fields)
+        return self.store.types[f"{package}/msg/{name}"](**fields)
 
     def stamp(self, time: float) -> Any:
         """A time [s] since the run's start."""

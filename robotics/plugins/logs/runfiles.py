@@ -93,6 +93,7 @@ class LogFiles:
 
     @staticmethod
     def _logs(path: Path | None, seeds: Sequence[int]) -> dict[int, Path]:
-        from robotics.plugins.logs.writing import seed_files
-
-        return {} if path is None else seed_files(path, seeds)
+        """The file or folder of each seed's log: ``path`` itself, or run-seed-3.mcap and so on of several."""
+        if path is None or len(seeds) == 1:
+            return {} if path is None else {seeds[0]: path}
+        return {seed: path.with_name(f"{path.stem}-seed-{seed}{path.suffix}") for seed in seeds}

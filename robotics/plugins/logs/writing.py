@@ -7,7 +7,7 @@ whoever reads it needs none. The same run gives the same bytes.
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -16,24 +16,10 @@ from fuzzy.files.atomic import TargetError, check_folder, check_target, replacin
 from fuzzy.naming import expected
 from robotics.plugins.logs.content import LogRecord, facts, records
 from robotics.plugins.logs.messages import Composer, nanoseconds
-from robotics.plugins.logs.typestore import (
-    DEFAULT_DISTRIBUTION,
-    DISTRIBUTIONS,
-    LogError,
-    check_distribution,
-    check_installed,
-    typestore,
-)
+from robotics.plugins.logs.typestore import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, LogError, check_installed, typestore
 from robotics.simulation.run import Run
 
 Storage = Literal["mcap", "sqlite3"]
-
-
-def seed_files(path: Path, seeds: Sequence[int]) -> dict[int, Path]:
-    """The file or folder of each seed's log: ``path`` itself, or run-seed-3.mcap and so on where there are several."""
-    if len(seeds) == 1:
-        return {seeds[0]: path}
-    return {seed: path.with_name(f"{path.stem}-seed-{seed}{path.suffix}") for seed in seeds}
 
 
 def check_mcap(path: Path) -> None:
@@ -149,7 +135,6 @@ def _write(
     run: Run, folder: Path, seed: int, distribution: str, storage: Storage, progress: Callable[[], None] | None
 ) -> None:
     """Write a rosbag2 folder."""
-    check_distribution(distribution)
     store = typestore(distribution)
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
@@ -165,10 +150,8 @@ def _write(
         for record in records(run, seed, Composer(store)):
             kind = record.message.__msgtype__
             if record.topic not in connections:
-                quality = [_quality(record)]
-                connections[record.topic] = writer.add_connection(
-                    record.topic, kind, typestore=store, offered_qos_profiles=quality
-                )
+                how = {"typestore": store, "offered_qos_profiles": [_quality(record)]}
+                connections[record.topic] = writer.add_connection(record.topic, kind, **how)
             content = store.serialize_cdr(record.message, kind)
             writer.write(connections[record.topic], nanoseconds(record.time), content)
             if progress is not None and record.time > reached:

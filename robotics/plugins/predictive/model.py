@@ -106,11 +106,8 @@ def velocity_shares(period: float, change: float, lag: float) -> Shares:
     left = first.decay * second.decay
     # now = newer + (middle − newer) e^{...},  middle = older + (start − older) e^{...}
     mean = left * period / start
-    return Shares(
-        mean,
-        (1 - first.decay) * second.decay - mean * older / period,
-        (1 - second.decay) - mean * second.given / period,
-    )
+    before = (1 - first.decay) * second.decay - mean * older / period
+    return Shares(mean, before, (1 - second.decay) - mean * second.given / period)
 
 
 @compiled_only

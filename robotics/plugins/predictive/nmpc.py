@@ -35,16 +35,9 @@ from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity, whole
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
+from robotics.plugins.predictive import model
 from robotics.plugins.predictive.ilqr import TAIL, FixedColumns, SolverColumns, node_of, solve, working
-from robotics.plugins.predictive.model import (
-    ResponseColumns,
-    ShareColumns,
-    moved,
-    response,
-    velocity_shares,
-    wheel_lag,
-    wheel_rate,
-)
+from robotics.plugins.predictive.model import ResponseColumns, ShareColumns, moved
 from robotics.plugins.predictive.terminal import SPEEDS, Weights, tail_table
 from robotics.world.paths.road import moving
 from robotics.world.vehicle.plant import STEP, velocity_limits
@@ -195,16 +188,16 @@ class PredictiveControl(EquationLaw):
 
     def lag(self, setting: Setting, robot: Robot) -> float:
         """τ [s] of its model of ``robot``: 0 where the wheels follow at once, or are taken to."""
-        return wheel_lag(robot) if self.wheel_lag == "modelled" and setting.plant == "dynamic" else 0.0
+        return model.wheel_lag(robot) if self.wheel_lag == "modelled" and setting.plant == "dynamic" else 0.0
 
     def _numbers(self, setting: Setting, robot: Robot) -> dict[str, Any]:
         """What :meth:`derive` gives, of one robot."""
         period, lag = setting.period, self.lag(setting, robot)
-        after, weights = response(period, lag), self.weights(robot)
+        after, weights = model.response(period, lag), self.weights(robot)
         periods, beyond = self._late(setting)
         v_max, w_max, half_axle, wheel = velocity_limits([robot])[:, 0]
         rates = [np.inf if rate is None else rate for rate in (robot.v_rate_max, robot.w_rate_max)]
-        rates = [rate * period for rate in (*rates, wheel_rate(robot), wheel_rate(robot))]
+        rates = [rate * period for rate in (*rates, model.wheel_rate(robot), model.wheel_rate(robot))]
         tops = v_max, w_max, wheel, wheel
         fixed = {"after": after, "weights": weights, "half_axle": half_axle, "tops": tops, "rates": rates}
         return {
@@ -212,7 +205,7 @@ class PredictiveControl(EquationLaw):
             "delay": periods * period + beyond,
             "periods": periods,
             "lead": lag,
-            "share": velocity_shares(period, beyond, lag),
-            "part": response(beyond, lag),
+            "share": model.velocity_shares(period, beyond, lag),
+            "part": model.response(beyond, lag),
             "table": tail_table(weights, after, float(wheel)).ravel(),
         }

@@ -4,12 +4,15 @@ The random numbers of an episode are those of a run with the same seed, in the s
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fuzzy.compiled.threads import processors, share_out
-from robotics.plugins.reinforcement.agents import Agents
+from robotics.laws.equation import RobotColumns
+from robotics.laws.law import Command, Law, Observation
+from robotics.laws.setting import Setting
 from robotics.plugins.reinforcement.observed import highs_of
 from robotics.plugins.reinforcement.reward import END, RewardColumns, RewardNotes, costs, opened, settle
 from robotics.plugins.reinforcement.stepping import EpisodeLanes, advance, look_around, observe_lanes, sense_lanes
@@ -24,7 +27,34 @@ from robotics.world.sensing.carried import CarriedSensors, Looks
 from robotics.world.sensing.posture import wheel_errors
 from robotics.world.vehicle import plant as p
 
+BROADCAST = RobotColumns.leaves()  # what every robot broadcasts
 _SHARE = 256  # lanes of a thread at least: fewer are not worth one
+
+
+@dataclass(frozen=True)
+class Agents(Law[None]):
+    """The law of robots that somebody else drives; each broadcasts where it is, and how fast, as it knows it."""
+
+    at: p.Level = "velocity"
+    sees: bool = False
+    message = BROADCAST
+
+    @property
+    def level(self) -> p.Level:
+        """What the agents command."""
+        return self.at
+
+    @property
+    def looks(self) -> bool:
+        """Whether the robots carry range sensors among obstacles."""
+        return self.sees
+
+    def init(self, setting: Setting, runs: int) -> None:
+        """It remembers nothing."""
+
+    def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
+        """Nobody asks it."""
+        raise NotImplementedError
 
 
 class Episodes:

@@ -10,17 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.columns import Columns, column, several
+from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
-from robotics.laws.equation import AimColumns, RobotColumns
+from robotics.laws.equation import AimColumns, HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.posture import wrapped, wrapped_compiled
 from robotics.world.paths.road import at, timed
 from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
 
 _AHEAD = np.array((0.2, 0.5, 1.0))  # s: how far it looks ahead along its reference
 _SHARPEST = 20.0  # 1/m: a curvature beyond is told as this
+OLDEST = 5.0  # s: a message is told to be no older; also before the first
 _FASTER = 2.0  # times the robot's greatest speed: what quantised encoders may tell
 
 
@@ -142,3 +143,56 @@ def observe(  # type: ignore[no-untyped-def]
 def highs_of(found: Sequence[Entry]) -> np.ndarray[Any, Any]:
     """The limits of entries (entries,)."""
     return np.array([entry.high for entry in found])
+
+
+# What the agents of a team observe of each other ---------------------------------------------------------------------
+
+
+class TeamHeard(HeardColumns):
+    """What one robot has heard of another."""
+
+    said = within(RobotColumns)
+
+
+def team_entries(setting: Setting, level: Level, robot: int, sees: bool) -> tuple[Entry, ...]:
+    """The entries of what one robot of a team observes: those of a robot alone, then five of each other robot.
+
+    Args:
+        setting: The team's.
+        level: What is commanded.
+        robot: Its place.
+        sees: Whether it reads its range sensors.
+    """
+    found = list(entries(setting, level, tuple(setting.sensors[robot]) if sees else (), robot))
+    on = setting.references
+    ends = [on.at(float(t)) for t in np.linspace(0.0, setting.ticks * setting.period, 50)]
+    far = 2 * setting.divergence + max(float(np.hypot(np.ptp(at.x), np.ptp(at.y))) for at in ends)
+    fastest = max(one.v_max for one in setting.robots)
+    for n in range(len(setting.robots)):
+        if n != robot:
+            who = f"robot{n + 1}"
+            found += [
+                Entry(f"{who}_ahead", "m", far, f"{who} was so far ahead when it sent the last message that was heard"),
+                Entry(f"{who}_left", "m", far, f"{who} was then so far to the left"),
+                Entry(f"{who}_heading", "rad", math.pi, f"{who} was then turned so far to the left of this robot"),
+                Entry(f"{who}_v", "m/s", 2 * fastest, f"{who} then had this speed"),
+                Entry(f"{who}_age", "s", OLDEST, "so long ago; this much and more: nothing was heard", positive=True),
+            ]
+    return tuple(found)
+
+
+def heard_of(robot: int, seen: np.ndarray, heard: np.ndarray) -> np.ndarray:
+    """What one robot has heard of the others (5 a robot,), in its own frame; 0 before the first message.
+
+    Args:
+        robot: Its place.
+        seen: What the robots measure (SeenColumns, robots).
+        heard: What they have heard (HeardColumns and values, receivers, senders).
+    """
+    others = np.arange(heard.shape[2]) != robot
+    theirs, own = TeamHeard(heard[:, robot][:, others]), RobotColumns(seen, robot)
+    said, age = theirs.said, np.minimum(theirs.age, OLDEST)
+    dx, dy = said.x - own.x, said.y - own.y
+    cos, sin = np.cos(own.heading), np.sin(own.heading)
+    rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(said.heading - own.heading), said.v, age])
+    return np.nan_to_num(rows).T.ravel()

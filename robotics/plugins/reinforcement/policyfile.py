@@ -174,19 +174,9 @@ def _made(table: Mapping[str, Any]) -> Policy:
         raise ControllerError(f"the last layer must have 2 outputs; it has {before}")
     if (most <= 0).any():
         raise ControllerError(f"most must be two numbers > 0; got {table['most']}")
-    about = table.get("about", {})
-    about = about if isinstance(about, dict) else {}
-    whole = (float(most[0]), float(most[1]))
-    return Policy(
-        table["level"],
-        tuple(inputs),
-        offset,
-        scale,
-        float(clip),
-        tuple(found),
-        whole,
-        about,
-    )
+    about, whole = table.get("about"), (float(most[0]), float(most[1]))
+    known = about if isinstance(about, dict) else {}
+    return Policy(table["level"], tuple(inputs), offset, scale, float(clip), tuple(found), whole, known)
 
 
 def _array(value: Any, shape: tuple[int, ...], name: str) -> np.ndarray:

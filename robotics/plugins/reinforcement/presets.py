@@ -1,11 +1,7 @@
 """The preset of the learnt policy, which an entry point names."""
 
-from robotics.laws.preset import Preset
+from robotics.laws.law import Preset
 from robotics.plugins.reinforcement.neural import NeuralPolicy
 
-PPO = Preset(
-    NeuralPolicy,
-    {},
-    "Learnt policy (PPO)",
-    "a network of 1,666 numbers that `robotics reinforce` has learnt; nothing of it is proved",
-)
+_PPO = "a network of 1,666 numbers that `robotics reinforce` has learnt; nothing of it is proved"
+PPO = Preset(NeuralPolicy, {}, "Learnt policy (PPO)", _PPO)

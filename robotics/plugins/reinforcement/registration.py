@@ -12,8 +12,5 @@ def register() -> None:
         return
     if TRACKING in registry:
         return
-    add(
-        TRACKING,
-        entry_point="robotics.plugins.reinforcement.single:TrackingEnv",
-        vector_entry_point="robotics.plugins.reinforcement.vector:TrackingVectorEnv",
-    )
+    here = "robotics.plugins.reinforcement"
+    add(TRACKING, entry_point=f"{here}.single:TrackingEnv", vector_entry_point=f"{here}.vector:TrackingVectorEnv")

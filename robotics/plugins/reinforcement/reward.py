@@ -83,12 +83,7 @@ class RewardNotes(NamedTuple):
 
 
 def reward_observer(
-    scenario: Scenario,
-    runs: int = 1,
-    *,
-    level: Level = "velocity",
-    reward: RewardKind = "dense",
-    approach: float = 0.0,
+    scenario: Scenario, runs: int = 1, *, level: Level = "velocity", reward: RewardKind = "dense", approach: float = 0.0
 ) -> Observer:
     """The observer that pays ``runs`` runs of a scenario; ``notes.returned`` is what each robot's episode returns.
 

@@ -48,10 +48,8 @@ class TrackingEnv(gymnasium.Env):
         super().reset(seed=seed)
         observed, infos = self.lane.reset(seed=seed, options=options)
         self.over = False
-        return observed[0], {
-            "scenario": self.task.scenarios[int(infos["scenario"][0])].name,
-            "seed": int(infos["seed"][0]),
-        }
+        scenario = self.task.scenarios[int(infos["scenario"][0])]
+        return observed[0], {"scenario": scenario.name, "seed": int(infos["seed"][0])}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Take a step with ``action`` (2,).

@@ -97,15 +97,12 @@ class Task:
             raise TaskError(f"the scenario {name!r} has a kinematic plant, which takes no torques")
         if any(obstacle.path is not None for obstacle in scenario.obstacles):
             raise TaskError(f"the scenario {name!r} has obstacles that move; only those that stand are taken")
+        unlike = f"{first.name!r} and {name!r} differ"
         for field in SHARED:
             if getattr(scenario, field) != getattr(first, field):
-                raise TaskError(
-                    f"all scenarios of an environment have the same {field}; {first.name!r} and {name!r} differ"
-                )
+                raise TaskError(f"all scenarios of an environment have the same {field}; {unlike}")
         if scenario.setting.sensing != first.setting.sensing or self._carried(scenario) != self._carried(first):
-            raise TaskError(
-                f"the robots of all scenarios of an environment sense alike; {first.name!r} and {name!r} differ"
-            )
+            raise TaskError(f"the robots of all scenarios of an environment sense alike; {unlike}")
 
     def _carried(self, scenario: Scenario) -> dict[str, Any]:
         return dict(scenario.setting.sensors[0]) if any(s.obstacles for s in self.scenarios) else {}
@@ -124,9 +121,7 @@ class Task:
     @cached_property
     def most_of(self) -> np.ndarray:
         """The commands of the action 1 (2, scenarios): m/s and rad/s, or N m."""
-        own = [
-            command_limits(s.setting.robots[0], self.level) if self.most is None else self.most for s in self.scenarios
-        ]
+        own = [self.most or command_limits(s.setting.robots[0], self.level) for s in self.scenarios]
         return np.array(own, dtype=float).T.copy()
 
     @cached_property

@@ -7,13 +7,12 @@ import numpy as np
 
 from fuzzy.extras import install_command
 from robotics.laws.law import Command
-from robotics.plugins.reinforcement.agents import BROADCAST, Agents
 from robotics.plugins.reinforcement.choosing import Chooser
-from robotics.plugins.reinforcement.observed import FIXED_ENTRIES, command_limits, highs_of
+from robotics.plugins.reinforcement.episodes import BROADCAST, Agents
+from robotics.plugins.reinforcement.observed import FIXED_ENTRIES, command_limits, heard_of, highs_of, team_entries
 from robotics.plugins.reinforcement.reward import END, RewardColumns, costs, pay, reward_observer, settle
 from robotics.plugins.reinforcement.stepping import EpisodeLanes, observe_lanes
 from robotics.plugins.reinforcement.task import RewardKind, TaskError, check_reward, checked_action, checked_seed
-from robotics.plugins.reinforcement.teamcolumns import heard_of, team_entries
 from robotics.plugins.reinforcement.vector import spaces
 from robotics.simulation.loop import Simulation
 from robotics.simulation.observer import moment_of

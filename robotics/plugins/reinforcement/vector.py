@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -16,11 +16,7 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.world.vehicle.plant import Level
 
 Autoreset = Literal["next-step", "same-step", "disabled"]
-_MODES = {
-    "next-step": gymnasium.vector.AutoresetMode.NEXT_STEP,
-    "same-step": gymnasium.vector.AutoresetMode.SAME_STEP,
-    "disabled": gymnasium.vector.AutoresetMode.DISABLED,
-}
+_MODES = {name: gymnasium.vector.AutoresetMode[name.replace("-", "_").upper()] for name in get_args(Autoreset)}
 
 
 def spaces(entries: Sequence[Entry], limits: np.ndarray) -> tuple[Any, Any]:
@@ -140,7 +136,8 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             if own is not None:
                 chooser.seed(own)
         self._begin(np.flatnonzero(mask), options.get("scenario"))
-        return self.episodes.lanes.observed.copy(), self._infos()
+        places, run = self.episodes.lanes.notes.robot.copy(), self.episodes.seeds.copy()
+        return self.episodes.lanes.observed.copy(), self._told(slice(None), scenario=places, seed=run)
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Take a step in every lane, with ``actions`` (lanes, 2).
@@ -182,29 +179,26 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         self.episodes.begin(chosen, places, [seed for _, seed in drawn])
         self.begun[chosen] = True
 
-    def _infos(self) -> dict[str, Any]:
-        everyone = np.ones(self.num_envs, dtype=bool)
-        return {
-            "scenario": self.episodes.lanes.notes.robot.copy(),
-            "_scenario": everyone,
-            "seed": self.episodes.seeds.copy(),
-            "_seed": everyone.copy(),
-        }
-
     def _ended(self, done: np.ndarray, ended: np.ndarray) -> dict[str, Any]:
-        mask = np.zeros(self.num_envs, dtype=bool)
-        mask[done] = True
         cost, end = np.zeros(self.num_envs), np.full(self.num_envs, None, dtype=object)
         cost[done], end[done] = self.episodes.costs(done), [END._fields[kind] for kind in ended[done].tolist()]
-        return {"cost": cost, "_cost": mask, "end": end, "_end": mask.copy()}
+        return self._told(done, cost=cost, end=end)
 
     def _final(self, done: np.ndarray, infos: dict[str, Any]) -> dict[str, Any]:
         """The infos of the same-step mode: what is returned beside them is already of the next episodes."""
         last = np.full(self.num_envs, None, dtype=object)
         for lane in done.tolist():
             last[lane] = self.episodes.lanes.observed[lane].copy()
-        mask = infos["_cost"]
-        return {"final_obs": last, "_final_obs": mask.copy(), "final_info": infos, "_final_info": mask.copy()}
+        return self._told(done, final_obs=last, final_info=infos)
+
+    def _told(self, lanes: Any, **values: Any) -> dict[str, Any]:
+        """Infos, each with the mask of the ``lanes`` of which it tells."""
+        masks = np.zeros((len(values), self.num_envs), dtype=bool)
+        masks[:, lanes] = True
+        found: dict[str, Any] = {}
+        for (name, value), mask in zip(values.items(), masks, strict=True):
+            found |= {name: value, f"_{name}": mask}
+        return found
 
 
 def checked_actions(actions: Any, count: int) -> np.ndarray:

@@ -11,18 +11,8 @@ from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import measured, runs_touched
 from robotics.plugins.stress.outcome import StressOutcome
-from robotics.plugins.thesis.avoidance_runs import (
-    AVOIDANCE_TESTS,
-    CASES,
-    COURSES,
-    CRASH_LAWS,
-    FACTOR,
-    OBSTACLE_LAWS,
-    RANDOM_CROSSINGS,
-    Results,
-    runs_of,
-    values,
-)
+from robotics.plugins.thesis import avoidance_runs
+from robotics.plugins.thesis.avoidance_runs import AVOIDANCE_TESTS, CASES, COURSES, CRASH_LAWS, OBSTACLE_LAWS, Results
 from robotics.plugins.thesis.claims import judged
 from robotics.plugins.thesis.figures import plot_turn
 from robotics.plugins.thesis.rows import film_of, run_columns
@@ -45,30 +35,17 @@ def _figures(first: int, *rows: str) -> dict[str, str]:
     return {row: f"Fig 6.{number}" for number, row in enumerate(rows, first)}
 
 
+def _test_figures(first: int) -> dict[str, str]:
+    """The same of a test, which has two figures of its trajectories, and one of both errors and of both speeds."""
+    errors, speeds = f"Fig 6.{first + 3}", f"Fig 6.{first + 4}"
+    found = {"trajectories": f"Figs 6.{first}, 6.{first + 1}", "distances": f"Fig 6.{first + 2}"}
+    return found | {"cross-track": errors, "heading": errors, "v": speeds, "w": speeds}
+
+
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "two-meetings": (
-        ("crash-literal", "right-of-way"),
-        {
-            "trajectories": "Figs 6.9, 6.10",
-            "distances": "Fig 6.11",
-            "cross-track": "Fig 6.12",
-            "heading": "Fig 6.12",
-            "v": "Fig 6.13",
-            "w": "Fig 6.13",
-        },
-    ),
-    "three-cross": (
-        ("crash-literal", "crash-yielding", "right-of-way"),
-        {
-            "trajectories": "Figs 6.14, 6.15",
-            "distances": "Fig 6.16",
-            "cross-track": "Fig 6.17",
-            "heading": "Fig 6.17",
-            "v": "Fig 6.18",
-            "w": "Fig 6.18",
-        },
-    ),
+    "two-meetings": (("crash-literal", "right-of-way"), _test_figures(9)),
+    "three-cross": (("crash-literal", "crash-yielding", "right-of-way"), _test_figures(14)),
     "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
     "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
     "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),
@@ -78,7 +55,7 @@ CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 def chapter_of(results: Results) -> Chapter:
     """Write the chapter from the results of its experiments."""
-    runs = runs_of(results)
+    runs = avoidance_runs.runs_of(results)
     return Chapter(
         "avoidance",
         "Avoidance: other robots, and obstacles that nobody knows (thesis 6)",
@@ -94,7 +71,7 @@ def chapter_of(results: Results) -> Chapter:
         ),
         [_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
         pictures=_pictures(runs),
-        claims=judged("avoidance", partial(values, results)),
+        claims=judged("avoidance", partial(avoidance_runs.values, results)),
         films=[film_of(runs[key], *key) for key in _played(runs)],
         leads=[
             *(_lead(runs, test, CRASH_LAWS) for test in AVOIDANCE_TESTS),
@@ -131,39 +108,27 @@ def _tests(runs: Runs) -> Grid:
 
 
 # Quantities that the tables show, and what they call them
-_ARRIVING = {
-    "arrival_time_s": "last arrival",
-    "arrival_spread_s": "spread of arrivals",
-    "max_cross_track_m": "largest distance from the path",
-}
-
-
+_ARRIVING = {"arrival_time_s": "last arrival", "arrival_spread_s": "spread of arrivals"}
+_ARRIVING["max_cross_track_m"] = "largest distance from the path"
 _TOUCHED = {"runs with contact": lambda run: f"{runs_touched(run)} of {len(run.seeds)}"}
 
 
 def _crossings(results: Results) -> Grid:
     rows = []
     for law in CRASH_LAWS:
-        outcome: StressOutcome = results[RANDOM_CROSSINGS, law]
+        outcome: StressOutcome = results[avoidance_runs.RANDOM_CROSSINGS, law]
         figures = outcome.summary()
         ratio = figures["time_ratio_median"]
         good = outcome.arrived & ~outcome.collided & together(outcome.arrivals)
         rates = [rate_of(which) for which in (outcome.collided, outcome.deadlocked, outcome.refused, good)]
         nearest = f"{figures['min_distance_m']:.2f}"
         rows.append((label(law), *(shown(r, "1") for r in rates), nearest, "–" if ratio is None else f"{ratio:.2f}"))
+    head = ("controller", "robots touch", "deadlock", "refused before the start", "arrive together")
     return Grid(
         f"The same {figures['runs']} random crossings of three robots each (robotics stress crossing), with Wilson's "
-        f"95 % intervals. Deadlock: not all arrived within {FACTOR:g} times the nominal duration; a run may do both. "
-        f"Together: without contact, within {ARRIVAL_SPREAD:g} s.",
-        (
-            "controller",
-            "robots touch",
-            "deadlock",
-            "refused before the start",
-            "arrive together",
-            "least distance of centers [m]",
-            "median time",
-        ),
+        f"95 % intervals. Deadlock: not all arrived within {avoidance_runs.FACTOR:g} times the nominal duration; a run "
+        f"may do both. Together: without contact, within {ARRIVAL_SPREAD:g} s.",
+        (*head, "least distance of centers [m]", "median time"),
         rows,
     )
 

@@ -4,7 +4,7 @@ The file's tables are those of :mod:`robotics.show.report.claims`, with a chapte
 laws in the forms ``printed``, ``corrected``, ``ideal`` and ``tuned`` in place of ``of`` and ``against``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -19,12 +19,8 @@ from robotics.show.report.chapter import Claim
 from robotics.show.report.claims import ClaimError, Condition, Measure, Statement, decided, run_name, statements
 from robotics.tables.text import reading
 
-_FORMS: dict[str, Form] = {
-    "printed": "as printed",
-    "corrected": "corrected",
-    "ideal": "ideal",
-    "tuned": "tuned",
-}  # their keys in the file
+# Their keys in the file
+_FORMS: dict[str, Form] = {"printed": "as printed", "corrected": "corrected", "ideal": "ideal", "tuned": "tuned"}
 
 
 class Needed(NamedTuple):
@@ -67,11 +63,8 @@ Measured = Callable[[Needed, str, str], np.ndarray]
 def needed(chapter: str) -> list[Needed]:
     """What the claims of a chapter are judged by, each once, in the order of the file."""
     asked = [c for statement in _statements() if statement.chapter == chapter for c in statement.parts]
-    return list(
-        dict.fromkeys(
-            Needed(on, law, form == "ideal") for c in asked for form in c.laws for law in c.laws[form] for on in c.on
-        )
-    )
+    laws = [(c.on, law, form == "ideal") for c in asked for form in c.laws for law in c.laws[form]]
+    return list(dict.fromkeys(Needed(on, law, ideal) for several, law, ideal in laws for on in several))
 
 
 def run_file(need: Needed) -> str:
@@ -91,21 +84,14 @@ def judged(chapter: str, values: Measured) -> list[Claim]:
 def _parts(condition: _Condition, values: Measured) -> list[Part]:
     known = MEASURED_QUANTITIES.get(condition.metric)
     measure = Measure(condition.says, known.unit if known is not None else condition.unit)
-    return [
-        decided(
-            condition,
-            measure,
-            lambda law, on=on, form=form: values(  # type: ignore[misc]
-                Needed(on, law, form == "ideal"), condition.metric, condition.robots
-            ),
-            on=on,
-            of=of,
-            against=against,
-            form=form,
-        )
-        for on in condition.on
-        for form, (of, *against) in condition.laws.items()
-    ]
+
+    def part(on: str, form: Form, of: str, against: Sequence[str]) -> Part:
+        def seeds(law: str) -> np.ndarray:
+            return values(Needed(on, law, form == "ideal"), condition.metric, condition.robots)
+
+        return decided(condition, measure, seeds, on=on, of=of, against=against, form=form)
+
+    return [part(on, form, of, against) for on in condition.on for form, (of, *against) in condition.laws.items()]
 
 
 @cache

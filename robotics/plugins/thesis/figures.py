@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,10 +20,11 @@ from robotics.laws.catalogue import law_title
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.laws.tracking.sliding_mode import attraction
 from robotics.measures.evidence import Estimate, rate_of
-from robotics.plugins.thesis.recovery import Scaling
+from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.show.figures.drawing import TARGET, draw_common_legend, panel_grid, scale_values
 
 _ALPHA, _REACH = 3.0, 2.0  # s/m: α in the exponent of Q(S); m/s: the largest |S|
+_UNITS = {"x_err": "m", "alpha": "rad", "distance": "m", "heading_err": "rad"}  # of the inputs of fuzzy tracking
 # The turns: what they are called, and what they are over
 _TURNS = {"lateral": ("λ", "y_err"), "eta": ("η", "d_ij"), "theta": ("Θ", "ro")}
 # (K, μ0) of each panel: the same K with the law ever steeper, and the thesis's μ0 with other K beside its CSM
@@ -75,26 +75,16 @@ def plot_tracking_velocities(width: float = DOUBLE) -> Figure:
     ahead = {name: ahead[name] for name in ahead if name in {v.name for v in fis.inputs}}
     with styled_figure(width, 4.6) as figure:
         axes = figure.subplots(2, 2)
-        pictures = (
-            ("distance", "v"),
-            ("alpha", "w"),
-            (("distance", "x_err"), "v"),
-            (("alpha", "x_err"), "w"),
-        )
+        pictures = ((("distance",), "v"), (("alpha",), "w"), (("distance", "x_err"), "v"), (("alpha", "x_err"), "w"))
         for ax, (inputs, output) in zip(axes.flat, pictures, strict=True):
             fixed = {name: value for name, value in ahead.items() if name not in inputs}
             plot_surface(fis, inputs, output, fixed, ax=ax)
-            ax.set_title(_held(fixed), fontsize=7)
+            said = [f"{'α' if n == 'alpha' else n} = {number(v)} {_UNITS[n]}" for n, v in fixed.items()]
+            ax.set_title(f"at {', '.join(said)}", fontsize=7)
         setp(axes[:, 1], xlabel="α [rad]")
         axes[0, 1].set_ylabel("ω [rad/s]")
         figure.axes[-1].set_ylabel("ω [rad/s]")  # the colour bar
         return figure
-
-
-def _held(fixed: dict[str, float]) -> str:
-    names = {"x_err": "x_err", "alpha": "α", "distance": "distance", "heading_err": "heading_err"}
-    units = {"x_err": "m", "alpha": "rad", "distance": "m", "heading_err": "rad"}
-    return "at " + ", ".join(f"{names[name]} = {number(value)} {units[name]}" for name, value in fixed.items())
 
 
 def plot_turn(rule_base: str, width: float = DOUBLE) -> Figure:
@@ -131,43 +121,38 @@ def _pair(width: float) -> Iterator[tuple[Figure, Axes, Axes]]:
 _MARKERS = "os^Dv"
 
 
-def plot_recovery(recoveries: pd.DataFrame, width: float = DOUBLE) -> Figure:
+def plot_recovery(recoveries: Sequence[Recovery], width: float = DOUBLE) -> Figure:
     """Draw the share of runs that recover, with Wilson's interval, and the largest distance from the path.
 
     Controllers stand side by side at each length of an outage, so that none covers another.
 
     Args:
-        recoveries: The table of :func:`robotics.recovery_curve`.
+        recoveries: What is drawn, by controller and outage.
         width: The width of the figure in inches.
     """
-    parts: dict[Any, pd.DataFrame] = dict(iter(recoveries.groupby(["controller", "outage_s"], sort=False)))
-    names = list(dict.fromkeys(name for name, _ in parts))
+    names = list(dict.fromkeys(r.controller for r in recoveries))
     with styled_figure(width, 2.3 + 0.15 * len(names)) as figure:
         left, right = figure.subplots(1, 2)
         for i, name in enumerate(names):
-            mine = {outage: part for (law, outage), part in parts.items() if law == name}
-            at = np.array([*mine]) + 0.5 * (i - (len(names) - 1) / 2)
+            mine = [r for r in recoveries if r.controller == name]
+            at = np.array([r.outage for r in mine]) + 0.5 * (i - (len(names) - 1) / 2)
             look = {"color": COLORS[i], "linestyle": LINES[i], "marker": _MARKERS[i], "markersize": 4, "linewidth": 0.9}
-            shares = [rate_of(part["recovered"].to_numpy()) for part in mine.values()]
+            shares = [rate_of(r.recovered) for r in mine]
             ends = np.array([[s.value - s.low, s.high - s.value] for s in shares]).T
             values = [100 * s.value for s in shares]
             left.errorbar(at, values, 100 * ends, label=law_title(name), capsize=2, elinewidth=0.8, **look)
-            right.plot(at, [float(part["deviation_m"].to_numpy().mean()) for part in mine.values()], **look)
+            right.plot(at, [float(r.deviation.mean()) for r in mine], **look)
         left.axvline(15.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)))
         left.text(14.7, 3, "limit in\nthe thesis", fontsize=7, color="0.3", ha="right")
         left.set(ylim=(-3, 103), ylabel="teams that recover [%]")
         right.set_ylim(bottom=0)
         right.set_ylabel("largest distance from\nthe path, mean [m]")
         for ax in (left, right):
-            ax.set_xticks(sorted({outage for _, outage in parts}))
+            ax.set_xticks(sorted({r.outage for r in recoveries}))
             ax.set_xlabel("length of the outage [s]")
-        counts = sorted({*map(len, parts.values())})
-        figure.legend(
-            loc="outside upper left",
-            ncol=3 if width > PAGE_WIDTH else 1,
-            title_fontsize=7,
-            title=f"{' or '.join(map(str, counts))} runs a point",
-        )
+        counts = sorted({len(r.recovered) for r in recoveries})
+        columns, title = 3 if width > PAGE_WIDTH else 1, f"{' or '.join(map(str, counts))} runs a point"
+        figure.legend(loc="outside upper left", ncol=columns, title_fontsize=7, title=title)
         return figure
 
 

@@ -23,23 +23,11 @@ from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS, load_netw
 from robotics.measures.evidence import mean_of
 from robotics.measures.formations import measure_formation
 from robotics.measures.quantities import measured
-from robotics.plugins.learning.figures import (
-    plot_epochs,
-    plot_fits,
-    plot_formation_paths,
-    plot_formation_signals,
-    plot_searches,
-)
-from robotics.plugins.learning.formationdata import (
-    FormationRecipe,
-    FormationRun,
-    FormationTable,
-    checking_recipe,
-    formation_data,
-    formation_run,
-)
-from robotics.plugins.learning.formationlearning import Learnt, learn_network, write_networks
-from robotics.plugins.learning.fresh import FRESH, FreshErrors, fresh_errors
+from robotics.plugins.learning import figures as plots
+from robotics.plugins.learning import formationdata
+from robotics.plugins.learning import formationlearning as learning
+from robotics.plugins.learning.formationdata import FormationRecipe, FormationRun, FormationTable
+from robotics.plugins.learning.formationlearning import FRESH, FreshErrors, Learnt
 from robotics.plugins.learning.report import fit_of, parameter_grid, setting_of
 from robotics.plugins.learning.scatter import DRAWS, scatter
 from robotics.plugins.thesis.claims import Needed, judged
@@ -91,37 +79,27 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
     """
     networks = Path(folder) / "networks"
+    drives = {Needed(on, title, False): law for on in _EXPERIMENTS for law, title in VARIANTS.items()}
     return [
         *(Experiment(("data", kind), partial(_data, kind, seed)) for kind in SETS),
-        *(
-            Experiment(("learnt", *which), partial(_learnt, *which, seed, networks))
-            for which in product(SETS, FORMATION_OUTPUTS)
-        ),
+        *(Experiment(("learnt", *w), partial(_learnt, *w, seed, networks)) for w in product(SETS, FORMATION_OUTPUTS)),
         Experiment(("fresh",), partial(_fresh, seed, networks)),
-        *(
-            Experiment(need, partial(_driven, need, law, effort.row(seed), networks))
-            for experiment in _EXPERIMENTS
-            for law, title in VARIANTS.items()
-            for need in [Needed(experiment, title, False)]
-        ),
+        *(Experiment(need, partial(_driven, need, law, effort.row(seed), networks)) for need, law in drives.items()),
     ]
 
 
 @lru_cache(maxsize=2)
 def _data(kind: Kind, seed: int) -> _Data:
     recipe = FormationRecipe(kind=kind, seed=seed)
-    held = checking_recipe(recipe)
-    still = replace(recipe, coverage=0.0, jitter=0.0)
-    check = formation_data(held)
+    held, still = formationdata.checking_recipe(recipe), replace(recipe, coverage=0.0, jitter=0.0)
+    table, check = formationdata.formation_data(recipe), formationdata.formation_data(held)
     literal = kind == "literal"
-    table = formation_data(recipe)
-    along = table if literal else formation_data(still)
-    check_along = check if literal else formation_data(checking_recipe(still))
-    runs = {
-        f"leader from {start:g} m".replace("-", "−"): formation_run(recipe, start, recipe.samples)
-        for start in recipe.starts
-    }
-    held_runs = [formation_run(held, start, held.samples) for start in held.starts]
+    along, check_along = table, check
+    if not literal:
+        along, check_along = (formationdata.formation_data(r) for r in (still, formationdata.checking_recipe(still)))
+    title = "leader from {:g} m".format
+    runs = {title(x).replace("-", "−"): formationdata.formation_run(recipe, x, recipe.samples) for x in recipe.starts}
+    held_runs = [formationdata.formation_run(held, start, held.samples) for start in held.starts]
     times = _one_after_another(list(runs.values())), _one_after_another(held_runs)
     return _Data(table, check, along, check_along, runs if literal else {}, *times)
 
@@ -137,15 +115,15 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     data = _data(kind, seed)
     # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
     options = anfis.Options(epochs=60, ridge=1e-10) if kind == "literal" else anfis.Options(epochs=60)
-    learnt = learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
+    learnt = learning.learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
     if kind == "well-posed":
-        write_networks([learnt], networks)
+        learning.write_networks([learnt], networks)
     return learnt
 
 
 def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
     learnt = [_learnt("well-posed", output, seed, networks) for output in FORMATION_OUTPUTS]
-    return fresh_errors(learnt, FormationRecipe(kind="well-posed", seed=seed))
+    return learning.fresh_errors(learnt, FormationRecipe(kind="well-posed", seed=seed))
 
 
 def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
@@ -155,9 +133,8 @@ def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Pa
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     """Write the chapter from the results of its experiments."""
-    learnt: dict[str, list[Learnt]] = {
-        kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS
-    }
+    learnt: dict[str, list[Learnt]]
+    learnt = {kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS}
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
     return Chapter(
         "formation",
@@ -192,10 +169,7 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
             _driving(runs),
         ],
         _antecedents_and_consequents(learnt["well-posed"]),
-        [
-            *_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}),
-            *_driving_pictures(runs),
-        ],
+        [*_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}), *_driving_pictures(runs)],
         judged("formation", partial(_values, results)),
         folded="Parameters of the networks, ours and the thesis's",
     )
@@ -276,28 +250,28 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
 
 def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data]) -> list[Picture]:
     posed, literal = learnt["well-posed"], data["literal"]
-    first = posed[0]
+    first, searches = posed[0], {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}
     turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
     return [
         Picture(
             "formation-paths",
             "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
             "Five panels with the paths of a leader and two followers.",
-            partial(plot_formation_paths, literal.runs, PAGE_WIDTH),
+            partial(plots.plot_formation_paths, literal.runs, PAGE_WIDTH),
         ),
         Picture(
             "formation-signals",
             "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
             "literal set. The lead dx decides, and is no input of it.",
             "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
-            partial(plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
+            partial(plots.plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
         ),
         Picture(
             "formation-rules",
             "Training error over the number of rules (thesis Fig 5.6), well-posed set: a dot for each setting, a "
             "line through the best; ring: the one taken.",
             "Error against number of rules for the four networks, those of speeds left, of turn rates right.",
-            partial(plot_searches, {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}, PAGE_WIDTH),
+            partial(plots.plot_searches, searches, PAGE_WIDTH),
         ),
         Picture(
             "formation-structure",
@@ -316,7 +290,7 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
             "Training and checking error of the four networks over the epochs (thesis Fig 5.13), well-posed set.",
             "Error curves of hybrid learning, training on the left and checking on the right.",
             partial(
-                plot_epochs,
+                plots.plot_epochs,
                 {network.output: network.training.history for network in posed},
                 {network.output: network.after.outputs[0].unit for network in posed},
                 PAGE_WIDTH,
@@ -337,13 +311,12 @@ def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _D
 
 def _plot_fits(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data], table: str, time: str) -> Figure:
     """Draw what all networks give over one of the tables of their data, over its times."""
-    columns = {
-        f"{kind} set": [
-            fit_of(network, getattr(data[kind], table))._replace(time=getattr(data[kind], time)) for network in networks
-        ]
-        for kind, networks in learnt.items()
-    }
-    return plot_fits(columns, PAGE_WIDTH)
+
+    def fits(kind: Kind) -> list[plots.Fit]:
+        own = data[kind]
+        return [fit_of(network, getattr(own, table))._replace(time=getattr(own, time)) for network in learnt[kind]]
+
+    return plots.plot_fits({f"{kind} set": fits(kind) for kind in learnt}, PAGE_WIDTH)
 
 
 def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:

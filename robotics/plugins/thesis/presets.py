@@ -1,6 +1,6 @@
 """The presets of laws as the thesis prints them, which entry points name."""
 
-from robotics.laws.preset import Preset
+from robotics.laws.law import Preset
 from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
 from robotics.laws.teams.virtual_structure import VirtualStructure
 from robotics.laws.tracking.lyapunov import Lyapunov

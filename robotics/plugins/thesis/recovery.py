@@ -6,26 +6,19 @@ their paths, before the clock has passed 97 % of its time. The claim judged: the
 20 s (Figs 4.15-4.17).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import product
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import pandas as pd
 
-from fuzzy.shell.progress import Begin, unwatched
-from robotics.laws.catalogue import files_of, make_controller
+from robotics.laws.catalogue import make_controller
 from robotics.measures.progress import progress_gap, true_progress
 from robotics.measures.tracking import cross_track_error
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
-from robotics.studies.passes import run_passes
-from robotics.studies.versions import digest_of
 from robotics.world.radio.faults import Fault, Faults
 from robotics.world.sensing.posture import LABORATORY
 
@@ -47,6 +40,32 @@ class Scaling:
     step: float  # s between two samples: arrivals are known no better
 
 
+@dataclass(frozen=True)
+class Recovery:
+    """The recovery of the runs with one controller and outage; arrays are (runs,).
+
+    Attributes:
+        controller: Its specification.
+        outage: The length of the faults [s].
+        recovered: (runs,) bool: whether the team is together again.
+        after: (runs,) from the last fault's end to recovery [s]; infinite if there is none.
+        deviation: (runs,) the largest distance of any robot from its path [m].
+        gap: (runs,) the largest s_i − s_j, a share of the paths, without a unit.
+    """
+
+    controller: str
+    outage: float
+    recovered: np.ndarray
+    after: np.ndarray
+    deviation: np.ndarray
+    gap: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """The share of the runs that recover."""
+        return float(self.recovered.mean())
+
+
 def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) -> Faults:
     """A failure of robot 2 and a delay of robot 3 at random times; a seed's times are the same for every length.
 
@@ -61,8 +80,8 @@ def outages_of(scenario: Scenario, lengths: np.ndarray, seeds: Sequence[int]) ->
     return replace(drawn, ends=drawn.starts + lengths[:, None])
 
 
-def recovery(run: Run, fault_ends: np.ndarray) -> dict[str, np.ndarray]:
-    """Judge the recovery in ``run``, whose last faults end at ``fault_ends`` (runs,) [s]: columns (runs,)."""
+def recovery(run: Run, fault_ends: np.ndarray) -> Recovery:
+    """Judge the recovery in ``run``, whose last faults end at ``fault_ends`` (runs,) [s]."""
     gap, cross = progress_gap(run), np.abs(cross_track_error(run)).max(axis=1)
     progress = true_progress(run).max(axis=1)
     good = (gap < PROGRESS_GAP) & (cross < _ON_PATH)
@@ -73,12 +92,7 @@ def recovery(run: Run, fault_ends: np.ndarray) -> dict[str, np.ndarray]:
     back = np.minimum(first, samples - 1)
     there = (first < samples) & (np.take_along_axis(progress, back[:, None], axis=1)[:, 0] < _LATEST)
     after = np.where(there, np.maximum(run.time[back] - fault_ends, 0.0), np.inf)
-    return {
-        "recovered": there,
-        "after_s": after,
-        "deviation_m": np.nanmax(cross, axis=1),
-        "gap": np.nanmax(gap, axis=1),
-    }
+    return Recovery(run.controller, 0.0, there, after, np.nanmax(cross, axis=1), np.nanmax(gap, axis=1))
 
 
 def recovery_curve(
@@ -86,11 +100,9 @@ def recovery_curve(
     outages: Sequence[float],
     seeds: Sequence[int],
     scenario: str = "outage-10s",
+    advance: Callable[[], None] | None = None,
     duration: float | None = None,
-    *,
-    folder: Path | None = None,
-    begin: Begin = unwatched,
-) -> pd.DataFrame:
+) -> list[Recovery]:
     """Judge the recovery of every controller after every outage; a seed has the same fault times in all of them.
 
     Args:
@@ -98,41 +110,32 @@ def recovery_curve(
         outages: The lengths of the faults [s].
         seeds: The seeds of the runs with each controller and outage.
         scenario: The name of the team's scenario.
+        advance: Called after every controller.
         duration: The time [s] after which runs end, by default that of the scenario. A controller that keeps to the
             timetable is done a little after its 60 s.
-        folder: What is done is kept here, and a stopped campaign goes on from it. Default: nothing is kept.
-        begin: Starts a bar of a progress display, by its text and total.
 
     Returns:
-        A row a run, outages varying faster than controllers: controller, outage_s, seed, whether the team recovered,
-        after_s from the last fault's end to recovery (infinite if there is none), deviation_m, the largest distance of
-        any robot from its path, and gap, the largest s_i − s_j, a share of the paths.
+        One for each controller and outage, outages varying fastest.
     """
     base = load_scenario(scenario)
     # The 10 % of noise of the third test are judged by themselves; here they would hide what the fault does.
     members = tuple(replace(m, sensing=None) for m in base.robots)
-    base = replace(base, robots=members, sensing=LABORATORY, faults=(), duration=duration or base.duration)
-    passes = list(product(controllers, map(float, outages)))
-    files = {name: digest_of(path) for law in controllers for name, path in files_of(law).items()}
-    done = run_passes(
-        passes,
-        partial(_recovered, base, list(seeds)),
-        kind="recovery campaign",
-        about={"scenario": repr([base, members]), "outages": passes, "seeds": list(seeds), "files_sha256": files},
-        place=lambda part: f"{part[0]}, an outage of {part[1]:g} s",
-        folder=folder,
-        begin=begin,
-    )
-    if done.interrupted:
-        raise KeyboardInterrupt
-    assert done.table is not None
-    return done.table
+    base = replace(base, robots=members, sensing=LABORATORY, faults=())
+    base = replace(base, duration=duration or base.duration)
+    repeated = np.tile(seeds, len(outages))
+    lengths = np.repeat(outages, len(seeds))
+    faults = outages_of(base, lengths, repeated.tolist())
+    found = []
+    for name in controllers:
+        run = simulate(base, make_controller(name), repeated.tolist(), name=name, faults=faults)
+        every = recovery(run, faults.ends.max(axis=1))
+        for outage in outages:
+            found.append(_of_length(every, lengths == outage, outage))
+        if advance is not None:
+            advance()
+    return found
 
 
-def _recovered(scenario: Scenario, seeds: Sequence[int], part: tuple[str, float]) -> pd.DataFrame:
-    """The rows of a controller and a length of the faults [s]."""
-    controller, outage = part
-    faults = outages_of(scenario, np.full(len(seeds), outage), seeds)
-    run = simulate(scenario, make_controller(controller), seeds, name=controller, faults=faults)
-    found = recovery(run, faults.ends.max(axis=1))
-    return pd.DataFrame({"controller": controller, "outage_s": outage, "seed": seeds, **found})
+def _of_length(every: Recovery, chosen: np.ndarray, outage: float) -> Recovery:
+    arrays = {name: getattr(every, name)[chosen] for name in ("recovered", "after", "deviation", "gap")}
+    return Recovery(every.controller, outage, **arrays)

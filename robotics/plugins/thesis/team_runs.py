@@ -7,7 +7,6 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
@@ -17,26 +16,21 @@ from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
-from robotics.plugins.thesis.recovery import Scaling, recovery_curve
+from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.radio.faults import Fault
 
+_GAINS = ("virtual", "thesis", "measured")  # of the virtual structure
 # Scenario and controllers of every experiment; the first is the one that is drawn
 EXPERIMENTS: dict[str, tuple[str, ...]] = {
     "ahead-and-behind": ("graph-esm", "graph-esm-thesis", "graph-esm-literal"),
     "concentric-circles": ("virtual-structure-measured", "virtual-structure-thesis"),
     "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-thesis"),
     "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
-    "outage-10s": (
-        "virtual-structure-virtual",
-        "virtual-structure-thesis",
-        "virtual-structure-measured",
-        "virtual-structure",
-        "cooperation",
-    ),
+    "outage-10s": (*(f"virtual-structure-{k}" for k in _GAINS), "virtual-structure", "cooperation"),
     "outage-20s": ("virtual-structure-thesis", "virtual-structure"),
     "unequal-lengths": ("cooperation", "cooperation-literal"),
     "start-off-paths": ("cooperation", "cooperation-literal"),
@@ -68,18 +62,16 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     wanted, seeds = [*needed("teams"), *duels], effort.row(seed)
     shown = [Needed(scenario, law, False) for scenario, laws in EXPERIMENTS.items() for law in laws]
     decided = {(need.of, DECIDED[need.on]) for need in wanted if need.on in DECIDED}
+
+    def many(law: str, outage: float) -> Sequence[int]:
+        return effort.many(seed) if (law, outage) in decided else seeds[: 2 * _FEW]
+
     return [
         *experiments_of(wanted, seeds),
         *experiments_of([need for need in shown if need not in wanted], seeds[:_FEW]),
         *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
         Experiment((LEMMA,), judge_lemma),
-        *(
-            Experiment(
-                ("recovery", law, o),
-                partial(_recovery, law, o, effort.many(seed) if (law, o) in decided else seeds[: 2 * _FEW]),
-            )
-            for law, o in product(RECOVERERS, OUTAGES)
-        ),
+        *(Experiment(("recovery", *key), partial(_recovery, *key, many(*key))) for key in product(RECOVERERS, OUTAGES)),
         *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
     ]
 
@@ -87,7 +79,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
 def values(results: Results, need: Needed, quantity: str, robots: str) -> np.ndarray:
     """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
     if need.on in DECIDED:
-        return np.asarray(results["recovery", need.of, DECIDED[need.on]]["recovered"])
+        return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
     if need.on == LEMMA:
         return np.array([_share_of_bound(results[LEMMA,], need.of.removeprefix("condition "))])
     found = results[need]
@@ -108,9 +100,10 @@ def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
     return separation(driven(need, held, need.of, seeds), since=10.0)
 
 
-def _recovery(law: str, outage: float, seeds: Sequence[int]) -> pd.DataFrame:
+def _recovery(law: str, outage: float, seeds: Sequence[int]) -> Recovery:
     late = law == "virtual-structure"  # its clock waits for who is held up; the others' runs to the timetable
-    return recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
+    (found,) = recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
+    return found
 
 
 def _scaled(robots: int, loss: float, seed: int) -> Scaling:

@@ -1,30 +1,20 @@
 """The report's chapter on teams: graph, virtual structure, fuzzy cooperation; thesis 3, 4, 5.3 and 5.4."""
 
 from functools import partial
-from itertools import zip_longest
-
-import pandas as pd
+from itertools import product, zip_longest
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import label
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
-from robotics.measures.evidence import Estimate, mean_of, rate_of
+from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured, runs_touched
+from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
-from robotics.plugins.thesis.recovery import Scaling
+from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.plugins.thesis.rows import film_of, run_columns
-from robotics.plugins.thesis.team_runs import (
-    DUELS,
-    EXPERIMENTS,
-    OUTAGES,
-    RECOVERERS,
-    TEAM_TESTS,
-    Results,
-    mean_errors,
-    values,
-)
+from robotics.plugins.thesis.team_runs import DUELS, EXPERIMENTS, OUTAGES, RECOVERERS, TEAM_TESTS, Results
 from robotics.show.figures.run import plot_run
 from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
@@ -80,7 +70,7 @@ def chapter_of(results: Results) -> Chapter:
         [_experiments(results)],
         [*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
         _pictures(results),
-        judged("teams", partial(values, results)),
+        judged("teams", partial(team_runs.values, results)),
         [film_of(results[Needed(*item, False)], *item) for item in FILMS],
         [_lead(results, test) for test in TEAM_TESTS],
         "Tables 5.7 and 5.8, rules, recovery and scaling in numbers",
@@ -98,11 +88,8 @@ def _table_5_6() -> Grid:
     rows = [
         (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, driven.rules, fillvalue=""), 1)
     ]
-    return Grid(
-        "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn.",
-        ("rule", "as printed", "as driven here"),
-        rows,
-    )
+    caption = "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn."
+    return Grid(caption, ("rule", "as printed", "as driven here"), rows)
 
 
 def _experiments(results: Results) -> Grid:
@@ -126,15 +113,6 @@ def _experiments(results: Results) -> Grid:
 _TABLES = {"unequal-lengths": "5.7", "start-off-paths": "5.8"}
 
 
-def _errors_of(results: Results, test: str) -> tuple[dict[str, list[list[Estimate]]], tuple[str, ...]]:
-    """For each law and kind of error the means of the robots, and the kinds' titles, for the picture."""
-    found = {}
-    for law, title in DUELS.items():
-        means = mean_errors(results[Needed(test, law, False)])
-        found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
-    return found, (*_COLUMNS[:3], "mean error norm [m, rad]")
-
-
 def _duel(results: Results, test: str) -> Grid:
     rows = [
         (f"thesis, {kind} (printed)", *(", ".join(column) for column in PRINTED_TEAMS[test][kind]), "")
@@ -142,16 +120,15 @@ def _duel(results: Results, test: str) -> Grid:
     ]
     for law, title in DUELS.items():
         run = results[Needed(test, law, False)]
-        means = mean_errors(run)
+        means = team_runs.mean_errors(run)
         numbers = [", ".join(shown(mean_of(means[:, i, k]), "1") for i in range(3)) for k in range(4)]
         reached = MEASURED_QUANTITIES["path_settling_time_s"].measure(run)
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
-    runs = len(run.seeds)
     return Grid(
         f"Table {_TABLES[test]} beside ours: means over time (5.17) for robots 1, 2, 3, with 95 % intervals over "
-        f"{runs} seeds. All laws are measured against the same timetable, that of the scenario, with the same noise. "
-        "What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are left as they "
-        "are.",
+        f"{len(run.seeds)} seeds. All laws are measured against the same timetable, that of the scenario, with the "
+        "same noise. What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are "
+        "left as they are.",
         ("controller", *_COLUMNS, "on the path for good"),
         rows,
     )
@@ -159,9 +136,9 @@ def _duel(results: Results, test: str) -> Grid:
 
 def _recovery(results: Results) -> Grid:
     def cell(law: str, outage: float) -> str:
-        found = results["recovery", law, outage]
-        share = f"{shown(rate_of(found['recovered'].to_numpy()), '1')} of {len(found)} runs"
-        return f"{share}, {shown(mean_of(found['deviation_m'].to_numpy()), 'm')}"
+        found: Recovery = results["recovery", law, outage]
+        share = f"{shown(rate_of(found.recovered), '1')} of {len(found.recovered)} runs"
+        return f"{share}, {shown(mean_of(found.deviation), 'm')}"
 
     return Grid.of(
         "Failure of robot 2 and delay of robot 3 at random times: share of the runs that recover, with Wilson's 95 % "
@@ -206,7 +183,7 @@ def _pictures(results: Results) -> list[Picture]:
             "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
             "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
             "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, pd.concat([t for key, t in results.items() if key[0] == "recovery"]), PAGE_WIDTH),
+            partial(plot_recovery, [results["recovery", *key] for key in product(RECOVERERS, OUTAGES)], PAGE_WIDTH),
         ),
         Picture(
             "team-scaling",
@@ -231,10 +208,14 @@ def _page(results: Results, scenario: str, figures: str) -> Picture:
 
 
 def _errors(results: Results, test: str) -> Picture:
+    found = {}
+    for law, title in DUELS.items():
+        means = team_runs.mean_errors(results[Needed(test, law, False)])
+        found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
     return Picture(
         f"team-errors-{test}",
         f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
         f"{_TABLES[test]}; the printed numbers stand beside ours below).",
         f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
-        partial(plot_robot_errors, *_errors_of(results, test), PAGE_WIDTH),
+        partial(plot_robot_errors, found, (*_COLUMNS[:3], "mean error norm [m, rad]"), PAGE_WIDTH),
     )

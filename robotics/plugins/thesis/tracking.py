@@ -16,15 +16,10 @@ from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
 from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured
+from robotics.plugins.thesis import figures
 from robotics.plugins.thesis.claims import Needed, judged, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
-from robotics.plugins.thesis.figures import (
-    plot_switching,
-    plot_tracking_memberships,
-    plot_tracking_velocities,
-    plot_turn,
-)
 from robotics.plugins.thesis.rows import mean_cell
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.simulation.loop import simulate
@@ -143,28 +138,28 @@ def _pictures() -> list[Picture]:
             "below: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
             "never pushes less than the conventional one.",
             "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
-            partial(plot_switching, width=PAGE_WIDTH),
+            partial(figures.plot_switching, width=PAGE_WIDTH),
         ),
         Picture(
             "law-memberships",
             "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
             "figure is missing: the shapes are choices.",
             "Five overlapping membership functions each of distance and of α.",
-            partial(plot_tracking_memberships, width=PAGE_WIDTH),
+            partial(figures.plot_tracking_memberships, width=PAGE_WIDTH),
         ),
         Picture(
             "law-velocities",
             "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
             "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
             "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
-            partial(plot_tracking_velocities, width=PAGE_WIDTH),
+            partial(figures.plot_tracking_velocities, width=PAGE_WIDTH),
         ),
         Picture(
             "law-lateral",
             "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
             "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
             "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            partial(plot_turn, "lateral", PAGE_WIDTH),
+            partial(figures.plot_turn, "lateral", PAGE_WIDTH),
         ),
     ]
 
@@ -218,24 +213,20 @@ def _placed(law: str, seed: int, places: int) -> np.ndarray:
 # What decides -----------------------------------------------------------------------------------------------------
 
 
-def _orders(figures: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _orders(cells: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Whether the orders of Table 2.1 hold in each run of the sweep (conditions · seeds,), by what they say.
 
-    ``figures`` are by mode, as :func:`_swept` gives them.
+    ``cells`` are by mode, as :func:`_swept` gives them.
     """
-    norm, chatter = ({mode: found[k] for mode, found in figures.items()} for k in (0, 1))
+    norm, chatter = ({mode: found[k] for mode, found in cells.items()} for k in (0, 1))
 
     def leads(values: Mapping[str, np.ndarray], mode: str, sign: float) -> np.ndarray:
         others = [sign * v for name, v in values.items() if name != mode]
         return np.asarray(sign * values[mode] < np.min(others, axis=0))
 
     orders = leads(norm, "esm", 1), leads(chatter, "esm", 1), leads(norm, "csm", -1), leads(chatter, "csm", -1)
-    found = {
-        "all_four_orders": np.all(orders, axis=0),
-        "esm_most_precise": orders[0],
-        "esm_chatters_least": orders[1],
-        "esm_chatters_less_than_csm": chatter["esm"] < chatter["csm"],
-    }
+    found = {"all_four_orders": np.all(orders, axis=0), "esm_most_precise": orders[0], "esm_chatters_least": orders[1]}
+    found["esm_chatters_less_than_csm"] = chatter["esm"] < chatter["csm"]
     return {name: values.ravel() for name, values in found.items()}
 
 

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, styled_figure
 from robotics.laws.catalogue import law_title
 from robotics.measures.registry import ALL_METRICS, headlines
 from robotics.measures.tracking import Metric
-from robotics.show.figures.drawing import Look, PlotError, looks_of, panel_grid, scale_values
+from robotics.show.figures.drawing import Look, PlotError, looks_of, on_white, panel_grid, scale_values
 from robotics.studies.comparison import Comparison, contact_runs, summarise, values_of_runs
 
 _PREFIXED = ("m", "rad", "m/s")  # units that may take the prefix milli
@@ -138,14 +139,5 @@ def _draw_metric(
 def _write_never(ax: Axes, row: int, values: np.ndarray) -> None:
     never = int(np.isposinf(values).sum())
     if never:
-        ax.text(
-            0.99,
-            row,
-            f"never: {never} of {len(values)} ×",
-            transform=ax.get_yaxis_transform(),
-            ha="right",
-            va="center",
-            fontsize=6.5,
-            zorder=5,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
-        )
+        look: dict[str, Any] = {"ha": "right", "va": "center"} | on_white(0.5) | {"zorder": 5}
+        ax.text(0.99, row, f"never: {never} of {len(values)} ×", transform=ax.get_yaxis_transform(), **look)

@@ -205,17 +205,13 @@ def cut_axis(ax: Axes, time: np.ndarray, rows: np.ndarray, low: float, high: flo
             continue
         left = time[k] <= (time[0] + time[-1]) / 2
         arrow, most = "▲" if sign > 0 else "▼", typeset(shown(float(sign * reached[row, k]), digits=2))
-        ax.text(
-            time[k],
-            y,
-            f" {arrow} to {most}" if left else f"to {most} {arrow} ",
-            transform=ax.get_xaxis_transform(),
-            ha="left" if left else "right",
-            va=va,
-            fontsize=6.5,
-            zorder=6,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
-        )
+        words, side = (f" {arrow} to {most}", "left") if left else (f"to {most} {arrow} ", "right")
+        ax.text(time[k], y, words, transform=ax.get_xaxis_transform(), ha=side, va=va, **on_white(0.3))
+
+
+def on_white(pad: float) -> dict[str, Any]:
+    """The options of small words over lines, with a ground of white as wide as ``pad`` [points] around them."""
+    return {"fontsize": 6.5, "zorder": 6, "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": pad}}
 
 
 def panel_grid(figure: Figure, count: int, columns: int, heights: Sequence[float] | None = None) -> list[Axes]:

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import figure_of, text_width
+from robotics.show.figures.drawing import on_white
 
 FEW_ROBOTS = 8  # robots that are drawn boldly, with their numbers
 WORDS = {"failure": "failure", "delay": "delay", "silence": "silent", "stall": "stalled"}
@@ -38,9 +39,7 @@ def shade_faults(ax: Axes, faults: Any, start: float, end: float, named: bool = 
         level = next(n for n in range(len(shown)) if n not in busy)
         taken.append((a + (text_width(text, 6.5) + 0.08) / wide * (end - start), level))
         if level < 4:
-            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
-            place = (a, 0.97 - 0.13 * level)
-            ax.text(*place, text, transform=ax.get_xaxis_transform(), va="top", fontsize=6.5, bbox=box, zorder=6)
+            ax.text(a, 0.97 - 0.13 * level, text, transform=ax.get_xaxis_transform(), va="top", **on_white(0.6))
 
 
 def shade_panels(

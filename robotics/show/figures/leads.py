@@ -64,7 +64,7 @@ def _draw(ax: Axes, lead: Lead) -> None:
                     color=_TOUCHED if standing.contacts else "0.25",
                     bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, zorder=5)  # fmt: skip
         ratio = value.value / best
-        if not np.isfinite(ratio):
+        if not np.isfinite(ratio) or ratio <= 0:  # on a logarithmic axis: a robot inside another has no place there
             continue
         low, high = (np.clip(v / best, 0.02, _MOST) if np.isfinite(v) else ratio for v in (value.low, value.high))
         reach = max(reach, min(ratio, _MOST), high)
@@ -95,8 +95,8 @@ def _draw(ax: Axes, lead: Lead) -> None:
 
 
 def _least(lead: Lead) -> float:
-    """The least mean that is drawn: one with contacts may lie below the leader's."""
-    return min(s.value.value for s in lead.standings if np.isfinite(s.value.value))
+    """The least mean that is drawn: one with contacts may lie below the leader's, and others where larger is better."""
+    return min((v for s in lead.standings if np.isfinite(v := s.value.value) and v > 0), default=lead.best)
 
 
 def _beside(standing: Standing) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fuzzy.figures.ruleviewer import plot_rules
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.measures.decisions import decisions
 from robotics.show.figures.drawing import PlotError, page_title
 from robotics.simulation.run import Run
@@ -44,8 +44,7 @@ def plot_rules_at(run: Run, time: float, *, robot: int = 1, task: str | None = N
     k = int(np.searchsorted(run.time, time + 1e-9, side="right")) - 1
     asked = {each.task: each for each in decisions(run, place, slice(k, k + 1))}
     task = next(iter(asked)) if task is None else task
-    if task not in asked:
-        raise PlotError(expected(task, asked, "task"))
+    check_known(task, asked, "task", PlotError)
     x, fis = asked[task].inputs[0, robot - 1].astype(float), asked[task].system
     if not np.isfinite(x).all():
         raise PlotError(f"at {time:g} s the rule base {task!r} of robot {robot} was not asked: the robot was stopped")

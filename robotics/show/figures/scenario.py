@@ -19,6 +19,8 @@ MARKS = 5  # times that are written along a path
 _FEW = 8  # robots whose sensors and times are drawn
 _BEAMS = 12  # sensors of a robot that are drawn each by itself; of more only the outermost reach
 _SIGNS = {"error": ("X", "black"), "warning": ("^", "black"), "note": ("d", "0.35")}
+_CENTERED: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
+_TIME: dict[str, Any] = _CENTERED | {"fontsize": 6, "color": "0.25", "zorder": 4}  # along a path
 
 
 def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) -> Figure:
@@ -45,10 +47,8 @@ def plot_scenario(scenario: Scenario, findings: Sequence[ScenarioFinding] = ()) 
             look = {"color": color, "linestyle": LINES[i % 7] if few else "-", "linewidth": 1.1 if few else 0.6}
             ax.plot(*strided(path.table[0], path.table[1]), **look, label=f"robot {i + 1}" if few else None)  # type: ignore[arg-type]
             if few:
-                apart = 0.03 * float(max(high - low))
-                _draw_times(
-                    ax, times, on.x[:, i], on.y[:, i], float(scenario.trajectory.ends[i]), color, written, apart
-                )
+                way, end = (times, on.x[:, i], on.y[:, i]), float(scenario.trajectory.ends[i])
+                _draw_times(ax, way, end, color, written, 0.03 * float(max(high - low)))
         _draw_robots(ax, scenario, sensors=few)
         _draw_findings(ax, findings)
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -84,19 +84,13 @@ def _draw_obstacles(ax: Axes, scenario: Scenario) -> None:
 
 
 def _draw_times(
-    ax: Axes,
-    times: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    end: float,
-    color: str,
-    written: list[tuple[float, float]],
-    apart: float,
+    ax: Axes, way: Sequence[np.ndarray], end: float, color: str, written: list[tuple[float, float]], apart: float
 ) -> None:
-    """Draw arrows along a reference, and to the left of it the times at which it is there.
+    """Draw arrows along the ``way`` of a reference, times, x and y, and to the left of it the times.
 
     Where a time is ``written`` already within ``apart`` [m], as where robots meet, there is no second one.
     """
+    times, x, y = way
     last = min(float(times[-1]), end)
     for share in np.arange(1, MARKS + 1) / (MARKS + 1):
         k = int(np.searchsorted(times, share * last))
@@ -107,17 +101,7 @@ def _draw_times(
             if all(np.hypot(x[k] - a, y[k] - b) > apart for a, b in written):
                 written.append((float(x[k]), float(y[k])))
                 left = np.array([y[j] - y[k], x[k] - x[j]]) / np.hypot(x[k] - x[j], y[k] - y[j])
-                ax.annotate(
-                    f"{times[k]:.0f} s",
-                    (x[k], y[k]),
-                    (7 + 4 * abs(left[0])) * left,
-                    textcoords="offset points",
-                    ha="center",
-                    va="center",
-                    fontsize=6,
-                    color="0.25",
-                    zorder=4,
-                )
+                ax.annotate(f"{times[k]:.0f} s", (x[k], y[k]), (7 + 4 * abs(left[0])) * left, **_TIME)
 
 
 def _draw_robots(ax: Axes, scenario: Scenario, sensors: bool) -> None:

@@ -125,17 +125,9 @@ def _draw(ax: Axes, diagram: StateDiagram, height: float) -> None:
 
 
 def _box(ax: Axes, state: StateBox, x: float, y: float, width: float, color: Any) -> None:
-    shape = FancyBboxPatch(
-        (x - width / 2 + 0.04, y - _TALL / 2 + 0.04),
-        width - 0.08,
-        _TALL - 0.08,
-        boxstyle="round,pad=0.04",
-        facecolor="white",
-        edgecolor=color,
-        linewidth=1.2,
-        zorder=2,
-    )
-    ax.add_patch(shape)
+    look: dict[str, Any] = {"boxstyle": "round,pad=0.04", "facecolor": "white", "linewidth": 1.2, "zorder": 2}
+    corner = (x - width / 2 + 0.04, y - _TALL / 2 + 0.04)
+    ax.add_patch(FancyBboxPatch(corner, width - 0.08, _TALL - 0.08, edgecolor=color, **look))
     words = _wrapped(state.does, width - 0.14)
     lines = words.count("\n") + 1
     ax.text(x, y + lines * _LINE / 2 + 0.005, state.name, fontsize=_LARGE, ha="center", va="center", zorder=3)

@@ -22,10 +22,14 @@ from robotics.measures.tracking import tracking_error
 from robotics.show.figures.drawing import (
     ABOVE,
     TARGET,
+    PlotError,
+    draw_legend,
     draw_line,
     draw_many,
     draw_title,
     last_known,
+    on_white,
+    page_title,
     top_view_height,
     unjumped,
 )
@@ -34,7 +38,7 @@ from robotics.show.figures.page import TimePlot, draw_page
 from robotics.show.figures.robots import FAINT, START, draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.show.figures.world import draw_surroundings
 from robotics.simulation.run import Run
-from robotics.simulation.spans import FaultSpan, fault_spans
+from robotics.simulation.spans import FaultSpan, fault_spans, seed_place
 
 _PAIRS = 4  # robots: in a larger team each is compared with the median instead of with every other
 _NAMED = 6  # faults that are named in the picture
@@ -122,16 +126,8 @@ def _draw_top_view(ax: Axes, run: Run, order: list[int], faults: Sequence[FaultS
     for f in drawn[:_NAMED]:
         k = int(np.searchsorted(run.time, f.start))
         ax.plot(x[f.robot, k], y[f.robot, k], marker="v", markersize=5, color="black", zorder=6)
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8}
-        ax.annotate(
-            f"{f.robot + 1}: {WORDS[f.kind]}",
-            (x[f.robot, k], y[f.robot, k]),
-            (4, 5),
-            textcoords="offset points",
-            fontsize=6.5,
-            bbox=box,
-            zorder=6,
-        )
+        at, words = (x[f.robot, k], y[f.robot, k]), f"{f.robot + 1}: {WORDS[f.kind]}"
+        ax.annotate(words, at, (4, 5), textcoords="offset points", **on_white(0.6))
     bodies, names = few and run.obstacles is not None, ("path", "start", "end", "contact")
     draw_surroundings(ax, run, first, last_move(run, first), names, bodies)
 
@@ -189,3 +185,32 @@ def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]
     ax.set_ylim(min(low, -LEAST), max(high, LEAST))  # differences of rounding are none
     if ax.get_legend_handles_labels()[0]:
         ax.legend(ncol=6, **ABOVE)
+
+
+def plot_progress(run: Run, *, seed: int | None = None) -> Figure:
+    """Draw the progress s [1] that the robots of a team tell each other over time [s], and how far they are apart.
+
+    Up to four robots have a line for every difference s_i − s_j; of more, each is compared with the team's median.
+    The times in which a robot is at fault are hatched, with its number and its fault.
+
+    Args:
+        run: A run of a team whose law coordinates progress.
+        seed: The seed that is drawn, by default the first.
+
+    Raises:
+        PlotError: A run without progress.
+        ReplayError: A seed that was not run.
+    """
+    place = seed_place(run, seed)
+    if run.team is None or not np.isfinite(run["progress"]).any():
+        raise PlotError(f"the run of {run.controller!r} on {run.scenario!r} has no progress: its law coordinates none")
+    span = float(run.time[0]), float(run.time[-1])
+    draw = partial(draw_team_channel, run=run, values=run["progress"], order=[place], named=True)
+    rows = [(TimePlot("progress s [1]", draw),), (differences_panel(run, run["progress"], [place], " [1]"),)]
+    with styled_figure(DOUBLE, 4.2) as figure:
+        axes = draw_page(figure, rows, span=span)
+        figure.suptitle(page_title(run, [place]), parse_math=False, fontsize=9)
+        draw_legend(axes[0], **ABOVE)
+        faults = fault_spans(run, place)
+        shade_panels(figure, axes, faults, span, axes[0] if len(faults) <= FEW_ROBOTS else None)
+        return figure

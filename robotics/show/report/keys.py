@@ -5,7 +5,7 @@ from functools import cache
 
 from robotics.show.report.claims import RELATIONS, Condition, Statement
 from robotics.show.report.plan import ConditionsByName, StudyPlan
-from robotics.studies.sweeps.reading import Range, StudyAxis, axis_values_key
+from robotics.studies.axes import Range, StudyAxis, axis_values_key
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of
 
 
@@ -22,6 +22,31 @@ def study_table() -> KeyTable:
         table=KeyTable(name="axis", doc=first_line(StudyAxis), keys=axis, one_of=(("key", "gain"),)),
     )
     return KeyTable(name="study", doc=first_line(StudyPlan), keys=(*keys, axes, claims))
+
+
+@cache
+def sweep_table() -> KeyTable:
+    """The description of a sweep's file, whose keys beside these are a study's, too."""
+    alike = ("title", "controllers", "metrics", "seeds", "first_seed", "chunk", "method", "samples", "seed")
+    own = {key.name: key for key in study_table().keys}
+    own["seeds"] = replace(own["seeds"], default=1)
+    own["controllers"] = replace(own["controllers"], required=False, rule="the scenario's own")
+    scenario = "The scenario that is varied: a name, or a .toml file's path relative to this file."
+    first = Key(name="scenario", doc=scenario, holds="text", required=True, example="lyapunov-sine")
+    axis = replace(axis_values_key("KEY"), doc="The values of an axis: a range, or a list of values.")
+    sections = {
+        "scenario_fields": "Keys of the scenario's file by their dotted names; robots.0 is the first robot, "
+        '"robots.*" every one.',
+        "controller_parameters": "Gains, of every controller.",
+    }
+    axes = [
+        Key(name=name, doc=doc, holds="table", table=KeyTable(name=name, doc="Axes by name.", any_key=axis))
+        for name, doc in sections.items()
+    ]
+    keys = (first, *(own[name] for name in alike), *axes)
+    return KeyTable(
+        name="sweep", doc="A sweep: every point × every controller × every seed, into one table.", keys=keys
+    )
 
 
 def _conditions(name: str) -> Key:

@@ -27,15 +27,23 @@ from robotics.show.report.questions import QUESTIONS, question_called
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.simulation.scenario.robots import robot_tables
+from robotics.studies.axes import (
+    AXIS_VALUES,
+    SWEEP_KEYS,
+    StudyAxis,
+    check_design,
+    dotted,
+    scenario_source,
+    study_axes,
+    sweep_as_study,
+)
+from robotics.studies.design import Axis, Method, Point, ScenarioDesign, assign, design_points
 from robotics.studies.keptcomparison import Case
-from robotics.studies.sweeps.plan import Axis, Method, Sweep, assign, check_plan, plan_sweep, scenario_at
-from robotics.studies.sweeps.reading import AXIS_VALUES, StudyAxis, check_design, dotted, scenario_source, study_axes
 from robotics.studies.tuning.file import StudyTuning
 from robotics.studies.tuning.space import NothingMovesError
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
-from robotics.tables.lines import line_of
-from robotics.tables.text import reading
+from robotics.tables.text import line_of, reading
 
 
 class StudyError(InputError):
@@ -70,6 +78,7 @@ class StudyPlan:
         metric_files: Their files as they are written, by those names.
         shown_metrics: The metrics that come first, by their names in tables.
         axis_list: The axes, with their values.
+        points: The points of the design.
 
     Raises:
         StudyError: A study that cannot be run.
@@ -110,6 +119,7 @@ class StudyPlan:
     )
     samples: int | None = whole(None, least=1, doc="How many points a random design has.", example=50)
     seed: int | None = whole(None, least=0, doc="The seed of a random design; left out: 0.", example=0)
+    chunk: int = whole(100, least=1, doc="How many runs are computed and written at a time, at most.")
     tune: StudyTuning | None = described("Controllers are tuned first, and take part in both forms.", None)
     questions: tuple[str, ...] = described(
         f"Questions to the table of all runs: of {', '.join(QUESTIONS)}, or file.py:function of your own.",
@@ -135,6 +145,7 @@ class StudyPlan:
     metric_files: dict[str, str] = field(init=False, repr=False, compare=False)
     shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)
     axis_list: tuple[Axis, ...] = field(init=False, repr=False, compare=False)
+    points: tuple[Point, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, StudyError)
@@ -151,7 +162,10 @@ class StudyPlan:
                 self._check(condition, own, ("claims", i) if claim.direct else ("claims", i, "parts", j))
         _refuse_twice("claims", [claim.name for claim in self.claims])
         check_design(self.method, self.samples, self.seed)
-        object.__setattr__(self, "axis_list", study_axes(self.axes, self.method, self.content))
+        axes = study_axes(self.axes, self.method, self.content)
+        object.__setattr__(self, "axis_list", axes)
+        design = (axes, self.method, self.samples or 0, self.seed or 0)
+        object.__setattr__(self, "points", design_points(*design, self.file) if axes else ((),))
         _refuse_twice("questions", self.questions)
         for i, name in enumerate(self.questions):
             try:
@@ -208,37 +222,29 @@ class StudyPlan:
             place = self.settings.index(scenario)
             for condition, changes in self.conditions.items() or [("", {})]:
                 name = _case_name(scenario.name, condition)
+                told: dict[str, Any] = {"plain": scenario.name, "condition": condition, "chunk": self.chunk}
                 if not (changes or self.axes):
-                    yield Case(
-                        replace(scenario, name=name) if condition else scenario, group.laws, scenario.name, condition
-                    )
+                    yield Case(replace(scenario, name=name) if condition else scenario, group.laws, **told)
                     continue
                 source, table, _, home = scenario_source(self.scenarios[place], self.folder)
-                sweep = Sweep(
+                design = ScenarioDesign(
                     scenario=name,
                     table=robot_tables(copy.deepcopy(table)),
-                    controllers=tuple(map(str, group.laws.values())),
-                    seeds=self.seeds,
-                    first_seed=self.first_seed,
-                    method=self.method,
-                    samples=self.samples or 0,
-                    seed=self.seed or 0,
-                    name=self.name,
-                    file=self.file,
-                    line=line_of(self.content, ("axes",)),
                     home=home,
+                    file=self.file,
+                    line=line_of(self.content, ("controllers",)),
                 )
                 for key, value in changes.items():
                     try:
-                        assign(sweep.table, key.split("."), value, key)
-                        changed = scenario_at(sweep, ())
+                        assign(design.table, key.split("."), value, key)
+                        changed = design.scenario_at(())
                     except InputError as error:
                         about = StudyError(f"conditions: {condition}: {source}: {error}")
                         raise about.about("conditions", condition, key) from None
                 if not changes:
-                    changed = scenario_at(sweep, ())
-                design = plan_sweep(replace(sweep, axes=self.axis_list)) if self.axes else None
-                yield Case(changed, group.laws, scenario.name, condition, design)
+                    changed = design.scenario_at(())
+                varied = replace(design, axes=self.axis_list) if self.axes else None
+                yield Case(changed, group.laws, **told, design=varied, points=self.points)
 
     def case_names(self, scenario: str) -> list[str]:
         """What a ``scenario`` is called under each condition."""
@@ -249,16 +255,17 @@ class StudyPlan:
 
         Raises SweepError where one is refused.
         """
-        designs = [case.design for group in self.cases for case in group if case.design is not None]
-        advance = begin("checking every point", sum(len(d.points) for d in designs)) if designs else None
-        for design in designs:
-            check_plan(design, advance)
+        cases = [case for group in self.cases for case in group] if self.axes else []
+        advance = begin("checking every point", sum(len(case.points) for case in cases)) if cases else None
+        for case in cases:
+            if case.design is not None and advance is not None:
+                case.design.check(case.points, map(str, case.laws.values()), advance)
 
     @property
     def rows(self) -> int:
         """The number of rows of its table."""
         every = (case for group in self.cases for case in group)
-        return sum(len(c.scenario.robots) * len(c.laws) * c.points * self.seeds for c in every)
+        return sum(len(c.scenario.robots) * len(c.laws) * len(c.points) * self.seeds for c in every)
 
     @property
     def metrics_located(self) -> dict[str, str]:
@@ -439,6 +446,7 @@ class StudyPlan:
 
 
 _FILES = TomlFiles("studies", "study", StudyError)
+_SWEEPS = TomlFiles("sweeps", "sweep", StudyError)
 
 
 def study_names() -> list[str]:
@@ -462,8 +470,14 @@ def load_study(name: str | Path) -> StudyPlan:
     return parse_study(found.text, found.name, found.file, found.folder)
 
 
+def load_sweep(name: str | Path) -> StudyPlan:
+    """Read the packaged sweep of that name, or a ``.toml`` file of a sweep or study. Raises StudyError."""
+    found = _SWEEPS.find(name)
+    return parse_study(found.text, found.name, found.file, found.folder)
+
+
 def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Path = Path()) -> StudyPlan:
-    """Read the study that a TOML text describes. Raises StudyError.
+    """Read the study, or the sweep, that a TOML text describes. Raises StudyError.
 
     Args:
         text: The TOML text.
@@ -472,10 +486,12 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
         folder: The folder to which paths in it are relative.
     """
     with reading(text, file, StudyError) as table:
-        claims = statements(table.pop("claims", []), ("claims",), StudyError)
-        made = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, ConditionsByName: _conditions}).build(
-            StudyPlan, table, (), ("claims",), name=name, claims=claims, folder=folder, file=file, content=text
-        )
+        given: dict[str, Any] = {"claims": statements(table.pop("claims", []), ("claims",), StudyError)}
+        if SWEEP_KEYS & {*table} and "scenarios" not in table:
+            given["axes"] = sweep_as_study(table, folder)
+        given |= {"name": name, "folder": folder, "file": file, "content": text}
+        builder = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, ConditionsByName: _conditions})
+        made = builder.build(StudyPlan, table, (), ("claims", *SWEEP_KEYS), **given)
     assert isinstance(made, StudyPlan)
     return made
 

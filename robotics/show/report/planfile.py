@@ -9,8 +9,8 @@ from typing import NamedTuple
 from fuzzy.errors import InputError
 from fuzzy.words import counted
 from robotics.show.report.plan import StudyPlan, load_study, study_names
-from robotics.studies.sweeps.plan import Axis, plan_sweep
-from robotics.studies.sweeps.reading import load_sweep
+from robotics.studies.axes import SWEEP_KEYS
+from robotics.studies.design import Axis
 from robotics.studies.tuning.file import load_tuning
 from robotics.tables.text import parse_table, read_text
 
@@ -70,7 +70,7 @@ def drawn_plan(kind: PlanKind, name: str) -> str:
 
 def _study(name: str) -> tuple[str, list[Row], list[str]]:
     plan = load_study(name)
-    points, design = (plan.cases[0][0].points, _design(plan.axis_list, plan.method)) if plan.axes else (1, "")
+    points, design = (len(plan.points), _design(plan.axis_list, plan.method)) if plan.axes else (1, "")
     rows = [
         (len(plan.settings), "scenario", ", ".join(s.name for s in plan.settings)),
         *([(len(plan.conditions), "condition", ", ".join(plan.conditions))] if plan.conditions else []),
@@ -83,7 +83,7 @@ def _study(name: str) -> tuple[str, list[Row], list[str]]:
 
 def _amount(plan: StudyPlan) -> Iterator[str]:
     cases = [case for group in plan.cases for case in group]
-    runs = sum(len(case.laws) * case.points * plan.seeds for case in cases)
+    runs = sum(len(case.laws) * len(case.points) * plan.seeds for case in cases)
     pieces = sum(case.chunks(plan.row) for case in cases)
     yield f" = {counted(runs, 'run')} in {counted(pieces, 'piece')}, {counted(plan.rows, 'row')}"
     for group in plan.groups:
@@ -100,19 +100,6 @@ def _asked(plan: StudyPlan) -> Iterator[str]:
     for word, names in (("claim", [claim.name for claim in plan.claims]), ("question", plan.questions)):
         if names:
             yield f"   {counted(len(names), word)}: {', '.join(names)}"
-
-
-def _sweep(name: str) -> tuple[str, list[Row], list[str]]:
-    plan = plan_sweep(load_sweep(name))
-    sweep = plan.sweep
-    seeds = range(sweep.first_seed, sweep.first_seed + sweep.seeds)
-    rows = [
-        (1, "scenario", sweep.scenario),
-        (len(plan.points), "point", _design(sweep.axes, sweep.method)),
-        (len(sweep.controllers), "controller", ", ".join(sweep.controllers)),
-        (sweep.seeds, "seed", _seeds(seeds)),
-    ]
-    return "", rows, [f" = {counted(plan.runs, 'run')} in {counted(plan.chunks, 'piece')}"]
 
 
 def _tuning(name: str) -> tuple[str, list[Row], list[str]]:
@@ -138,8 +125,8 @@ def _design(axes: Sequence[Axis], method: str) -> str:
 _STUDY = PlanKind("study", frozenset({"scenarios"}), _study)
 _SWEEP = PlanKind(
     "sweep",
-    frozenset({"scenario", "scenario_fields", "controller_parameters"}),
-    _sweep,
+    SWEEP_KEYS,
+    _study,
     "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
 )
 _TUNING = PlanKind(

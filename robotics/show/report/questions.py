@@ -98,7 +98,8 @@ def question_called(name: str, folder: Path = Path(), own: Mapping[str, Metric] 
     module = load_python_file(file, QuestionError)
     functions = [n for n, thing in vars(module).items() if inspect.isfunction(thing) and n[0] != "_"]
     if about.name not in functions:
-        raise QuestionError(f"{file}: {expected(about.name or '', functions, 'question')}: file.py:function")
+        known = expected(about.name or "", functions, "question")
+        raise QuestionError(f"{file}: {known}; a question is named file.py:function")
     return partial(_asked, vars(module)[about.name], about.name, file)
 
 
@@ -108,7 +109,10 @@ def _asked(function: Question, name: str, file: str, table: pd.DataFrame) -> Ans
         found = function(table)
     except Exception as error:
         place = inspect.getsourcefile(inspect.unwrap(function)) or ""
-        raise QuestionError(f"{told(error, place, Path(file).name)} (in the question {name})") from error
+        where = f"{told(error, place, Path(file).name)} (in the question {name})"
+        if isinstance(error, KeyError) and error.args[0] not in table:
+            where += f"; the columns of the table are {', '.join(map(str, table))}"
+        raise QuestionError(where) from error
     if not isinstance(found, Answer):
         raise QuestionError(f"{file}: the question {name} must return a robotics.Answer; got {found!r}")
     return found
@@ -147,7 +151,8 @@ def _chapter(place: int, name: str, answer: Answer) -> Chapter:
         rows = [tuple(map(_cell, row)) for row in answer.table.itertuples(index=False)]
         tables = [Grid(title, tuple(map(str, answer.table.columns)), rows)]
     if answer.picture is not None:
-        pictures = [Picture(f"question-{place}", f"{title}.", answer.sentence, partial(_drawn, answer.picture))]
+        caption = title if title[-1] in ".?!" else f"{title}."
+        pictures = [Picture(f"question-{place}", caption, answer.sentence, partial(_drawn, answer.picture))]
     return Chapter(f"question-{place}", title, (answer.sentence,), tables=tables, pictures=pictures)
 
 
@@ -208,7 +213,7 @@ def _leads(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
         by_law = dict(iter(rows.groupby("controller", sort=False)))
         values = {str(law): values_of_runs(mine, metric, about) for law, mine in by_law.items()}
         touched = {law: contact_runs(rows, rows["scenario"].iloc[0], law)[0] for law in values}
-        found.append(lead(name, about.short or about.title, about.unit, values, touched))
+        found.append(lead(name, about.short or about.title, about.unit, values, touched, about.larger))
     standings = [
         {"where": one.scenario, "controller": s.law, metric: s.value.value, "leads": "yes" if s.leads else "no"}
         for one in found

@@ -23,7 +23,16 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, Mover, unwatched
 from fuzzy.tuning.search import Evaluations
 from fuzzy.words import counted, listed
-from robotics.laws.catalogue import OwnLaws, chosen_laws, files_of, gains_of, make_controller, named_laws, shown_gain
+from robotics.laws.catalogue import (
+    OwnLaws,
+    chosen_laws,
+    files_of,
+    fis_files_named,
+    gains_of,
+    make_controller,
+    named_laws,
+    shown_gain,
+)
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, Part
@@ -40,18 +49,19 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
 from robotics.studies.chunks import discard_chunks
-from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, contact_runs, summarise
+from robotics.studies.comparison import Comparison, RunsAgain, check_comparison, column_titles, contact_runs, summarise
+from robotics.studies.design import SweepError
 from robotics.studies.executors import WorkerError, Workers, uninterrupted, workers_at
-from robotics.studies.keptcomparison import PIECES_FOLDER, Case, KeptComparisons
+from robotics.studies.keptcomparison import PIECES_FOLDER, Case, KeptComparisons, TableCounts
 from robotics.studies.tuning.results import write_tuned
 from robotics.studies.tuning.tune import tune
-from robotics.studies.versions import digest, digest_of, versions
+from robotics.studies.versions import digest_of, versions
 from robotics.tables.text import parse_table
 
 # Makes chapters beside the comparison, from a function that begins a progress bar, the folder, the first seed and
 # whether pictures are wanted. Entering it gives a function that waits for the chapters; leaving it stops the work.
 MakeChapters = Callable[[Begin, Path, int, bool], AbstractContextManager[Callable[[], list[Chapter]]]]
-_RESULTS = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html")
+_RESULTS = ("results.csv", "columns.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "report.html")
 MakeFront = Callable[[Begin, Path], Front]  # what opens the report, from a progress display and the folder
 
 
@@ -108,9 +118,10 @@ def write_study(
 ) -> Study:
     """Compare controllers on scenarios, and write all results into a folder.
 
-    The files are configuration.json, results.csv (one row for each seed and robot), summary.csv, claims.csv and
-    evidence.csv if ``chapters`` are made, and with ``report`` also report.html and figures/. What is done is kept in
-    the folder until all is written; after a stop the same work goes on from there, with the same bytes in the end.
+    The files are configuration.json, results.csv (one row for each seed and robot), columns.csv (what its columns are),
+    summary.csv, claims.csv and evidence.csv if ``chapters`` are made, and with ``report`` also report.html and
+    figures/. What is done is kept in the folder until all is written; after a stop the same work goes on from there,
+    with the same bytes in the end.
 
     Args:
         folder: The folder of the results.
@@ -215,6 +226,63 @@ def run_study(
         return _written(work, configuration, watch, chapters, front, report, command, plan, fresh=fresh)
 
 
+@dataclass(frozen=True)
+class TableOutcome:
+    """A table that was written: its file, what it holds, how many chunks there are and were computed this time."""
+
+    results: Path
+    counts: TableCounts
+    chunks: int
+    computed: int
+
+
+def run_table(
+    plan: StudyPlan,
+    folder: Path,
+    workers: Workers | None = None,
+    *,
+    begin: Begin = unwatched,
+    fresh: bool = False,
+    resumed: Callable[[int, int], None] = lambda done, pieces: None,
+    stopped: Callable[[int, int], None] = lambda done, pieces: None,
+) -> TableOutcome:
+    """Run a study into one table, ``folder/results.parquet``, a row for each run and robot, and nothing else.
+
+    It is for runs in any number: they are read back chunk by chunk. The chunks stay in the folder, where the same work
+    goes on after a stop, and after a run that failed.
+
+    Args:
+        plan: The study; of its claims, questions and pictures nothing becomes.
+        folder: The folder of the results.
+        workers: Who simulates, by default this process.
+        begin: Starts a bar of a progress display, by its text and total. Default: none is shown.
+        fresh: Whether to discard what the folder has of another sweep.
+        resumed: Called with how many chunks are there already, and of how many.
+        stopped: Likewise, called where Ctrl-C ends the work.
+
+    Raises SweepError where the folder holds another sweep, a point is refused or a run fails; what was written stays.
+    """
+    made = _work(
+        folder, _configuration(plan), plan.cases, plan.row, plan.own_metrics, False,
+        metric_files=plan.metrics_located, workers=workers,
+    )  # fmt: skip
+    work, results = replace(made, kind="sweep", fault=SweepError), folder / "results.parquet"
+
+    def prepare() -> None:
+        plan.check_points(begin)
+        results.unlink(missing_ok=True)
+        discard_chunks(work.folder)
+
+    with claimed(work.folder, "plan.json", work.about, prepare, kind="sweep", fault=SweepError, fresh=fresh):
+        try:
+            computed = work.compute(begin, resumed)
+            counts = work.write_parquet(results)
+        except KeyboardInterrupt:
+            stopped(*work.landed())
+            raise
+    return TableOutcome(results, counts, work.ends[-1], computed)
+
+
 def _tuned(plan: StudyPlan, folder: Path, begin: Begin, fresh: bool) -> StudyPlan:
     """The study with its controllers tuned, each in a folder of its own, where its search goes on after a stop."""
     assert plan.tune is not None
@@ -272,11 +340,16 @@ def _work(
     workers: Workers | None = None,
 ) -> KeptComparisons:
     """The runs of a study. What is not ``named`` in files cannot be told from another: nobody goes on with its runs."""
-    about = {name: configuration[name] for name in ("controllers", "metrics", "files_sha256", "seeds", "versions")}
-    cases = {case.scenario.name: digest(case.about) for group in groups for case in group}
+    cases = {case.scenario.name: case.about for group in groups for case in group}
+    about: dict[str, Any] = {
+        "scenarios": {name: found["scenario"] for name, found in cases.items()},
+        "axes": {name: found["axes"] for name, found in cases.items() if "axes" in found},
+        "chunk": groups[0][0].chunk,
+    }
+    about |= {name: configuration[name] for name in ("controllers", "metrics", "files_sha256", "seeds", "versions")}
     return KeptComparisons(
         folder=folder / PIECES_FOLDER,
-        about=json.loads(json.dumps({"scenarios": cases, **about}, default=shown_gain)),
+        about=json.loads(json.dumps(about, default=shown_gain)),
         lasting=named,
         groups=groups,
         seeds=seeds,
@@ -324,6 +397,9 @@ def _written(
         parts = [summarise(c.table, c.metrics) for c in comparisons]
         summary = pd.concat(parts, ignore_index=True)
         write_frame(summary, folder / "summary.csv")
+        titles = column_titles(map(str, table), work.metrics)
+        about = [{"column": name, "title": title, "unit": unit} for name, (title, unit) in titles.items()]
+        write_frame(pd.DataFrame(about), folder / "columns.csv")
         if plan is not None and plan.save_runs:
             _save_runs(comparisons, folder / "runs")
         claims = judged(plan, comparisons) if plan is not None else []
@@ -362,7 +438,7 @@ def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], rows: pd.DataFr
     """The answers to the study's questions about the ``rows`` of results.csv; answers.json has them, too."""
     one = comparisons[0]
     shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
-    first = next(name for name, about in shown.items() if not about.larger)
+    first = next(name for name, about in shown.items() if plan.shown_metrics or not about.larger)
     table = described_table(rows, plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
     write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})
@@ -473,7 +549,7 @@ def _pooling(plan: StudyPlan) -> list[str]:
     """What a reader must know of numbers over the points of a design."""
     if not plan.axes:
         return []
-    names, points = listed([axis.name for axis in plan.axis_list]), counted(plan.cases[0][0].points, "point")
+    names, points = listed([axis.name for axis in plan.axis_list]), counted(len(plan.points), "point")
     said = f"Every scenario was driven at {points} of {names}: numbers are of the runs at all points alike, and the "
     return [f"{said}pictures of runs show the scenario as its file has it."]
 
@@ -519,12 +595,25 @@ def _files(plan: StudyPlan) -> dict[str, Path]:
         found[text] = file.path
         for robot in robot_files(parse_table(file.text, file.file, StudyError), file.folder).values():
             found[_from(plan.folder, robot, str(robot))] = robot
+        found |= _files_of_axes(plan, file.folder)
     for law in plan.laws.values():
         for text, path in files_of(law).items():
             found[_from(plan.folder, path, text)] = path
     for text in plan.metric_files.values():
-        named = Specification.of(text).file
-        found[named] = plan.folder / named
+        named = Specification.of(text)
+        found[named.file] = Path(named.located(plan.folder).file)
+    return found
+
+
+def _files_of_axes(plan: StudyPlan, home: Path) -> dict[str, Path]:
+    """The files of robots and rule bases that values of the axes name; ``home`` is the folder of a scenario."""
+    found: dict[str, Path] = {}
+    for axis in plan.axis_list:
+        for level in (level for level in axis.levels if isinstance(level, str)):
+            if axis.target == "controller":
+                found |= fis_files_named(level)
+            elif axis.name.split(".")[-1] in ("robot", "model"):
+                found |= robot_files({"robots": [{"robot": level}]}, home)
     return found
 
 

@@ -106,15 +106,18 @@ def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[
 
 
 def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
-    """Who leads in each scenario, by the first metric of :func:`shown_metrics` of which less is better."""
+    """Who leads in each scenario: by the first metric of :func:`shown_metrics` that is wanted ``first``.
+
+    Where none is wanted it is the first of which less is better.
+    """
     found = []
     for scenario in comparison.scenarios:
         shown = shown_metrics(comparison, scenario, first)
-        metric, about = next(item for item in shown.items() if not item[1].larger)
+        metric, about = next(item for item in shown.items() if first or not item[1].larger)
         by_law = _by_law(comparison, scenario.name)
         values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
         contacts = {name: contact_runs(rows, scenario.name, name)[0] for name, rows in by_law.items()}
-        found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts))
+        found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts, about.larger))
     return found
 
 

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, is_number, quantity
 from fuzzy.shown import shown
 from fuzzy.sketch import lines, table, titled
@@ -22,9 +22,9 @@ from robotics.simulation.scenario.feasibility import demands
 from robotics.simulation.scenario.robots import RobotModel, standard_robot
 from robotics.world.environment.world import Obstacle, World, compile_world
 from robotics.world.paths.offset import Offset, compile_offset
-from robotics.world.paths.path import PathError, Shape, compile_path
-from robotics.world.paths.trajectory import Timing, Trajectory, compile_trajectory, together
-from robotics.world.radio.description import Radio, RadioError
+from robotics.world.paths.path import Shape
+from robotics.world.paths.trajectory import Timing, Trajectory, compile_motion, together
+from robotics.world.radio.description import Radio
 from robotics.world.radio.faults import Fault
 from robotics.world.sensing.posture import Sensing
 from robotics.world.sensing.sonar import RangeSensor
@@ -97,7 +97,7 @@ class VirtualRobot:
     )
 
     def __post_init__(self) -> None:
-        _compiled(self.path, self.timing)
+        compile_motion(self.path, self.timing)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,9 +162,8 @@ class Scenario:
             if abs(steps - round(steps)) > 1e-9:
                 raise ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}").about(name)
         if self.ticks < 1:
-            raise ScenarioError(f"duration must be at least a period, {self.period:g} s; got {self.duration!r}").about(
-                "duration"
-            )
+            what = f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"
+            raise ScenarioError(what).about("duration")
         self._check_team()
         trajectory = _trajectory(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
@@ -235,10 +234,8 @@ class Scenario:
     def _check_team(self) -> None:
         """Refuse robots that do not exist in the radio and the faults, and a team with several durations."""
         count = len(self.robots)
-        try:
+        with concerning("radio"):
             self.radio.adjacency(count)
-        except RadioError as error:
-            raise error.about("radio") from None
         every = self.radio.period / self.period
         if self.kind == "team" and (round(every) < 1 or abs(every - round(every)) > 1e-9):
             raise ScenarioError(
@@ -272,29 +269,14 @@ class Scenario:
                 raise problem.about("robots", demand.robot, "timing")
 
 
-def _compiled(path: Shape, timing: Timing) -> Trajectory:
-    """One robot's trajectory. A PathError is about its path or about its timing."""
-    at = "path"
-    try:
-        compiled = compile_path(path)
-        at = "timing"
-        return compile_trajectory((compiled,), (timing,))
-    except PathError as error:
-        raise error.about(at) from None
-
-
 def _trajectory(robots: tuple[Member, ...]) -> Trajectory:
     """Compile the robots' trajectory. A PathError is about the robot's path or about its timing."""
     parts = []
     for i, member in enumerate(robots):
         if isinstance(member.path, Offset):
-            try:
+            with concerning("robots", i, "offset"):
                 parts.append(compile_offset(member.path, member.timing))
-            except PathError as error:
-                raise error.about("robots", i, "offset") from None
-            continue
-        try:
-            parts.append(_compiled(member.path, member.timing))
-        except PathError as error:
-            raise error.about("robots", i) from None
+        else:
+            with concerning("robots", i):
+                parts.append(compile_motion(member.path, member.timing))
     return together(parts)

@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any, Literal
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities, described, quantity, whole
 from robotics.simulation.scenario.description import ScenarioError
 from robotics.simulation.scenario.reading import scenario_from_table
@@ -34,8 +34,7 @@ class FormationPlan:
 
     def __post_init__(self) -> None:
         check_quantities(self, ScenarioError)
-        if self.arrangement not in ("wedge", "abreast"):
-            raise ScenarioError(expected(self.arrangement, ("wedge", "abreast"), "arrangement"))
+        check_known(self.arrangement, ("wedge", "abreast"), "arrangement", ScenarioError)
 
     @property
     def offsets(self) -> list[tuple[float, float]]:

@@ -28,38 +28,27 @@ _NAME = "the name of a robot or the path of its file in quotes"
 def scenario_table() -> KeyTable:
     """The description of a scenario's file."""
     robot = robot_table()
-    robots = KeyTable(
-        name="robots",
-        doc="One robot: its start, path, timing, parameters and sensors.",
-        keys=keys_of(Member, _SPECIALS, also=_member_keys(robot)),
-        one_of=(("path", "offset"), ("timing", "offset")),
-    )
+    doc, members = "One robot: its start, path, timing, parameters and sensors.", _member_keys(robot)
+    robots = KeyTable("robots", doc, members, one_of=(("path", "offset"), ("timing", "offset")))
     virtual = table_of(VirtualRobot, "virtual", _SPECIALS)
     also = (
-        Key(
-            name="robots", doc="The robots, in the order of their numbers.", holds="tables", table=robots, required=True
-        ),
-        Key(name="robot", doc="Which robot all are; left out: the EtsRo.", holds="table", table=robot, or_text=_NAME),
-        Key(name="virtual", doc="The virtual robot of a formation by offsets.", holds="table", table=virtual),
+        Key("robots", "The robots, in the order of their numbers.", "tables", table=robots, required=True),
+        Key("robot", "Which robot all are; left out: the EtsRo.", "table", table=robot, or_text=_NAME),
+        Key("virtual", "The virtual robot of a formation by offsets.", "table", table=virtual),
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
     first = ("title", "source", "kind", "controller", "duration", "period", "latency", "plant", "divergence")
     last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))
-    return KeyTable(name="scenario", doc="A scenario: its robots, their sensing and radio, and obstacles.", keys=keys)
+    return KeyTable("scenario", "A scenario: its robots, their sensing and radio, and obstacles.", keys)
 
 
 @cache
 def robot_table() -> KeyTable:
     """The description of the table [robot] of a scenario."""
-    model = Key(
-        name="model",
-        doc="The robot of which the other keys change numbers; without it they are those of a whole robot.",
-        holds="text",
-        example="turtlebot3-burger",
-    )
-    return table_of(Robot, "robot", _SPECIALS, also=(model,))
+    doc = "The robot of which the other keys change numbers; without it they are those of a whole robot."
+    return table_of(Robot, "robot", _SPECIALS, also=(Key("model", doc, "text", example="turtlebot3-burger"),))
 
 
 @cache
@@ -67,23 +56,20 @@ def robot_file_table() -> KeyTable:
     """The description of a robot's file."""
     keys = keys_of(RobotModel, _SPECIALS, without=("robot", "sensors"))
     numbers = [replace(key, required=key.name in NEEDED) for key in keys_of(Robot, _SPECIALS)]
-    sensors = Key(name="sensors", doc="The range sensors that it carries.", holds="tables", table=_sensors())
-    return KeyTable(
-        name="robot",
-        doc="A robot: its body, wheels, motors, encoders, limits and range sensors.",
-        keys=(*keys, *numbers, sensors),
-        one_of=tuple(ALTERNATIVES.items()),
-    )
+    sensors = Key("sensors", "The range sensors that it carries.", "tables", table=_sensors())
+    doc = "A robot: its body, wheels, motors, encoders, limits and range sensors."
+    return KeyTable("robot", doc, (*keys, *numbers, sensors), one_of=tuple(ALTERNATIVES.items()))
 
 
 def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
-    """The keys of a robot that the fields of Member do not tell."""
+    """The keys of a robot of a scenario; where its path and its timing stand follows from ``one_of``."""
     known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot",))}
     doc = "Which robot this one is, instead of the one of all."
-    return (
+    also = (
         *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),
-        Key(name="robot", doc=doc, holds="table", table=robot, or_text=_NAME),
+        Key("robot", doc, "table", table=robot, or_text=_NAME),
     )
+    return keys_of(Member, _SPECIALS, also=also)
 
 
 @cache
@@ -99,55 +85,33 @@ def _obstacles() -> KeyTable:
 
 @cache
 def _timing() -> KeyTable:
-    return KeyTable(
-        name="timing", doc=first_line(Timing), keys=keys_of(Timing), one_of=(("speed", "duration", "x_rate"),)
-    )
+    return KeyTable("timing", first_line(Timing), keys_of(Timing), one_of=(("speed", "duration", "x_rate"),))
 
 
 @cache
 def _radio() -> KeyTable:
-    preset = Key(
-        name="preset",
-        doc="A known radio, of which other keys may change a part.",
-        holds="word",
-        words=tuple(RADIO_PRESETS),
-    )
-    return table_of(Radio, "radio", also=(preset,))
+    doc = "A known radio, of which other keys may change a part."
+    return table_of(Radio, "radio", also=(Key("preset", doc, "word", words=tuple(RADIO_PRESETS)),))
 
 
 @cache
 def _sensors() -> KeyTable:
-    name = Key(name="name", doc="The sensor's name, by which a law asks for it.", holds="text", example="rear")
-    preset = Key(
-        name="preset",
-        doc="Known sensors, of all of which other keys may change a part, instead of a name.",
-        holds="word",
-        words=tuple(SENSOR_PRESETS),
+    known = "Known sensors, of all of which other keys may change a part, instead of a name."
+    angle = "The angle from the first to the last beam of the preset lidar."
+    turn: dict[str, Any] = {"unit": "rad", "least": -2 * pi, "most": 2 * pi}
+    also = (
+        Key("name", "The sensor's name, by which a law asks for it.", "text", example="rear"),
+        Key("preset", known, "word", words=tuple(SENSOR_PRESETS)),
+        Key("prefix", "What begins the names of a preset's sensors.", "text", example="rear-"),
+        Key("beams", "The number of beams of the preset lidar.", "whole number", least=2, most=1e4, example=121),
+        Key("span", angle, "number", **turn, example=4.18879),
     )
-    prefix = Key(name="prefix", doc="What begins the names of a preset's sensors.", holds="text", example="rear-")
-    beams = Key(
-        name="beams",
-        doc="The number of beams of the preset lidar.",
-        holds="whole number",
-        least=2,
-        most=1e4,
-        example=121,
-    )
-    span = Key(
-        name="span",
-        doc="The angle from the first to the last beam of the preset lidar.",
-        holds="number",
-        unit="rad",
-        least=-2 * pi,
-        most=2 * pi,
-        example=4.18879,
-    )
-    keys = keys_of(RangeSensor, also=(name, preset, prefix, beams, span))
-    return KeyTable(name="sensors", doc=first_line(RangeSensor), keys=keys, one_of=(("name", "preset"),))
+    keys = keys_of(RangeSensor, also=also)
+    return KeyTable("sensors", first_line(RangeSensor), keys, one_of=(("name", "preset"),))
 
 
 def _special(table: Any, holds: Any = "table") -> Any:
-    return lambda name: Key(name=name, doc="", holds=holds, table=table())
+    return lambda name: Key(name, "", holds, table=table())
 
 
 _SPECIALS: Specials = {

@@ -6,20 +6,19 @@ Any fault of a file is a ScenarioError that names the file, the line, the field 
 from pathlib import Path as FilePath
 from typing import Any
 
-from fuzzy.errors import InputError
+from fuzzy.errors import InputError, concerning
 from fuzzy.naming import expected
 from robotics.laws.catalogue import located, make_controller
 from robotics.laws.foreign import checked_init
 from robotics.laws.law import check_needs
 from robotics.simulation.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
-from robotics.simulation.scenario.robots import RobotChoice, chosen_robot, standard_robot
-from robotics.simulation.scenario.sensortable import sensors_from_table
+from robotics.simulation.scenario.robots import RobotChoice, chosen_robot, sensors_from_table, standard_robot
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import reading
 from robotics.world.environment.world import OBSTACLES, Obstacle
 from robotics.world.paths.offset import Offset, offset_start
-from robotics.world.paths.path import SHAPES, PathError, Shape
+from robotics.world.paths.path import SHAPES, Shape
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
@@ -98,9 +97,8 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
         virtual = _BUILDER.build(VirtualRobot, _BUILDER.table(rest.pop("virtual"), ("virtual",)), ("virtual",))
     robots = tuple(_member(m, ("robots", i), virtual, common, shared, folder) for i, m in enumerate(members))
     if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
-        raise ScenarioError("no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]").about(
-            "virtual"
-        )
+        what = "no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]"
+        raise ScenarioError(what).about("virtual")
     scenario: Scenario = _BUILDER.build(Scenario, rest, (), ALSO, name=name, robots=robots, sensors=None)
     if scenario.controller:
         try:  # its gains may not suit the graph, its messages not the radio
@@ -137,20 +135,16 @@ def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | No
     """A robot of a formation: its path follows from its offset; without a start it begins in its place."""
     at = (*keys, "offset")
     if virtual is None:
-        raise ScenarioError("an offset needs a table [virtual] with the path and the timing it is measured from").about(
-            *at
-        )
+        what = "an offset needs a table [virtual] with the path and the timing it is measured from"
+        raise ScenarioError(what).about(*at)
     for key in ("path", "timing"):
         if key in table:
-            raise ScenarioError(f"give offset or {key}, not both: in a formation it is that of [virtual]").about(
-                *keys, key
-            )
+            what = f"give offset or {key}, not both: in a formation it is that of [virtual]"
+            raise ScenarioError(what).about(*keys, key)
 
     path: Offset = _BUILDER.build(Offset, {"offset": table.pop("offset")}, keys, path=virtual.path)
-    try:
+    with concerning(*at):
         start = offset_start(path, virtual.timing)
-    except PathError as error:
-        raise error.about(*at) from None
     table = {"start": list(start), **table}
     return _BUILDER.build(
         Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=virtual.timing, **given

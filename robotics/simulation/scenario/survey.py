@@ -14,8 +14,7 @@ from robotics.laws.catalogue import located
 from robotics.simulation.scenario.description import InfeasibleError, Scenario, ScenarioError
 from robotics.simulation.scenario.reading import scenario_file, scenario_from_table
 from robotics.tables.build import Keys
-from robotics.tables.lines import line_of
-from robotics.tables.text import parse_table
+from robotics.tables.text import line_of, parse_table
 
 _MOST = 200  # faults that are looked for
 # The keys that count the robots, without the numbers of entries: wrong as soon as one robot is left out

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, quantity
 from fuzzy.tuning.parameter import TuningError
 from robotics.laws.law import Law
@@ -115,8 +115,7 @@ class Cost:
             TuningError: A metric without a term.
         """
         for metric in factors:
-            if metric not in {t.metric for t in self.terms}:
-                raise TuningError(expected(metric, [t.metric for t in self.terms], "metric of the cost"))
+            check_known(metric, [t.metric for t in self.terms], "metric of the cost", TuningError)
         terms = (replace(term, weight=term.weight * factors.get(term.metric, 1.0)) for term in self.terms)
         return replace(self, terms=tuple(terms))
 

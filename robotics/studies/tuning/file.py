@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, quantity, whole
 from fuzzy.tuning.engines import ENGINES
 from fuzzy.tuning.parameter import TuningError
@@ -50,8 +50,7 @@ class TuningFile:
     def __post_init__(self) -> None:
         check_quantities(self, TuningError)
         for part in self.move:
-            if part not in PARTS:
-                raise TuningError(expected(part, PARTS, "part that can move")).about("move")
+            check_known(part, PARTS, "part that can move", TuningError, "move")
 
     def space(self, law: Law[Any]) -> LawSpace:
         """What of a law may move. Raises TuningError for what the law does not have."""
@@ -87,8 +86,7 @@ class StudyTuning:
 
     def __post_init__(self) -> None:
         check_quantities(self, TuningError)
-        if self.engine not in ENGINES:
-            raise TuningError(expected(self.engine, ENGINES, "engine")).about("engine")
+        check_known(self.engine, ENGINES, "engine", TuningError, "engine")
 
     def file(self, folder: Path) -> TuningFile:
         """What may move, and what a run costs. Raises TuningError."""
@@ -126,8 +124,8 @@ def parse_tuning(text: str, file: str = "<text>", folder: Path = Path()) -> Tuni
     with reading(text, file, TuningError) as table:
         found: TuningFile = Builder(TuningError).build(TuningFile, table, (), folder=folder)
         for n, term in enumerate(found.cost):
-            if ":" not in term.metric and term.metric not in ALL_METRICS:
-                raise TuningError(expected(term.metric, ALL_METRICS, "metric")).about("cost", n, "metric")
+            if ":" not in term.metric:
+                check_known(term.metric, ALL_METRICS, "metric", TuningError, "cost", n, "metric")
             if ":" in term.metric:
                 file_of = _located(term.metric, found.folder).partition(":")[0]
                 if not Path(file_of).is_file():
@@ -143,11 +141,10 @@ def _located(metric: str, folder: Path) -> str:
 def tuning_table() -> KeyTable:
     """The description of a tuning's file."""
     keys = keys_of(TuningFile, {Mapping[str, Bound] | None: _bound_key}, without=("cost",))
-    term = table_of(Term, "term")
-    cost = Key(name="cost", doc="A term of the cost, whose sum is made smaller.", holds="tables", table=term)
-    return KeyTable(name="tuning", doc=first_line(TuningFile), keys=(*keys, cost))
+    cost = Key("cost", "A term of the cost, whose sum is made smaller.", "tables", table=table_of(Term, "term"))
+    return KeyTable("tuning", first_line(TuningFile), (*keys, cost))
 
 
 def _bound_key(name: str) -> Key:
-    bound = Key(name="PARAMETER", doc="From where to where it moves.", holds="table", table=table_of(Bound, "bound"))
-    return Key(name=name, doc="", holds="table", table=KeyTable(name=name, doc="Bounds by parameter.", any_key=bound))
+    bound = Key("PARAMETER", "From where to where it moves.", "table", table=table_of(Bound, "bound"))
+    return Key(name, "", "table", table=KeyTable(name, "Bounds by parameter.", any_key=bound))

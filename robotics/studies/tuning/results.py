@@ -35,7 +35,8 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         folder: The folder, which exists.
     """
     values = tuned.evaluated.values[tuned.evaluated.best]
-    provenance = _provenance(tuned)
+    kept = ("law", "scenarios", "seeds", "cost", "evaluations", "seed", "engine", "versions")
+    provenance = {key: tuned.about[key] for key in kept}  # the contents of the scenarios are in search.json
     files = _files(tuned, values)
     for file, (name, fis) in files.items():
         (folder / file).parent.mkdir(exist_ok=True)
@@ -90,12 +91,6 @@ def _specification(tuned: Tuned, specification: str, values: np.ndarray, folder:
 
 def _shown(tuned: Tuned, values: np.ndarray) -> list[Any]:
     return [p.choices[int(v)] if p.choices else float(v) for p, v in zip(tuned.space.parameters, values, strict=True)]
-
-
-def _provenance(tuned: Tuned) -> dict[str, Any]:
-    """What the result was made of, without the contents of the scenarios, which search.json has."""
-    kept = ("law", "scenarios", "seeds", "cost", "evaluations", "seed", "engine", "versions")
-    return {key: tuned.about[key] for key in kept}
 
 
 def _comment(fis: Sugeno, task: str, tuned: Tuned, about: Mapping[str, Any]) -> str:

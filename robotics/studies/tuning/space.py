@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import SMALLEST, check_quantities, described, quantity
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import Scale, SearchParameter, TuningError
@@ -79,20 +79,16 @@ class LawSpace:
 
     def __post_init__(self) -> None:
         for part in self.move:
-            if part not in PARTS:
-                raise TuningError(expected(str(part), PARTS, "part that can move"))
+            check_known(part, PARTS, "part that can move", TuningError)
         known = set(self._movable_gains)
         for gain in [*(self.gains or ()), *(b for b in self.bounds if b in known)]:
-            if gain not in known:
-                raise TuningError(expected(gain, sorted(known), f"gain of {type(self.law).__name__} that can move"))
+            check_known(gain, sorted(known), f"gain of {type(self.law).__name__} that can move", TuningError)
         systems = [name for name in self.law.fuzzy_systems if task_of(self.law, name)]
         for task in self.tasks or ():
-            if task not in systems:
-                raise TuningError(expected(task, systems, f"rule base of {type(self.law).__name__} that can move"))
+            check_known(task, systems, f"rule base of {type(self.law).__name__} that can move", TuningError)
         names = [p.name for p in self._unfixed]
         for name in [*self.bounds, *self.fixed]:
-            if name not in names:
-                raise TuningError(expected(name, names, "parameter that moves"))
+            check_known(name, names, "parameter that moves", TuningError)
         if not self.parameters:
             raise NothingMovesError(f"{type(self.law).__name__} has nothing that moves, of {', '.join(self.move)}")
 

@@ -8,6 +8,7 @@ is padded to the largest of them; one world may be shared by all runs.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field
+from functools import partial
 from math import cos, hypot, pi, sin
 from typing import Literal, NamedTuple
 
@@ -15,10 +16,10 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, Floats3, Ints1, Ints2, Ints3, column
 from fuzzy.compiled.jit import kernel
-from fuzzy.errors import InputError
-from fuzzy.quantity import check_quantities, described, got, is_number, quantity, whole
-from robotics.world.paths.path import PathError, Shape, compile_path
-from robotics.world.paths.trajectory import Timing, Trajectory, compile_trajectory, together
+from fuzzy.errors import InputError, concerning
+from fuzzy.quantity import check_quantities, described, got, is_number, quantity, turn, whole
+from robotics.world.paths.path import Shape
+from robotics.world.paths.trajectory import Timing, Trajectory, compile_motion, together
 
 Point = tuple[float, float]
 
@@ -73,7 +74,7 @@ class Obstacle(ABC):
         (0.0, 0.0),
         example=[2.0, 4.0],
     )
-    heading: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi, doc="How far it is turned to the left.")
+    heading: float = turn(0.0, doc="How far it is turned to the left.")
     path: Shape | None = described("The path of an obstacle that moves, which needs a timing too.", None)
     timing: Timing | None = described("The timing of an obstacle that moves, which needs a path too.", None)
     orientation: Literal["along", "fixed"] = described(
@@ -159,6 +160,9 @@ class Wall(Obstacle):
         return [Piece([a, b]) for a, b in zip(self.points, self.points[1:], strict=False)]
 
 
+_extent = partial(quantity, MISSING, "m", above=0, most=1000)
+
+
 @dataclass(frozen=True, kw_only=True)
 class MeasuredPolygon(Polygon):
     """A polygon whose corners follow from its measures."""
@@ -179,8 +183,8 @@ class MeasuredPolygon(Polygon):
 class Box(MeasuredPolygon):
     """A rectangle: ``length`` along its heading."""
 
-    length: float = quantity(MISSING, "m", above=0, most=1000, doc="Its extent along its heading.", example=0.5)
-    width: float = quantity(MISSING, "m", above=0, most=1000, doc="Its extent across its heading.", example=0.3)
+    length: float = _extent(doc="Its extent along its heading.", example=0.5)
+    width: float = _extent(doc="Its extent across its heading.", example=0.3)
 
     def outline(self) -> tuple[Point, ...]:
         """See :meth:`MeasuredPolygon.outline`."""
@@ -192,9 +196,7 @@ class Regular(MeasuredPolygon):
     """A regular polygon in a circle, with a corner along its heading."""
 
     sides: int = whole(MISSING, least=3, most=1000, doc="How many sides it has.", example=6)
-    radius: float = quantity(
-        MISSING, "m", above=0, most=1000, doc="The distance of its corners from its middle.", example=0.25
-    )
+    radius: float = _extent(doc="The distance of its corners from its middle.", example=0.25)
 
     def outline(self) -> tuple[Point, ...]:
         """See :meth:`MeasuredPolygon.outline`."""
@@ -205,12 +207,8 @@ class Regular(MeasuredPolygon):
 class UShape(MeasuredPolygon):
     """A U by the measures of the free space in it; its mouth is behind."""
 
-    width: float = quantity(
-        MISSING, "m", above=0, most=1000, doc="The free width between its arms, across its heading.", example=0.9
-    )
-    depth: float = quantity(
-        MISSING, "m", above=0, most=1000, doc="The free depth from its mouth to its bottom.", example=0.8
-    )
+    width: float = _extent(doc="The free width between its arms, across its heading.", example=0.9)
+    depth: float = _extent(doc="The free depth from its mouth to its bottom.", example=0.8)
     thickness: float = quantity(0.06, "m", above=0, most=10, doc="The thickness of its walls.")
 
     def outline(self) -> tuple[Point, ...]:
@@ -414,13 +412,8 @@ def _listed(world: World, moving: list[tuple[int, Obstacle]]) -> _Listed:
 def _motion(i: int, obstacle: Obstacle) -> Trajectory:
     assert obstacle.path is not None
     assert obstacle.timing is not None
-    about = "path"
-    try:
-        path = compile_path(obstacle.path)
-        about = "timing"
-        return compile_trajectory((path,), (obstacle.timing,))
-    except PathError as error:
-        raise error.about("obstacles", i, about) from None
+    with concerning("obstacles", i):
+        return compile_motion(obstacle.path, obstacle.timing)
 
 
 def _moved(p: Point, obstacle: Obstacle) -> Point:

@@ -15,7 +15,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import kernel
 from fuzzy.errors import InputError
-from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, quantity
+from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, quantity, turn
 
 _NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
 _LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
@@ -59,7 +59,7 @@ class Sine:
 
     amplitude: float = quantity(1.0, "m", doc="How far the sine swings to either side of its middle.")
     wavenumber: float = quantity(1.0, "rad/m", doc="The phase a metre of x; a period is 2π / wavenumber long.")
-    phase: float = quantity(0.0, "rad", least=-2 * pi, most=2 * pi, doc="The phase at x = 0; π/2 makes it a cosine.")
+    phase: float = turn(0.0, doc="The phase at x = 0; π/2 makes it a cosine.")
     offset: float = quantity(0.0, "m", doc="The y of the sine's middle.")
     x_start: float = quantity(0.0, "m", doc="The x at which the sine begins.")
     x_end: float = quantity(2 * pi, "m", doc="The x at which the sine ends; below x_start it is driven towards −x.")
@@ -91,9 +91,7 @@ class Circle:
 
     center: tuple[float, float] = described("The center of the circle.", (0.0, 0.0))
     radius: float = quantity(1.0, "m", above=0, doc="The radius of the circle.")
-    start_angle: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi, doc="The angle, seen from the center, of the point where it begins."
-    )
+    start_angle: float = turn(0.0, doc="The angle, seen from the center, of the point where it begins.")
     direction: Literal["counter-clockwise", "clockwise"] = described(
         "Which way round the circle is driven.", "counter-clockwise"
     )
@@ -126,9 +124,7 @@ class Eight:
 
     center: tuple[float, float] = described("The crossing.", (0.0, 0.0))  # m
     width: float = quantity(4.0, "m", above=0, doc="From the outermost point of one half to that of the other.")
-    angle: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi, doc="The direction of the right half from the crossing."
-    )
+    angle: float = turn(0.0, doc="The direction of the right half from the crossing.")
     turns: float = quantity(1.0, "turns", above=0, doc="How often the whole figure is driven.")
 
     def __post_init__(self) -> None:

@@ -5,15 +5,19 @@ A path says where, a :class:`Timing` says how fast; together they are the moving
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf
 
 import numpy as np
 
+from fuzzy.errors import concerning
 from fuzzy.quantity import check_quantities, quantity
 from robotics.world.paths.joined import join_paths
-from robotics.world.paths.path import Path, PathError
+from robotics.world.paths.path import Path, PathError, Shape, compile_path
 from robotics.world.paths.references import References
 from robotics.world.paths.road import TIMED, road_of
+
+_only = partial(quantity, None, above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,15 +31,9 @@ class Timing:
         PathError: None, or several, of the three numbers.
     """
 
-    speed: float | None = quantity(
-        None, "m/s", above=0.0, doc="The constant speed along the path, between the ramps.", example=0.3
-    )
-    duration: float | None = quantity(
-        None, "s", above=0.0, doc="The time for the whole path, from which its speed follows.", example=30.0
-    )
-    x_rate: float | None = quantity(
-        None, "m/s", above=0.0, doc='The constant rate of x, as in "x = 0.3 t, y = sin x".', example=0.3
-    )
+    speed: float | None = _only("m/s", doc="The constant speed along the path, between the ramps.", example=0.3)
+    duration: float | None = _only("s", doc="The time for the whole path, from which its speed follows.", example=30.0)
+    x_rate: float | None = _only("m/s", doc='The constant rate of x, as in "x = 0.3 t, y = sin x".', example=0.3)
     start: float = quantity(0.0, "m", least=0.0, doc="How far along the path it begins.")
     ramp: float = quantity(
         0.0, "s", least=0.0, doc="The time in which the speed rises at the start, and in which it falls at the end."
@@ -108,6 +106,14 @@ def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> 
             end, s, rate = _even_in_x(path, timing.start, timing.x_rate, nodes)
         tables[i], ends[i] = np.stack([s, rate]), end
     return Trajectory(paths, tables, ends)
+
+
+def compile_motion(shape: Shape, timing: Timing) -> Trajectory:
+    """One reference's trajectory. A PathError is about the key "path" or about "timing"."""
+    with concerning("path"):
+        path = compile_path(shape)
+    with concerning("timing"):
+        return compile_trajectory((path,), (timing,))
 
 
 def _ramped(rest: float, timing: Timing, nodes: int) -> tuple[float, np.ndarray, np.ndarray]:

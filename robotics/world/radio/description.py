@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.quantity import check_quantities, described, quantity, whole
+from fuzzy.quantity import check_quantities, described, part, quantity, whole
 from robotics.world.radio.graph import GRAPHS, adjacency
 
 RADIO_PRESETS: dict[str, dict[str, Any]] = {
@@ -60,18 +60,12 @@ class Radio:
     jitter: float = quantity(
         0.0, "s", least=0, most=10, doc="How much later than that it may arrive, drawn evenly for each message."
     )
-    loss: float = quantity(
-        0.0, "1", least=0, most=1, doc="The probability with which a message is lost, independently of others."
-    )
-    burst_start: float = quantity(
-        0.0, "1", least=0, most=1, doc="The probability, a message, with which a good link becomes a bad one."
-    )
+    loss: float = part(0.0, doc="The probability with which a message is lost, independently of others.")
+    burst_start: float = part(0.0, doc="The probability, a message, with which a good link becomes a bad one.")
     burst_end: float = quantity(
         0.2, "1", above=0, most=1, doc="The probability, a message, with which a bad link becomes a good one."
     )
-    burst_loss: float = quantity(
-        1.0, "1", least=0, most=1, doc="The probability with which a bad link loses a message, if it is more than loss."
-    )
+    burst_loss: float = part(1.0, doc="The probability with which a bad link loses a message, if it is more than loss.")
     baud: float | None = quantity(
         None,
         "baud",
@@ -86,9 +80,8 @@ class Radio:
         check_quantities(self, RadioError)
         expect_one_of(GRAPHS, "graph", self.graph)
         if (self.graph == "edges") != bool(self.edges):
-            raise RadioError('edges = [[sender, receiver], ...] belong to graph = "edges", and only to it').about(
-                "edges"
-            )
+            what = 'edges = [[sender, receiver], ...] belong to graph = "edges", and only to it'
+            raise RadioError(what).about("edges")
         for sender, receiver in self.edges:
             if sender == receiver:
                 raise RadioError(f"edges: robot {sender} needs no radio to hear itself").about("edges")

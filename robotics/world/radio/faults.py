@@ -50,9 +50,8 @@ class Fault:
         if self.other is not None and (self.kind != "silence" or self.other == self.robot):
             raise RadioError('other names the far end of a link, for kind = "silence"').about("other")
         if self.start_until is not None and self.start_until < self.start:
-            raise RadioError(f"start_until must be >= start, {self.start:g} s; got {self.start_until:g}").about(
-                "start_until"
-            )
+            what = f"start_until must be >= start, {self.start:g} s; got {self.start_until:g}"
+            raise RadioError(what).about("start_until")
 
 
 class Trouble(NamedTuple):

@@ -8,6 +8,7 @@ and corrects the prediction by a share of its difference from the pose sensor.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 from typing import Literal, NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats4
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from fuzzy.errors import InputError
-from fuzzy.quantity import check_quantities, described, quantity
+from fuzzy.quantity import check_quantities, described, part, quantity
 from robotics.world.random_streams import RELATIVE_STREAM, WHEEL_STREAM
 from robotics.world.vehicle.plant import ParameterColumns, TruthColumns
 
@@ -27,6 +28,12 @@ _MOST_DRAWS = 4_000_000  # numbers
 
 class SensingError(InputError):
     """A way of sensing that cannot be. The message names the field, its value and what is accepted."""
+
+
+# Standard deviations
+_in_m = partial(quantity, 0.0, "m", least=0, most=10)
+_in_rad = partial(quantity, 0.0, "rad", least=0, most=pi)
+_relative = partial(quantity, 0.0, "1", least=0, most=0.2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,15 +51,9 @@ class Sensing:
     posture: Literal["odometry", "pose"] = described(
         "How a robot knows where it is: by its encoders alone (odometry), or by a pose sensor with noise.", "odometry"
     )
-    position_noise: float = quantity(
-        0.0, "m", least=0, most=10, doc="The standard deviation of a pose sensor in x and in y."
-    )
-    heading_noise: float = quantity(
-        0.0, "rad", least=0, most=pi, doc="The standard deviation of a pose sensor's heading."
-    )
-    relative_noise: float = quantity(
-        0.0, "1", least=0, most=1, doc="A pose sensor's x and y are times 1 + this × a normal number, such as 0.1."
-    )
+    position_noise: float = _in_m(doc="The standard deviation of a pose sensor in x and in y.")
+    heading_noise: float = _in_rad(doc="The standard deviation of a pose sensor's heading.")
+    relative_noise: float = part(0.0, doc="A pose sensor's x and y are times 1 + this × a normal number, such as 0.1.")
     noise_start: float = quantity(0.0, "s", least=0, doc="When a pose sensor's noise begins.")
     noise_end: float | None = quantity(
         None, "s", above=0, doc="When a pose sensor's noise ends; left out: with the run.", example=30.0
@@ -60,18 +61,10 @@ class Sensing:
     filter_gain: float = quantity(
         1.0, "1", above=0, most=1, doc="The share by which a filter corrects odometry by the pose sensor; 1: no filter."
     )
-    wheel_error: float = quantity(
-        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the radii odometry assumes."
-    )
-    axle_error: float = quantity(
-        0.0, "1", least=0, most=0.2, doc="The relative standard deviation, over seeds, of the axle odometry assumes."
-    )
-    start_position: float = quantity(
-        0.0, "m", least=0, most=10, doc="The standard deviation, over seeds, of the true start from the believed one."
-    )
-    start_heading: float = quantity(
-        0.0, "rad", least=0, most=pi, doc="Likewise of the true heading at the start from the believed one."
-    )
+    wheel_error: float = _relative(doc="The relative standard deviation, over seeds, of the radii odometry assumes.")
+    axle_error: float = _relative(doc="The relative standard deviation, over seeds, of the axle odometry assumes.")
+    start_position: float = _in_m(doc="The standard deviation, over seeds, of the true start from the believed one.")
+    start_heading: float = _in_rad(doc="Likewise of the true heading at the start from the believed one.")
 
     def __post_init__(self) -> None:
         check_quantities(self, SensingError)

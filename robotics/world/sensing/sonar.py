@@ -18,7 +18,7 @@ from math import pi, remainder
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.quantity import check_quantities, is_number, quantity, whole
+from fuzzy.quantity import check_quantities, is_number, part, quantity, turn, whole
 
 
 class SonarError(InputError):
@@ -35,9 +35,7 @@ class RangeSensor:
 
     x: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, ahead of the middle of the axle.")
     y: float = quantity(0.0, "m", least=-10, most=10, doc="Where it is mounted, to the left of the middle of the axle.")
-    axis: float = quantity(
-        0.0, "rad", least=-2 * pi, most=2 * pi, doc="Its direction, counted from straight ahead to the left."
-    )
+    axis: float = turn(0.0, doc="Its direction, counted from straight ahead to the left.")
     half_cone: float = quantity(0.0, "rad", least=0, most=pi, doc="Half the opening angle of its cone.")
     rays: int = whole(
         1, least=1, most=10_000, doc="How many rays are spread evenly over the cone; a cone needs at least 2."
@@ -46,16 +44,12 @@ class RangeSensor:
     minimum: float = quantity(0.0, "m", least=0, most=1000, doc="The least distance that it can read.")
     period: float = quantity(0.05, "s", above=0, most=60, doc="The time from update to update.")
     noise: float = quantity(0.0, "m", least=0, most=10, doc="The standard deviation of a reading.")
-    relative_noise: float = quantity(
-        0.0, "1", least=0, most=1, doc="The standard deviation of a reading as a share of it, added to the noise."
-    )
+    relative_noise: float = part(0.0, doc="The standard deviation of a reading as a share of it, added to the noise.")
     incidence: float = quantity(
         pi / 2, "rad", above=0, most=pi / 2, doc="The angle from a surface's normal beyond which there is no echo."
     )
-    dropout: float = quantity(0.0, "1", least=0, most=1, doc="The probability with which an echo is lost.")
-    crosstalk: float = quantity(
-        0.0, "1", least=0, most=1, doc="The probability with which it hears the ping of a robot straight on instead."
-    )
+    dropout: float = part(0.0, doc="The probability with which an echo is lost.")
+    crosstalk: float = part(0.0, doc="The probability with which it hears the ping of a robot straight on instead.")
     failure_start: float | None = quantity(
         None, "s", least=0, doc="From when on it sees nothing; left out: it never fails.", example=10.0
     )

@@ -140,6 +140,7 @@ def test_what_a_kernel_is_made_of_in_another_file_may_change(toy):
     assert hits == [0] * 7 + [1]
 
 
+@pytest.mark.long
 @compiled
 def test_a_named_tuple_may_move_to_another_module(toy):
     """The files that name its former module are not read: it may be gone."""

@@ -53,6 +53,7 @@ def test_copies_and_how_they_are_used(capsys):
     assert Path("tracking.fis").read_bytes() == (DATA / "rulebases" / "tracking.fis").read_bytes()
 
 
+@pytest.mark.long
 def test_every_scenario_and_rule_base_is_the_same_when_copied(here):
     copies = copy_packaged([*scenario_names(), *rule_base_files()], here / "a" / "b")
     assert len(copies) == len(scenario_names()) + len(rule_base_files())

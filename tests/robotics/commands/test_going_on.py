@@ -36,7 +36,15 @@ of = "lyapunov"
 against = ["csm", "esm"]
 less = true
 """
-TABLES = ("results.csv", "summary.csv", "claims.csv", "evidence.csv", "answers.json", "configuration.json")
+TABLES = (
+    "results.csv",
+    "columns.csv",
+    "summary.csv",
+    "claims.csv",
+    "evidence.csv",
+    "answers.json",
+    "configuration.json",
+)
 # Of a comparison 2 scenarios × 3 laws × 130 seeds; of the study 2 scenarios × 2 conditions × 6 passes, by 2
 CHUNKS = 12
 
@@ -74,7 +82,7 @@ def whole(out):
 
 def check_end(place, name, out):
     assert whole(out) == whole(place / name)
-    assert len(whole(out)) == (6 if name == "study" else 3)
+    assert len(whole(out)) == (7 if name == "study" else 4)
     assert not (out / "pieces").exists()
 
 

@@ -105,7 +105,7 @@ def test_compare_json_is_one_object_and_nothing_else(tiny, tmp_path, capsys):
     assert main([*command, "--out", str(tmp_path / "o")]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert {row["metric"] for row in printed["summary"]} == set(METRICS)
-    assert printed["files"] == ["configuration.json", "results.csv", "summary.csv"]
+    assert printed["files"] == ["columns.csv", "configuration.json", "results.csv", "summary.csv"]
     assert printed["claims"] == []
 
 

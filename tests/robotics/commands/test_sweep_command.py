@@ -94,7 +94,7 @@ def test_the_table_and_what_is_said(place, capsys):
 def test_it_says_what_it_did_and_where_it_goes_on(place, tmp_path, capsys):
     shutil.copytree(place / "undisturbed", tmp_path / "out")
     for number in (1, 2, 3):
-        (tmp_path / "out" / "chunks" / f"chunk-{number:06}.parquet").unlink()
+        (tmp_path / "out" / "pieces" / f"chunk-{number:06}.parquet").unlink()
     assert main(["sweep", str(place / "spec.toml"), "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     assert f"{tmp_path / 'out'}: 57 of 60 chunks are there already" in printed.err
@@ -108,7 +108,7 @@ def check_what_is_left(out, before):
     now = landed(out)
     assert before.items() <= now.items(), "a chunk was done twice"
     for name in now.keys() - before.keys():
-        pq.ParquetFile(out / "chunks" / name).read()
+        pq.ParquetFile(out / "pieces" / name).read()
     assert not (out / "results.parquet").exists()
     return now
 
@@ -252,9 +252,9 @@ def test_a_study_on_a_cluster_has_the_same_tables(place, tmp_path, cluster):
 def test_what_a_worker_of_a_cluster_refuses_is_said(place, tmp_path, cluster):
     """As if the sweep had been planned with another numpy than the workers have."""
     script = (
-        "import sys\nfrom robotics.studies.sweeps import plan as sweep\n"
+        "import sys\nfrom robotics.studies import keptcomparison as kept\n"
         "from robotics.commands.application import main\n"
-        "true = sweep.versions\nsweep.versions = lambda *names: true(*names) | {'numpy': '1.0'}\n"
+        "true = kept.versions\nkept.versions = lambda *names: true(*names) | {'numpy': '1.0'}\n"
         f"sys.exit(main({command(place, tmp_path / 'out', '--dask', cluster)!r}))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PATIENCE, check=False)

@@ -13,11 +13,11 @@ PATIENCE = 120  # s, for a machine that is busy with other things
 WARM = """
 import json, os, sys
 import pandas, pyarrow.parquet, robotics.simulation.scenario.description, robotics.simulation.loop
-import robotics.studies.sweeps.reading, robotics.studies.sweeps.running
+import robotics.show.report.study, robotics.studies.keptcomparison
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 law, scenario = make_controller("fuzzy"), robotics.simulation.scenario.reading.load_scenario(sys.argv[1])
-robotics.studies.sweeps.running.measure_all(robotics.simulation.loop.simulate(scenario, law))
+robotics.studies.keptcomparison.rows_of(robotics.simulation.loop.simulate(scenario, law))
 for line in sys.stdin:
     arguments, out, err = json.loads(line)
     child = os.fork()
@@ -54,7 +54,7 @@ class Warm:
         return int(self.line()), self.out.read_text(encoding="utf-8"), self.err.read_text(encoding="utf-8")
 
 
-def landed(out, folder="chunks"):
+def landed(out, folder="pieces"):
     return {f.name: (f.stat().st_ino, f.stat().st_mtime_ns) for f in (out / folder).glob("chunk-*.parquet")}
 
 

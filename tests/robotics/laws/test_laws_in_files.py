@@ -19,12 +19,11 @@ from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.registry import measure_all
 from robotics.plugins.stress.crossing_runs import stress_crossing
+from robotics.show.report.plan import load_sweep
+from robotics.show.report.study import run_table
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.studies.executors import processes
-from robotics.studies.sweeps.plan import plan_sweep
-from robotics.studies.sweeps.reading import load_sweep
-from robotics.studies.sweeps.running import run_sweep
 
 CARROT = '''
 from dataclasses import dataclass
@@ -196,8 +195,9 @@ def test_files_are_found_from_where_they_are_named(folder, monkeypatch, capsys):
 def test_worker_processes_are_told_no_class_of_a_file(folder):
     sweep = 'scenario = "../short.toml"\ncontrollers = ["mylaw.py:Carrot"]\n'
     (folder / "laws" / "one.toml").write_text(sweep, encoding="utf-8")
-    plan = plan_sweep(load_sweep("laws/one.toml"))
-    told = pickle.dumps((plan.sweep, plan.chunk(1), partial(stress_crossing, "laws/mylaw.py:Carrot", 2)))
+    plan = load_sweep("laws/one.toml")
+    passes = plan.cases[0][0].passes(0, plan.row, {})
+    told = pickle.dumps((passes, plan.metrics_located, partial(stress_crossing, "laws/mylaw.py:Carrot", 2)))
     module = type(make_controller("laws/mylaw.py")).__module__
     assert module.encode() not in told
     assert module.encode() in pickle.dumps(make_controller("laws/mylaw.py"))
@@ -207,18 +207,18 @@ def test_worker_processes_are_told_no_class_of_a_file(folder):
 def test_worker_processes_do_the_same(folder):
     sweep = 'scenario = "../short.toml"\ncontrollers = ["mylaw.py:Carrot", "../mine.fis"]\nseeds = 2\nchunk = 2\n'
     (folder / "laws" / "two.toml").write_text(sweep, encoding="utf-8")
-    plan = plan_sweep(load_sweep("laws/two.toml"))
+    plan = load_sweep("laws/two.toml")
     stress = partial(stress_crossing, "laws/mylaw.py:Carrot", 2, (0, 1))
     with processes(1) as crew:
         work = crew.executor.submit(stress)
-        run_sweep(plan, folder / "swept", crew)
+        run_table(plan, folder / "swept", crew)
         assert work.result().summary() == stress().summary()
     table = pq.read_table("swept/results.parquet").to_pylist()
     assert [row["controller"] for row in table] == ["mylaw.py:Carrot"] * 2 + ["../mine.fis"] * 2
     own = measure_all(simulate(load_scenario("short.toml"), make_controller("laws/mylaw.py"), (0, 1)))
     assert [row["mean_error_norm"] for row in table[:2]] == [*own["mean_error_norm"][:, 0]]
-    files = json.loads(Path("swept/plan.json").read_text(encoding="utf-8"))["files_sha256"]
-    assert {*files} == {"mylaw.py", "../mine.fis"}
+    files = json.loads(Path("swept/pieces/plan.json").read_text(encoding="utf-8"))["files_sha256"]
+    assert {*files} == {"mylaw.py", "../mine.fis", "../short.toml"}
 
 
 @pytest.mark.long

@@ -84,6 +84,7 @@ def test_a_controller_with_a_contact_is_never_marked_lowest(comparison):
     assert table["cooperation"].mean() < table["right-of-way"].mean()  # it would be, by its number
 
 
+@pytest.mark.long
 def test_the_report_marks_it(comparison, tmp_path, monkeypatch):
     monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     page = write_report(comparison, [], tmp_path).read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ import pytest
 
 from robotics.commands.study_printing import print_comparisons
 from robotics.laws.catalogue import make_controller
-from robotics.measures.emergencies import emergency_share
+from robotics.measures.avoidance import emergency_share
 from robotics.measures.registry import measure_all
 from robotics.show.report.study import Study
 from robotics.show.report.summarytable import summary_table

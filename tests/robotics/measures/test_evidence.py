@@ -150,6 +150,10 @@ def test_who_leads_and_who_cannot_be_told_from_it() -> None:
     assert {s.law for s in found.standings if s.leads} == {"best", "same"}
     assert found.best == pytest.approx(1.0, abs=0.05)
     assert not any(s.leads for s in lead("there", "time", "s", {"touches": np.ones(3)}, {"touches": 3}).standings)
+    turned = {law: -v for law, v in values.items()}
+    more = lead("there", "clearance", "m", turned, {"touches": 1}, larger=True)
+    assert [s.leads for s in more.standings] == [s.leads for s in found.standings]
+    assert more.best == -found.best
 
 
 def test_a_rate_is_a_share_of_bools() -> None:

@@ -200,8 +200,8 @@ def test_a_run_a_comparison_and_a_sweep_show_it(folder, capsys):
     table = pq.read_table("out/results.parquet").to_pandas()
     np.testing.assert_array_equal(table["top_speed"], rows["top_speed"])
     assert (table["comfort"] > 0).all()
-    files = json.loads(Path("out/plan.json").read_text(encoding="utf-8"))["files_sha256"]
-    assert {*files} == {"../mine.py", "mine.py"}
+    files = json.loads(Path("out/pieces/plan.json").read_text(encoding="utf-8"))["files_sha256"]
+    assert {*files} == {"../mine.py", "mine.py", "../short.toml"}
 
 
 def test_what_is_wrong_is_said_before_anything_runs(folder, capsys):
@@ -209,7 +209,7 @@ def test_what_is_wrong_is_said_before_anything_runs(folder, capsys):
     team = "import robotics\n@robotics.metric(unit='1', kinds=('team',))\ndef late(run):\n    return run['v'][..., 0]\n"
     (folder / "team.py").write_text(team, encoding="utf-8")
     for line, message in (
-        (["sweep", "wrong.toml"], "wrong.toml:3: metrics: x.py: cannot be read"),
+        (["sweep", "wrong.toml"], "wrong.toml:3: x.py: cannot be read"),
         (["run", "short.toml", "--metric", "team.py:late"], "late is one of scenarios of kind team, not of tracking"),
         (["compare", "short.toml", "--metric", "team.py:late"], "late is one of scenarios of kind team"),
         (["run", "short.toml", "-c", "csm", "--law", "mylaw.py:MyLaw"], "give --controller or --law, not both"),

@@ -460,6 +460,7 @@ for law in sys.argv[2:]:
 """
 
 
+@pytest.mark.long
 def test_without_the_compiler_the_numbers_are_the_same(tmp_path):
     (tmp_path / "team.toml").write_text(TEAM, encoding="utf-8")
     laws = ("virtual-structure", "graph-esm")

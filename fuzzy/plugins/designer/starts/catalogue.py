@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 from typing import NamedTuple
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.starts.packaged import packaged_starts
 from fuzzy.plugins.designer.starts.start import Start, StartError
 
@@ -28,8 +28,7 @@ class Catalogue(NamedTuple):
     def start(self, name: str) -> Start:
         """The start of that name. Raises StartError."""
         found = {start.name: start for start in self.starts}
-        if name not in found:
-            raise StartError(expected(name, found, "start"))
+        check_known(name, found, "start", StartError)
         return found[name]
 
 

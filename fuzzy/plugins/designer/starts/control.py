@@ -11,7 +11,7 @@ from itertools import product
 
 from fuzzy.errors import InputError
 from fuzzy.membership import Triangle
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Sugeno, Variable
 
@@ -39,8 +39,7 @@ def rule_table(kind: str = "pd", terms: int = 7) -> Sugeno:
 
     Raises RuleTableError for another kind or number.
     """
-    if kind not in CONTROL_KINDS:
-        raise RuleTableError(expected(str(kind), CONTROL_KINDS, "kind of rule table"))
+    check_known(kind, CONTROL_KINDS, "kind of rule table", RuleTableError)
     if isinstance(terms, bool) or terms not in CONTROL_TERMS:
         raise RuleTableError(f"a rule table has 3, 5 or 7 terms a variable, got {terms!r}")
     names, middle = CONTROL_TERMS[terms], terms // 2

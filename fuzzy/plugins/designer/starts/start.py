@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError, quoted
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 
 Report = Callable[[float, str], None]  # how much of the work is done, from 0 to 1, and what was done last
@@ -28,8 +28,7 @@ class Choice:
 
     def read(self, given: Any) -> str:
         """The word. Raises StartError."""
-        if given not in self.values:
-            raise StartError(expected(str(given), self.values, self.name))
+        check_known(given, self.values, self.name, StartError)
         return str(given)
 
     def described(self) -> dict[str, Any]:
@@ -141,8 +140,7 @@ class Start:
         """
         known = {option.name: option for option in self.options}
         for key in given:
-            if key not in known:
-                raise StartError(f"{self.name}: {expected(str(key), known, 'option')}")
+            check_known(key, known, "option", StartError, where=self.name)
         values = {}
         for option in self.options:
             if option.name in given:

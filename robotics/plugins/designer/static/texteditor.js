@@ -1,5 +1,5 @@
 // A text with line numbers that is edited in place: a scenario's or a robot's file, tried at every pause. What is not
-// saved is kept in this browser until it is. From what robotics/plugins/designer/textdesk.py hands over.
+// saved is kept in this browser until it is. From what TextDesk in robotics/plugins/designer/folderfiles.py hands over.
 
 import { element, put, say } from "../../../../fuzzy/plugins/designer/static/chart.js";
 

@@ -15,6 +15,8 @@ from fuzzy.plugins.designer.views import design_data, surface_data, viewer_data
 from tests.browsers import drag, touch
 from tests.fuzzy.plugins.designer.design_bench import Bench, system
 
+pytestmark = pytest.mark.long
+
 MODULES = ("terms", "tree", "rules", "check", "viewer", "surface")
 
 

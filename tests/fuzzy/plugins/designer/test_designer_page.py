@@ -624,6 +624,7 @@ def test_the_server_listens_on_this_machine_only(server):
     assert [(a.ip, a.port) for a in listening] == [("127.0.0.1", server.port)]
 
 
+@pytest.mark.long
 def test_after_a_kill_the_design_is_back(tab, server, folder):
     page, before = tab.page, (folder / "tipper.fis").read_bytes()
     drag(page, foot(page), (60, 0), release=True)

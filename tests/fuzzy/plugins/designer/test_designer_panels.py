@@ -25,6 +25,8 @@ from tests.fuzzy.plugins.designer.membership_cases import cases
 from tests.fuzzy.plugins.designer.module_page import ModulePage
 from tests.robotics.plugins.designer.tried import on_page
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def one_page(browser: Any) -> ModulePage:

@@ -12,6 +12,8 @@ from fuzzy.plugins.designer.views import viewer_data
 from tests.browsers import Finger, drag, place_of, touch
 from tests.fuzzy.plugins.designer.design_bench import Bench
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def page(browser: Any) -> Bench:

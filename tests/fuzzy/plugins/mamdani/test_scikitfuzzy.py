@@ -88,6 +88,7 @@ def test_the_original_answers_as_scikit_fuzzy_does(method, functions, monkeypatc
     assert np.abs(mine - outputs(system, x)).max() < (1e-3 if method == "centroid" else 0.02)
 
 
+@pytest.mark.long
 def test_the_difference_is_that_of_the_outputs():
     a, b, y = parts(51)
     system = control.ControlSystem(rules_of(a, b, y))

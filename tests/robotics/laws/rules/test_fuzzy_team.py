@@ -84,6 +84,7 @@ def test_without_cooperation_they_do_not_arrive_together() -> None:
     assert (outcome("lanes", "cooperation").spread > ARRIVED).all()
 
 
+@pytest.mark.long
 def test_without_crash_the_emergency_rule_alone_keeps_them_apart() -> None:
     alone = outcome("crossing", "crash")
     assert not alone.touch.any()

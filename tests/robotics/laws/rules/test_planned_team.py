@@ -76,6 +76,7 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
     assert planned.min_distance.min() > 0.5 > alone.min_distance.min()
 
 
+@pytest.mark.long
 def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
     """The plan of this crossing has robots 2 and 6 wait near each other; both stay where it has them."""
     *_, state = islice(drive(crossing_ensemble(10, [5]), PLANNED, [5]), 560)
@@ -85,6 +86,7 @@ def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
     np.testing.assert_allclose(recall.place, due.s, atol=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:obstacles. no rule fires for output keep")
 def test_what_the_rules_bring_the_planned_team_drives_round_what_no_plan_knows():
     """The right of way drives the same plan blind."""

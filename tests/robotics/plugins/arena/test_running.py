@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import robotics
-from robotics.commands.templatefiles import template_text
+from robotics.commands.filekinds import template_text
 from robotics.plugins.arena.answer import answer
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import parse_arena, with_laws

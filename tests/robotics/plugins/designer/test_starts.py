@@ -39,6 +39,7 @@ def driven(folder, fis, obstacle):
     return distance, (angle[-1] - angle[0]) / (2 * np.pi)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("obstacle", "rounds"), [(ROOM, 0.8), (BOX, -1.0)])
 def test_the_wall_follower_follows_a_wall_and_only_by_its_rules(obstacle, rounds, tmp_path):
     fis = packaged("wall-follower")

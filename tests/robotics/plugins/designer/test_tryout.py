@@ -657,7 +657,7 @@ def test_several_seeds_are_run_when_the_design_rests(
     tracking: Sugeno, slower: Sugeno, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The newest design wins; the worst seed is drawn until another is picked."""
-    monkeypatch.setattr("robotics.plugins.designer.seedrounds._PAUSE", 0.0)
+    monkeypatch.setattr("robotics.plugins.designer.severalseeds._PAUSE", 0.0)
     write_fis(tracking, tmp_path / "mine.fis")
     noisy = ALONE[: ALONE.index("[[obstacles]]")].replace(
         "duration = 6.0", "duration = 2.0\nsensing = { start_position = 0.05 }", 1

@@ -25,15 +25,17 @@ from robotics.measures.formations import measure_formation
 from robotics.plugins.learning.formationdata import FormationRecipe, checking_recipe, formation_data, formation_run
 from robotics.plugins.learning.formationlearning import (
     FormationLearningError,
+    fresh_errors,
     learn_network,
     learn_networks,
     write_networks,
 )
-from robotics.plugins.learning.fresh import fresh_errors
 from robotics.show.figures.drawing import thinned
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
 from tests.drawn import faults_of
+
+pytestmark = pytest.mark.long
 
 SEEDS = [0, pytest.param(1, marks=pytest.mark.long)]
 # Chapters 5-6, I: after clustering and after 60 epochs, RMSE in m/s and rad/s

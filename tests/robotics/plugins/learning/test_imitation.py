@@ -10,11 +10,16 @@ from fuzzy.files.fisfile import read_fis
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError
 from robotics.measures.tracking import cross_track_error
-from robotics.plugins.learning.courses import crossing_course, scenario_course
-from robotics.plugins.learning.demonstrations import Demonstrations, demonstrate, disturbed, joined
-from robotics.plugins.learning.imitation import blank, drives, imitate, write_rule_base
+from robotics.plugins.learning.demonstrations import (
+    Demonstrations,
+    crossing_course,
+    demonstrate,
+    disturbed,
+    joined,
+    scenario_course,
+)
+from robotics.plugins.learning.imitation import blank, drives, fitted, imitate, rmse, write_rule_base
 from robotics.plugins.learning.lesson import ImitationError, ImitationPlan
-from robotics.plugins.learning.rulefitting import fitted, rmse
 from robotics.plugins.learning.tandem import TeacherAndPupil
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
@@ -57,6 +62,7 @@ def learnt():
     return imitate(lesson())
 
 
+@pytest.mark.long
 def test_the_learner_tracks_as_its_teacher_does(learnt, tmp_path):
     """On seeds that were not learnt from; a rule base that says nothing stays where it is, 0.2 m beside the path."""
     file = tmp_path / "learnt.fis"
@@ -86,6 +92,7 @@ def test_what_is_written_says_where_it_comes_from_and_has_units(learnt, tmp_path
     assert len(system.rules) == 4
 
 
+@pytest.mark.long
 def test_the_same_lesson_gives_the_same_file(learnt, tmp_path):
     for name, found in (("a", learnt), ("b", imitate(lesson()))):
         write_rule_base(found, tmp_path / f"{name}.fis")

@@ -30,6 +30,7 @@ def command(tmp_path):
     return ["learn", "rules", "--from", "lyapunov", *driven, *few, "-o", str(tmp_path / "learnt.fis")]
 
 
+@pytest.mark.long
 def test_rules_are_learnt_saved_and_flown_on_unseen_seeds(command, tmp_path, capsys):
     data = tmp_path / "data.csv"
     assert main([*command, "--data", str(data)]) == 0

@@ -123,6 +123,7 @@ def test_the_card_says_what_is_in_the_file(table, tmp_path):
     assert card.columns["stretch_1"]["scatter at equal inputs"] == ""
 
 
+@pytest.mark.long
 def test_networks_of_a_scenario_drive_it(table, tmp_path):
     networks = learn_networks(table.names, table.values[::2], rules=4, options=anfis.Options(epochs=5))
     assert [n.output for n in networks] == ["v_1", "w_1", "v_2", "w_2", "v_3", "w_3"]

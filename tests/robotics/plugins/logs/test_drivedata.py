@@ -108,6 +108,7 @@ def learnt(table, commands=None, *, taught=True):
     return replace(fis, out_of_range="clip")
 
 
+@pytest.mark.long
 def test_anfis_learns_from_odometry_and_commands_alone_to_drive_and_not_without_learning(driven, tmp_path):
     """No reference, no path: what was driven is the target. Untaught, or taught by others' commands, it does not."""
     table = drive_data(driven, DriveRecipe())

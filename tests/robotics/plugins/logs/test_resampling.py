@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robotics.plugins.logs.drive import Commands, Drive, PlannedPath, Track
-from robotics.plugins.logs.resampling import pieces
+from robotics.plugins.logs.drivedata import pieces
 from robotics.plugins.logs.typestore import LogError
 
 RADIUS, RATE = 0.5, 0.8  # m, rad/s: a circle, driven three times round

@@ -23,9 +23,9 @@ from robotics.measures.arrival import arrival_time
 from robotics.measures.avoidance import left_behind_times, off_path_times, standing_times
 from robotics.measures.clearance import robot_gaps
 from robotics.measures.contacts import contacts
-from robotics.measures.quantities import MEASURED_QUANTITIES, MeasuredQuantity
+from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.measures.teams import nearest_distance
-from robotics.measures.tracking import cross_track_error
+from robotics.measures.tracking import Metric, cross_track_error
 from robotics.plugins.thesis import avoidance
 from robotics.plugins.thesis.avoidance import CHAPTER_FIGURES, chapter_of
 from robotics.plugins.thesis.avoidance_runs import (
@@ -50,6 +50,8 @@ from robotics.studies.together import run_together
 from tests.drawn import faults_of, vertices, y_of
 from tests.robotics.plugins.thesis.recomputed import check_recomputed
 from tests.robotics.world.vehicle.etsro import ETSRO
+
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
@@ -168,9 +170,7 @@ def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch:
     assert rows[COURSES[1], "Right of way: drives blind"][:4] == (f"{touched} of 3", "–", "–", "–")
     assert touched == 3
     # Of a law without an emergency rule the share is unknown.
-    share = MeasuredQuantity(
-        lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1"
-    )
+    share = Metric(lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1", "")
     monkeypatch.setattr(
         "robotics.measures.quantities.MEASURED_QUANTITIES", {**MEASURED_QUANTITIES, "emergency_share": share}
     )

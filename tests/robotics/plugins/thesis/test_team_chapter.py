@@ -21,6 +21,8 @@ from robotics.simulation.scenario.reading import load_scenario
 from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.plugins.thesis.recomputed import check_recomputed
 
+pytestmark = pytest.mark.long
+
 
 def test_the_chapter_judges_the_claims_from_its_runs(team_results):
     chapter = chapter_of(team_results)

@@ -350,6 +350,7 @@ def test_obstacles_and_robots_are_drawn_in_true_size(runs: list[Run]) -> None:
         np.testing.assert_allclose(np.linalg.norm(np.diff(corners[:4], axis=0), axis=1), sides)
 
 
+@pytest.mark.long
 def test_figures_of_the_report_have_no_faults(comparison: Comparison, runs: list[Run]) -> None:
     """Units, nothing beyond the canvas, lines told apart by more than colour, legends over nothing."""
     machine = comparison.scenarios[0].robots[0].robot

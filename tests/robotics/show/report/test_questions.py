@@ -51,6 +51,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_an_own_question_stands_in_the_report_in_the_terminal_and_in_json(folder, capsys):
     out = folder / "out"
     assert main(["study", str(folder / "study.toml"), "--out", str(out), "-q"]) == 0

@@ -289,6 +289,7 @@ def test_pictures_are_small_and_keep_their_colours(comparison: Comparison, monke
         assert np.abs(before - after)[there].max() < 24
 
 
+@pytest.mark.long
 def test_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
     scenario = parse_scenario(SCENARIO.replace("duration = 5.0", "duration = 1.0"), "there")
     comparison = compare([scenario], LAWS[::2], (0, 1))
@@ -333,6 +334,7 @@ timing = { duration = 5.0 }
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("text", "kind"), [(SCENARIO, "tracking"), (OWN_TEAM, "team")])
 def test_an_own_study_never_speaks_of_the_thesis(text: str, kind: str, tmp_path: Path) -> None:
     """Own scenarios, the default laws of their kind, through the command line: page, tables and file names."""

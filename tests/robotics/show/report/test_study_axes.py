@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 import robotics
@@ -103,8 +104,13 @@ values = { low = 0.0, high = 0.1, step = 0.05 }
     (folder / "axes.toml").write_text(axes, encoding="utf-8")
     assert main(["sweep", str(folder / "sweep.toml"), "--out", str(folder / "s"), "-q"]) == 0
     assert main(["study", str(folder / "axes.toml"), "--out", str(folder / "a"), "-q", "--no-report"]) == 0
+    titles = pd.read_csv(folder / "a" / "columns.csv").set_index("column")
+    described = {name: (title, unit) for name, title, unit in titles.fillna("").itertuples()}
+    schema = pq.read_schema(folder / "s" / "results.parquet")
+    assert described == {n: tuple(m.decode() for m in schema.field(n).metadata.values()) for n in schema.names}
+    assert described["rms_cross_track_m"] == ("RMS cross-track error", "m")
     swept, studied = pd.read_parquet(folder / "s" / "results.parquet"), pd.read_csv(folder / "a" / "results.csv")
-    pd.testing.assert_frame_equal(swept, studied[list(swept)], check_dtype=False, rtol=1e-15)
+    pd.testing.assert_frame_equal(swept, studied, check_dtype=False, rtol=1e-15)
 
 
 BAD = {
@@ -133,6 +139,7 @@ def test_what_is_wrong_is_one_sentence_with_file_and_line(
     assert says in said
 
 
+@pytest.mark.long
 def test_check_draws_plans_of_every_kind_and_notes_the_new_form(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -245,6 +252,7 @@ first_seed = 3
 metrics = ["max_cross_track_m"]
 method = "random"
 samples = 2
+chunk = 50
 seed = 4
 questions = ["leads", "axes"]
 chapters = "tests.robotics.show.report.test_study_axes:chapters"
@@ -295,6 +303,7 @@ def chapters(begin: Any, folder: Path, seed: int, draw: bool) -> Iterator[Any]:
     yield lambda: [Chapter("mine", f"From seed {seed}")]
 
 
+@pytest.mark.long
 def test_a_file_with_every_key_runs_and_says_all(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
     assert {key.name for key in study_table().keys} == {*tomllib.loads(EVERY)}

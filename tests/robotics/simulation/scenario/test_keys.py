@@ -11,10 +11,10 @@ import pytest
 
 from fuzzy.errors import InputError
 from robotics.commands.filekinds import FILE_KINDS
+from robotics.show.report.scenariopage import page
 from robotics.simulation.scenario.keys import scenario_table
 from robotics.simulation.scenario.reading import parse_scenario, scenario_file, scenario_from_table, scenario_names
 from robotics.simulation.scenario.survey import survey_text
-from robotics.studies.sweeps.page import page
 from robotics.tables.keys import KeyUnknownError, Placed, find, walk
 from robotics.tables.schema import schema_of
 from robotics.tables.template import commented_file
@@ -121,7 +121,7 @@ def test_names_are_found_by_their_end_and_mistyped_ones_are_guessed():
 
 def test_the_page_is_what_the_descriptions_say():
     text = (ROOT / "docs" / "reference" / "file-scenario.md").read_text(encoding="utf-8")
-    assert text == page(), "python -m robotics.studies.sweeps.page > docs/reference/file-scenario.md"
+    assert text == page(), "python -m robotics.show.report.scenariopage > docs/reference/file-scenario.md"
     ((example),) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     assert len(parse_scenario(example, "page").robots) == 1
 

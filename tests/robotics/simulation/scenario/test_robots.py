@@ -1,5 +1,6 @@
 """Robots as data: files of one's own, packaged ones by name, tables that change one; nobody has the EtsRo's numbers."""
 
+import json
 from dataclasses import fields, replace
 
 import numpy as np
@@ -8,13 +9,13 @@ import pytest
 from robotics.laws.avoidance.priority import STATED_FOR
 from robotics.laws.catalogue import make_controller, safety_distance
 from robotics.laws.law import ControllerError
+from robotics.show.report.plan import load_sweep
+from robotics.show.report.study import run_table
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario import robots
 from robotics.simulation.scenario.description import Member, Scenario, ScenarioError
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from robotics.simulation.scenario.robots import load_robot, parse_robot, robot_names, with_numbers
-from robotics.studies.sweeps.plan import identity, plan_sweep, scenario_at
-from robotics.studies.sweeps.reading import load_sweep
 from robotics.world.sensing.sonar import SONAR, sonar
 from robotics.world.vehicle.robot import Robot, RobotError
 from tests.robotics.world.vehicle.etsro import ETSRO
@@ -236,11 +237,12 @@ def test_a_sweep_changes_the_numbers_of_any_robot(tmp_path, common, mass):
     (tmp_path / "one.toml").write_text(HEAD + common + DRIVE, encoding="utf-8")
     text = 'scenario = "one.toml"\ncontrollers = ["lyapunov"]\n[scenario_fields]\nrobot.kp = [0.5, 0.7]\n'
     (tmp_path / "sweep.toml").write_text(text, encoding="utf-8")
-    sweep = load_sweep(tmp_path / "sweep.toml")
-    found = [scenario_at(sweep, (value,)).robots[0].robot for value in (0.5, 0.7)]
+    plan = load_sweep(tmp_path / "sweep.toml")
+    found = [plan.cases[0][0].design.scenario_at(point).robots[0].robot for point in plan.points]
     assert [(robot.body_mass, robot.kp) for robot in found] == [(mass, 0.5), (mass, 0.7)]
-    files = identity(plan_sweep(sweep))["files_sha256"]
-    assert list(files) == (["mine.toml"] if common else [])
+    run_table(plan, tmp_path / "out")
+    about = json.loads((tmp_path / "out" / "pieces" / "plan.json").read_text(encoding="utf-8"))
+    assert list(about["files_sha256"]) == (["mine.toml"] if common else []) + ["one.toml"]
 
 
 def test_numbers_are_written_into_a_file_and_comments_stay():

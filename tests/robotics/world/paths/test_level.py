@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from robotics.simulation.scenario.reading import parse_scenario
-from robotics.world.paths.level import Level
 from robotics.world.paths.path import Circle, Eight, Line, compile_path
-from robotics.world.paths.references import later
+from robotics.world.paths.references import Level, later
 from robotics.world.paths.trajectory import Timing, compile_trajectory
 
 

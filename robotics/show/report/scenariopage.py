@@ -1,10 +1,10 @@
 """The page ``docs/reference/file-scenario.md``: every key of a scenario's file and of a sweep's.
 
-``python -m robotics.studies.sweeps.page > docs/reference/file-scenario.md`` makes it of the descriptions of both.
+``python -m robotics.show.report.scenariopage > docs/reference/file-scenario.md`` makes it of the descriptions of both.
 """
 
+from robotics.show.report.keys import sweep_table
 from robotics.simulation.scenario.keys import scenario_table
-from robotics.studies.sweeps.reading import sweep_table
 from robotics.tables.page import key_reference
 
 _HEAD = """\

@@ -1,1 +1,0 @@
-"""Sweeps: many variations of a scenario, in parallel, resumable."""
