@@ -46,7 +46,7 @@ STAIRS = {
     """,
     "robotics.studies": """
         executors pieces versions chunks population together comparison forewarnings inspection design axes
-        keptcomparison tuning
+        keptcomparison passes tuning
     """,
     "robotics.show": "figures playback report",
 }

@@ -18,13 +18,13 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.studies.chunks import Pass, discard_chunks, kept_passes
 from robotics.studies.executors import WorkerError, Workers
-from robotics.studies.keptcomparison import PACKAGES
+from robotics.studies.keptcomparison import PACKAGES, PIECES_FOLDER
 from robotics.studies.versions import digest, versions
 
-RESULTS, PIECES = "results.csv", "pieces"
+RESULTS = "results.csv"
 
 
-class WorkError(InputError):
+class PassesError(InputError):
     """A folder that holds other work."""
 
 
@@ -64,7 +64,7 @@ def run_passes(
         begin: Starts a bar of a progress display, by its text and total.
         resumed: Called with how many passes are there already, and of how many.
 
-    Raises WorkError where the folder holds other work, WorkerError where workers cannot be reached, and what ``one``
+    Raises PassesError where the folder holds other work, WorkerError where workers cannot be reached, and what ``one``
     raises.
     """
     reasons, interrupted, about = list[WorkerError](), False, {**about, "versions": versions(*PACKAGES)}
@@ -73,11 +73,13 @@ def run_passes(
 
         def discard() -> None:
             (there / RESULTS).unlink(missing_ok=True)
-            discard_chunks(there / PIECES)
+            discard_chunks(there / PIECES_FOLDER)
 
         file = kind.replace(" ", "-") + ".json"
-        stack.enter_context(claimed(there, file, about, discard, kind=kind, fault=WorkError, fresh=fresh))
-        pieces = kept_passes(there / PIECES, kind, digest(about), passes, one, place=place, expected=about["versions"])
+        stack.enter_context(claimed(there, file, about, discard, kind=kind, fault=PassesError, fresh=fresh))
+        pieces = kept_passes(
+            there / PIECES_FOLDER, kind, digest(about), passes, one, place=place, expected=about["versions"]
+        )
         if len(todo := pieces.missing()) < len(passes):
             resumed(len(passes) - len(todo), len(passes))
         try:

@@ -53,7 +53,7 @@ def in_pieces(
     Returns:
         The table of an outcome, and which parts of the seeds are missing.
 
-    Raises WorkError where the folder holds another stress test; WorkerError where no cluster answers.
+    Raises PassesError where the folder holds another stress test; WorkerError where no cluster answers.
     """
     crew = crew or Crew()
     parts = _parts(seeds, robots, _SHARED if crew.out or crew.dask else crew.count)
