@@ -133,7 +133,7 @@ def arrows_up(root: Path, package: str, stair: list[str]) -> list[str]:
         if unlisted:
             wrong.append(f"{package}.{unlisted[0]} is not on the stair")
         elif place[rooms[1]] > place[rooms[0]] and (arrow.source, arrow.target) != CIRCLE:
-            wrong.append(f"{arrow.source}:{arrow.line} imports {arrow.target}, which stands above it")
+            wrong.append(f"{arrow.source}:{arrow.line} imports {arrow.target}, which stands after it on the stair")
     return sorted(set(wrong))
 
 
@@ -230,7 +230,7 @@ def test_what_is_wrong_with_a_tree_is_seen(tmp_path):
         (tmp_path / name).write_text(text, encoding="utf-8")
     assert arrows_up(tmp_path, "fuzzy", ["low", "high"]) == [
         "fuzzy.attic is not on the stair",
-        "fuzzy.low.one:2 imports fuzzy.high.two, which stands above it",
+        "fuzzy.low.one:2 imports fuzzy.high.two, which stands after it on the stair",
     ]
     assert circles(tmp_path, ("fuzzy",)) == [{"fuzzy.low.one", "fuzzy.high.two"}]
     assert [a.lazy for a in arrows(tmp_path, "fuzzy") if a.source == "fuzzy.low.one"] == [True]
