@@ -50,7 +50,7 @@ def write(file: Path, design: Design, base: str | None) -> Path:
     target = place_for(file)
     if _in_other_hands(target):
         target = target.with_name(f"{file.name}.{PROCESS}.json")
-    _make(target.parent)
+    target.parent.mkdir(exist_ok=True)
     if target.is_symlink():
         target.unlink()  # it would be followed, and might lead anywhere
     content = {
@@ -65,17 +65,6 @@ def write(file: Path, design: Design, base: str | None) -> Path:
     text = json.dumps(content, indent=1)
     write_whole(target, text)
     return target
-
-
-def _make(folder: Path) -> None:
-    """Make the folder, which another document may remove in the very moment in which it is found to be there."""
-    for left in (2, 1, 0):
-        try:
-            folder.mkdir(exist_ok=True)
-            return
-        except FileExistsError:
-            if not left or os.path.lexists(folder):
-                raise
 
 
 def design_content(design: Design) -> dict[str, Any]:

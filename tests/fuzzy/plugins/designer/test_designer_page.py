@@ -595,6 +595,12 @@ def test_work_that_cannot_be_kept_is_said_on_the_page(tab, server, folder):
     kept.unlink()
     page.wait_for_selector(".unkept:empty", state="attached")  # tried again, without another edit
     assert (kept / "tipper.fis.json").exists()
+    tab.forgiven = True  # the browser complains, rightly, that the server is gone
+    said = f"fuzzy design: unsaved work cannot be kept in {kept / 'tipper.fis.json'}: File exists\n"
+    assert server.end() == (0, said)
+    server.start()
+    page.wait_for_selector(".restored:not(:empty)")  # the page comes back by itself
+    tab.forgiven = False
 
 
 def test_paths_and_sizes_are_limited(server, folder):
