@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 from fuzzy.compiled.threads import processors
-from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import option
 from robotics.commands.shared import Dask
 from robotics.commands.shared import Workers as Processes
-from robotics.studies.executors import Workers, dask, in_threads, processes
+from robotics.studies.executors import Workers, check_workers, dask, in_threads, processes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +27,7 @@ class Crew:
     fresh: Annotated[bool, option("Discard what FOLDER holds of earlier work.")] = False
 
     def __post_init__(self) -> None:
-        if self.workers is not None and self.dask is not None:
-            raise InputError("give --workers or --dask, not both")
+        check_workers(self.workers, self.dask)
         if self.out is not None:
             check_folder(self.out)
 

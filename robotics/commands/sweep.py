@@ -3,6 +3,7 @@
 import sys
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -64,7 +65,7 @@ def sweep(
 
     plan = load_sweep(spec)
     plan = replace(plan, controllers=(*plan.controllers, *(law or ())), metrics=(*plan.metrics, *(metric or ())))
-    for case in (case for group in plan.cases for case in group):
+    for case in chain(*plan.cases):
         with suppress(InputError):  # what is wrong with a point is said where it is run
             first = case.passes(0, plan.row, {})[0].driven()[0].setting  # the others differ in some fields only
             print_forewarnings(s for name, c in case.laws.items() for s in forewarnings(first, as_law(c), name))
@@ -82,7 +83,6 @@ def sweep(
     preload = ["pyarrow", "robotics.studies.keptcomparison"]
     with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
         done = run_table(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed, stopped=stopped)
-    runs = len(plan.points) * len(plan.settings) * max(1, len(plan.conditions)) * len(plan.laws) * plan.seeds
     if json:
         print_json(
             {
@@ -91,7 +91,7 @@ def sweep(
                 "points": len(plan.points),
                 "controllers": list(plan.laws),
                 "seeds": list(plan.row),
-                "runs": runs,
+                "runs": plan.runs,
                 "diverged": done.counts.diverged,
                 "with_contact": done.counts.contacts,
                 "chunks": done.chunks,
@@ -102,7 +102,7 @@ def sweep(
         return
     counts = ((len(plan.points), "point"), (len(plan.laws), "controller"), (plan.seeds, "seed"))
     shown = " × ".join(counted(*each) for each in counts)
-    touched = f"✕ contact in {done.counts.contacts} of {runs} runs; " if done.counts.contacts else ""
+    touched = f"✕ contact in {done.counts.contacts} of {plan.runs} runs; " if done.counts.contacts else ""
     print(
         f"{done.results}: {done.counts.rows} rows, {shown}; {done.counts.diverged} rows of robots that diverged; "
         f"{touched}{done.computed} of {done.chunks} chunks computed now"

@@ -134,7 +134,9 @@ def sweep_as_study(table: dict[str, Any], folder: Path) -> tuple[StudyAxis, ...]
         such = "scenario must be a scenario's name or a .toml file's path"
         raise SweepError(f"{such}; {got(name)}").about("scenario")
     own = scenario_source(name, folder)[2]
-    table |= {"scenarios": [name], "seeds": table.get("seeds", 1)} | ({"controllers": [own]} if own else {}) | table
+    for key, value in (("scenarios", [name]), ("seeds", 1), ("controllers", [own])):
+        if value != [""]:  # the scenario names no controller
+            table.setdefault(key, value)
     found = []
     for section, role in _SECTIONS.items():
         if not isinstance(axes := table.pop(section, {}), dict):

@@ -5,9 +5,8 @@ all that its numbers depend on, and a checksum. Work that was killed at any mome
 chunks that have no file yet, or one that is not as it was written.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -38,7 +37,7 @@ class Chunk(Generic[Pass]):
 
 
 def run_chunk(
-    one: "Callable[[Pass], pa.Table | pd.DataFrame]",
+    one: "Callable[[Pass], pd.DataFrame]",
     place: Callable[[Pass], str],
     expected: dict[str, str],
     fault: type[InputError] | None,
@@ -63,16 +62,14 @@ def run_chunk(
     tables = []
     for part in chunk.passes:
         try:
-            table = one(part)
+            rows = one(part)
         except Exception as error:
             if fault is None:
                 raise
             # A worker's traceback is of little use far away; what was run can be run again by hand.
             message = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             raise fault(f"{place(part)}: {message}") from error
-        if not isinstance(table, pa.Table):
-            table = pa.Table.from_pandas(table, preserve_index=False).replace_schema_metadata()
-        tables.append(table)
+        tables.append(pa.Table.from_pandas(rows, preserve_index=False).replace_schema_metadata())
     return pa.concat_tables(tables, promote_options="default").combine_chunks()
 
 
@@ -90,7 +87,6 @@ class KeptChunks(Generic[Pass]):
         place: What messages call a pass.
         fault: The error of a chunk that fails; None: what went wrong comes as it was raised.
         workers: Who does the work, by default this process.
-        computed: The numbers of the chunks that were computed here.
     """
 
     folder: Path
@@ -102,7 +98,6 @@ class KeptChunks(Generic[Pass]):
     place: Callable[[Pass], str]
     fault: type[InputError] | None = None
     workers: Workers | None = None
-    computed: list[int] = field(default_factory=list)
 
     def missing(self) -> list[int]:
         """The numbers of the chunks that are still to be computed; what a killed process was writing is removed."""
@@ -123,7 +118,6 @@ class KeptChunks(Generic[Pass]):
             self.one, chunks, self.workers, called=self._places, kept=self.fault, lost=lost, advance=advance
         ):
             _write(table, self.file(chunk.number), self.kind, self.key, chunk.number)
-            self.computed.append(chunk.number)
 
     def tables(self) -> "Iterator[pa.Table]":
         """The chunks in their order; one that cannot be read back is computed again."""
@@ -168,27 +162,6 @@ class KeptChunks(Generic[Pass]):
             return content if own == (self.key.encode(), str(number).encode()) else None
 
         return kept_piece(self.file(number), read, self.kind)
-
-
-def kept_passes(
-    folder: Path,
-    kind: str,
-    key: str,
-    passes: Sequence[Pass],
-    one: "Callable[[Pass], pd.DataFrame]",
-    *,
-    place: Callable[[Pass], str],
-    expected: dict[str, str],
-    fault: type[InputError] | None = None,
-    workers: Workers | None = None,
-) -> KeptChunks[Pass]:
-    """Passes in a folder, a chunk each; the arguments are those of :class:`KeptChunks` and :func:`run_chunk`."""
-
-    def chunk(number: int) -> Chunk[Pass]:
-        return Chunk(number, (passes[number - 1],))
-
-    alone = partial(run_chunk, one, place, expected, fault)
-    return KeptChunks(folder, kind, key, len(passes), chunk, alone, place, fault, workers)
 
 
 def discard_chunks(folder: Path) -> None:

@@ -58,6 +58,12 @@ class Workers:
     apart: bool = False  # whether they do not see this machine's folders
 
 
+def check_workers(count: int | None, address: str | None) -> None:
+    """Raise InputError where both processes of this machine and a cluster are asked for."""
+    if count is not None and address is not None:
+        raise InputError("give --workers or --dask, not both")
+
+
 def workers_at(
     count: int | None = None, address: str | None = None, preload: Sequence[str] = ()
 ) -> "AbstractContextManager[Workers | None]":
@@ -65,8 +71,7 @@ def workers_at(
 
     Raises InputError where both are given; see :func:`processes` and :func:`dask`.
     """
-    if count is not None and address is not None:
-        raise InputError("give --workers or --dask, not both")
+    check_workers(count, address)
     if address is not None:
         return dask(address)
     return processes(count, preload) if count is not None else nullcontext()

@@ -164,7 +164,7 @@ def run_pass(
     kept: Callable[[tuple[str, str], Run], None] | None,
     progress: Callable[[], None] | None,
     part: RunsPass,
-) -> "pa.Table":
+) -> pd.DataFrame:
     """Simulate and measure a pass into the rows of the comparison's table, with the notes on its runs.
 
     Args:
@@ -173,8 +173,6 @@ def run_pass(
         progress: Called after every simulated period.
         part: The pass.
     """
-    import pyarrow as pa
-
     own = own_metrics(metrics)
     scenario, law = part.driven()
     run = simulate(scenario, as_law(law), part.seeds, name=part.controller, progress=progress)
@@ -192,7 +190,7 @@ def run_pass(
     notes = RunNotes.of(run)
     said = json.dumps([notes.divergences, [list(one) for one in notes.outside]])
     rows[_NOTES] = [said, *[""] * (len(rows) - 1)]
-    return pa.Table.from_pandas(rows, preserve_index=False).replace_schema_metadata()
+    return rows
 
 
 def _place(part: RunsPass) -> str:
@@ -278,13 +276,12 @@ class KeptComparisons:
 
     def landed(self) -> tuple[int, int]:
         """How many chunks are there, and of how many."""
-        chunks = self.chunks()
-        return sum(chunks.content(number) is not None for number in range(1, self.ends[-1] + 1)), self.ends[-1]
+        return self.ends[-1] - len(self.chunks().missing()), self.ends[-1]
 
     def chunks(self, progress: Advance | None = None) -> KeptChunks[RunsPass]:
         """The chunks in the folder; ``progress`` is called after every period that this process simulates."""
         keep = self.drawn and len(self.seeds) <= DRAWN_SEEDS
-        one: Callable[[RunsPass], pa.Table]
+        one: Callable[[RunsPass], pd.DataFrame]
         if self.workers is None:
             one = partial(run_pass, self.metrics, self.runs.__setitem__ if keep else None, progress)
         else:

@@ -6,6 +6,7 @@ Work that is stopped, also by SIGKILL, goes on where it was, and ends with the s
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Generic, NamedTuple
@@ -16,7 +17,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
-from robotics.studies.chunks import Pass, discard_chunks, kept_passes
+from robotics.studies.chunks import Chunk, KeptChunks, Pass, discard_chunks, run_chunk
 from robotics.studies.executors import WorkerError, Workers
 from robotics.studies.keptcomparison import PACKAGES, PIECES_FOLDER
 from robotics.studies.versions import digest, versions
@@ -77,8 +78,14 @@ def run_passes(
 
         file = kind.replace(" ", "-") + ".json"
         stack.enter_context(claimed(there, file, about, discard, kind=kind, fault=PassesError, fresh=fresh))
-        pieces = kept_passes(
-            there / PIECES_FOLDER, kind, digest(about), passes, one, place=place, expected=about["versions"]
+        pieces = KeptChunks(
+            there / PIECES_FOLDER,
+            kind,
+            digest(about),
+            len(passes),
+            chunk=lambda number: Chunk(number, (passes[number - 1],)),
+            one=partial(run_chunk, one, place, about["versions"], None),
+            place=place,
         )
         if len(todo := pieces.missing()) < len(passes):
             resumed(len(passes) - len(todo), len(passes))

@@ -4,7 +4,6 @@ Every piece of work that is done stands in the folder, whole or not at all; afte
 same arena in the same folder goes on from there and ends with the same bytes.
 """
 
-import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
@@ -12,7 +11,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -20,7 +19,6 @@ import pandas as pd
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
-from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.tuning.search import Evaluations
 from robotics.plugins.arena.changes import CHANGES
@@ -28,10 +26,12 @@ from robotics.plugins.arena.computing import Timed, machine, timed
 from robotics.plugins.arena.description import Arena, about
 from robotics.plugins.arena.families import ArenaError
 from robotics.plugins.arena.outcome import ArenaEntry, Outcome
-from robotics.plugins.arena.work import WHOLE, DriveJob, Search, budgets_of, driven, plain, searched
+from robotics.plugins.arena.work import DriveJob, Search, budgets_of, driven, searched
+from robotics.studies.chunks import Chunk, KeptChunks, discard_chunks, run_chunk
 from robotics.studies.executors import Workers, in_threads
+from robotics.studies.keptcomparison import PACKAGES
 from robotics.studies.pieces import kept_piece, run_pieces
-from robotics.studies.versions import versions
+from robotics.studies.versions import digest, versions
 
 _PLAN, _TIMES = "arena.json", "computing.json"
 PUBLISHED, TUNED = "published", "tuned"
@@ -65,9 +65,11 @@ def drive_arena(
     workers = workers or Workers()
 
     def discard() -> None:
-        for left in [*folder.glob("searches/*/*/*"), *folder.glob("runs/*/*.csv"), folder / _TIMES]:
+        for left in [*folder.glob("searches/*/*/*"), folder / _TIMES]:
             if left.is_file():
                 left.unlink()
+        for runs in folder.glob("runs/*"):
+            discard_chunks(runs)
 
     plan = {**about(arena), "versions": versions()}
     with claimed(folder, _PLAN, plan, discard, kind="arena", fault=ArenaError, fresh=fresh):
@@ -76,7 +78,7 @@ def drive_arena(
             announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
         if clocked:
             announce(_estimate(arena, times, workers))
-        return _ArenaRun(arena, folder, workers, times, begin).outcome()
+        return _ArenaRun(arena, plan, folder, workers, times, begin).outcome()
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ class _ArenaRun:
     """An arena that is being held."""
 
     arena: Arena
+    about: Mapping[str, Any]  # all that determines its numbers
     folder: Path
     workers: Workers
     times: Mapping[str, Timed]
@@ -203,26 +206,21 @@ class _ArenaRun:
         return [DriveJob(law, part, candidates, block, (k,), runs) for k in places]
 
     def drives(self, what: str, todo: Sequence[DriveJob]) -> dict[DriveJob, pd.DataFrame]:
-        """Do drives, or read what the folder has of them."""
-        found: dict[DriveJob, pd.DataFrame] = {}
-        for drive in todo:
-            if (table := kept_piece(self.file(drive), partial(_read, drive=drive), "arena")) is not None:
-                found[drive] = table
-        left = sorted((d for d in todo if d not in found), key=lambda d: -self.times[d.law].run * d.count)
-        advance = self.begin(f"{what}: {sum(d.count for d in todo)} runs", max(len(left), 1))
-        for drive, table in run_pieces(
-            partial(driven, self.arena), left, self.workers, called=attrgetter("law"), kept=ArenaError, advance=advance
-        ):
-            path = self.file(drive)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_frame(table, path)
-            found[drive] = table
-        return {drive: found[drive] for drive in todo}
-
-    def file(self, drive: DriveJob) -> Path:
-        """Where the runs of a drive stand."""
-        which = f"-{drive.scenarios[0] + 1}" if len(drive.scenarios) == 1 else ""
-        return self.folder / "runs" / plain(drive.law) / f"{plain(drive.part)}{which}.csv"
+        """Do drives, the longest first, or read what the folder has of them."""
+        kept = KeptChunks(
+            folder=self.folder / "runs" / what,
+            kind="arena",
+            key=digest([self.about, *map(repr, todo)]),
+            count=len(todo),
+            chunk=lambda number: Chunk(number, (todo[number - 1],)),
+            one=partial(run_chunk, partial(driven, self.arena), attrgetter("law"), versions(*PACKAGES), ArenaError),
+            place=attrgetter("law"),
+            fault=ArenaError,
+            workers=self.workers,
+        )
+        left = sorted(kept.missing(), key=lambda n: -self.times[todo[n - 1].law].run * todo[n - 1].count)
+        kept.compute(left, self.begin(f"{what}: {sum(d.count for d in todo)} runs", max(len(left), 1)))
+        return {drive: table.to_pandas() for drive, table in zip(todo, kept.tables(), strict=True)}
 
 
 def _run_costs(arena: Arena, drive: DriveJob, table: pd.DataFrame) -> np.ndarray:
@@ -230,20 +228,6 @@ def _run_costs(arena: Arena, drive: DriveJob, table: pd.DataFrame) -> np.ndarray
     cost = arena.made_cost
     metrics = {name: table[name].to_numpy(dtype=float)[:, None] for name in cost.metrics}
     return cost.of(metrics, table["stopped"].to_numpy()[:, None] > 0).reshape(len(drive.candidates), -1)
-
-
-def _read(path: Path, drive: DriveJob) -> pd.DataFrame | None:
-    """The runs of a drive; None if they are not all there."""
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        columns = {  # Python reads a number as it was written, to the last bit
-            name: [int(row[name]) if name in WHOLE else float(row[name] or "nan") for row in rows]
-            for name in (rows or [{}])[0]
-        }
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
-    return pd.DataFrame(columns) if len(rows) == drive.count else None
 
 
 def _times(arena: Arena, folder: Path, begin: Begin) -> dict[str, Timed]:

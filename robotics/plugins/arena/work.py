@@ -18,7 +18,6 @@ from robotics.studies.population import simulate_many
 from robotics.studies.tuning.tune import Tuned, tune
 
 BUDGETS = (10, 20, 50, 100, 200, 300, 500, 700, 1000)  # evaluations at which a search is looked at
-WHOLE = ("candidate", "scenario", "seed", "stopped")  # columns of whole numbers in a table of runs
 SHOWN = ("max_cross_track_m", "torque_variation_nmps")  # metrics that are measured beside those of the cost
 
 

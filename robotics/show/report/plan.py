@@ -7,6 +7,7 @@ import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -255,17 +256,23 @@ class StudyPlan:
 
         Raises SweepError where one is refused.
         """
-        cases = [case for group in self.cases for case in group] if self.axes else []
-        advance = begin("checking every point", sum(len(case.points) for case in cases)) if cases else None
-        for case in cases:
-            if case.design is not None and advance is not None:
-                case.design.check(case.points, map(str, case.laws.values()), advance)
+        designs = [(case, case.design) for case in chain(*self.cases) if case.design is not None]
+        if not designs:
+            return
+        advance = begin("checking every point", sum(len(case.points) for case, _ in designs))
+        for case, design in designs:
+            design.check(case.points, map(str, case.laws.values()), advance)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs that it makes."""
+        return sum(len(case.laws) * len(case.points) * self.seeds for case in chain(*self.cases))
 
     @property
     def rows(self) -> int:
         """The number of rows of its table."""
-        every = (case for group in self.cases for case in group)
-        return sum(len(c.scenario.robots) * len(c.laws) * len(c.points) * self.seeds for c in every)
+        each = ((case, len(case.scenario.robots)) for case in chain(*self.cases))
+        return sum(robots * len(case.laws) * len(case.points) * self.seeds for case, robots in each)
 
     @property
     def metrics_located(self) -> dict[str, str]:

@@ -82,10 +82,8 @@ def _study(name: str) -> tuple[str, list[Row], list[str]]:
 
 
 def _amount(plan: StudyPlan) -> Iterator[str]:
-    cases = [case for group in plan.cases for case in group]
-    runs = sum(len(case.laws) * len(case.points) * plan.seeds for case in cases)
-    pieces = sum(case.chunks(plan.row) for case in cases)
-    yield f" = {counted(runs, 'run')} in {counted(pieces, 'piece')}, {counted(plan.rows, 'row')}"
+    pieces = sum(case.chunks(plan.row) for case in chain(*plan.cases))
+    yield f" = {counted(plan.runs, 'run')} in {counted(pieces, 'piece')}, {counted(plan.rows, 'row')}"
     for group in plan.groups:
         yield from (f"   without {on}: {line}" for on, lines in group.skipped.items() for line in lines)
 

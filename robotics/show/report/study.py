@@ -44,7 +44,7 @@ from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.show.report.plan import StudyError, StudyPlan
 from robotics.show.report.questions import Answer, answer_chapters, asked, described_table
-from robotics.show.report.summarytable import shown_metrics
+from robotics.show.report.summarytable import leading_metric
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_file
 from robotics.simulation.scenario.robots import robot_files
@@ -437,8 +437,7 @@ def _written(
 def _answers(plan: StudyPlan, comparisons: Sequence[Comparison], rows: pd.DataFrame, folder: Path) -> dict[str, Answer]:
     """The answers to the study's questions about the ``rows`` of results.csv; answers.json has them, too."""
     one = comparisons[0]
-    shown = shown_metrics(one, one.scenarios[0], plan.shown_metrics)
-    first = next(name for name, about in shown.items() if plan.shown_metrics or not about.larger)
+    first, _ = leading_metric(one, one.scenarios[0], plan.shown_metrics)
     table = described_table(rows, plan.own_metrics, first, [axis.name for axis in plan.axis_list])
     answers = asked(plan.questions, table, plan.folder, plan.own_metrics)
     write_json(folder / "answers.json", {name: answer.row() for name, answer in answers.items()})

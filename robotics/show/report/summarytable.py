@@ -105,15 +105,17 @@ def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[
     return shown_metrics(comparison, scenario, first, scenario.setting.has_others, has_guard(table))
 
 
-def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
-    """Who leads in each scenario: by the first metric of :func:`shown_metrics` that is wanted ``first``.
+def leading_metric(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> tuple[str, Metric]:
+    """The metric that says who leads: the first of those wanted ``first``, or the first of which less is better."""
+    shown = shown_metrics(comparison, scenario, first)
+    return next(item for item in shown.items() if first or not item[1].larger)
 
-    Where none is wanted it is the first of which less is better.
-    """
+
+def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:
+    """Who leads in each scenario, by its :func:`leading_metric`."""
     found = []
     for scenario in comparison.scenarios:
-        shown = shown_metrics(comparison, scenario, first)
-        metric, about = next(item for item in shown.items() if first or not item[1].larger)
+        metric, about = leading_metric(comparison, scenario, first)
         by_law = _by_law(comparison, scenario.name)
         values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
         contacts = {name: contact_runs(rows, scenario.name, name)[0] for name, rows in by_law.items()}

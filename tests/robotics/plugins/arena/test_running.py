@@ -1,9 +1,7 @@
 """An arena that is held, stopped and gone on with; and its numbers, computed again by other means."""
 
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import robotics
@@ -83,12 +81,12 @@ def test_a_stopped_arena_goes_on_to_the_same_numbers(whole, tmp_path, after):
 
 def test_what_is_damaged_is_driven_again(whole):
     outcome, folder = whole
-    file = folder / "runs" / "pid" / "published-1.csv"
-    text = file.read_text()
-    file.write_text(text[: len(text) // 2])
-    with pytest.warns(UserWarning, match=r"published-1\.csv is damaged, or is not of this arena; it is computed again"):
+    file = folder / "runs" / "testing" / "chunk-000001.parquet"
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    with pytest.warns(UserWarning, match=r"chunk-000001\.parquet is damaged, or is not of this arena; it is computed"):
         assert contents(drive_arena(ARENA, folder)) == contents(outcome)
-    assert file.read_text() == text
+    assert file.read_bytes() == content
 
 
 def test_another_arena_in_the_same_folder_is_refused(whole):
@@ -123,11 +121,10 @@ def test_the_chosen_law_is_the_best_on_the_choosing_runs_and_is_written_down(who
 
 
 def test_changes_are_driven_on_the_seeds_of_the_test(whole):
-    outcome, folder = whole
+    outcome, _ = whole
     for change in CHANGES:
         assert set(outcome.entries[0].changed[change]["seed"]) == {3_000_000, 3_000_001, 3_000_002}
-    noise = pd.read_csv(next(Path(folder).glob("runs/pid/noise*.csv")))
-    assert len(noise) == 2 * 3
+    assert len(outcome.entries[0].changed["noise ×2"]) == 2 * 3
     assert np.isfinite(outcome.robustness.value).all()
 
 
