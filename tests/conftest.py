@@ -99,11 +99,15 @@ def site(tmp_path_factory, monkeypatch):
     return folder
 
 
-def declare(site, name, groups):
-    """Write the metadata of an installed package ``name`` into ``site``: its entry points, by group and by name."""
+def declare(site, name, groups, requires=()):
+    """Write the metadata of an installed package ``name`` into ``site``.
+
+    It has entry points, by group and by name, and requires other packages.
+    """
     about = site / f"{name.replace('-', '_')}-1.0.dist-info"
     about.mkdir()
-    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+    needs = "".join(f"Requires-Dist: {other}\n" for other in requires)
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n{needs}", encoding="utf-8")
     lines = [
         line for group, points in groups.items() for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))
     ]

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
@@ -74,30 +75,33 @@ def other_tests_of(package, plugin):
     found = {arrow.source for arrow in arrows(ROOT, f"tests.{package}") if arrow.target.startswith(gone)}
     files = {f"{name.replace('.', '/')}.py" for name in found}
     for file in (ROOT / "tests" / package).rglob("test_*.py"):
-        if named.search(file.read_text(encoding="utf-8")):
+        text = file.read_text(encoding="utf-8")
+        if named.search(text) or any(f"{package}.plugins.{each}" in text for each in plugins):
             files.add(file.relative_to(ROOT).as_posix())
     return sorted(files)
 
 
-def entry_points_without(module):
-    """The entry points of pyproject.toml but for those that name what is in ``module``."""
+def entry_points_without(*modules):
+    """The entry points of pyproject.toml but for those that name what is in one of ``modules``."""
+    gone = tuple(f"{module}{after}" for module in modules for after in ".:")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return {
-        group: {name: value for name, value in points.items() if not value.startswith((f"{module}.", f"{module}:"))}
+        group: {name: value for name, value in points.items() if not value.startswith(gone)}
         for group, points in project["entry-points"].items()
     }
 
 
-def tree_without(package, plugin, folder):
-    """Copy what is needed of this tree into ``folder`` without a plug-in, its entry points and its tests."""
-    gone = {f"{place}/{package}/plugins/{plugin}" for place in (ROOT, ROOT / "tests")}
+def tree_without(package, plugins, folder):
+    """Copy what is needed of this tree into ``folder`` without some plug-ins, their entry points and their tests."""
+    gone = {f"{place}/{package}/plugins/{plugin}" for place in (ROOT, ROOT / "tests") for plugin in plugins}
     for name in (package, "tests"):  # with compiled files, which stay valid
         shutil.copytree(
             ROOT / name, folder / name, ignore=lambda at, names: [n for n in names if f"{at}/{n}" in gone or n == "ros"]
         )
     for name in {*PACKAGES, "datasets", "docs", "examples", "pyproject.toml", "README.md"} - {package}:
         (folder / name).symlink_to(ROOT / name)
-    declare(folder, "fuzzyfleet", entry_points_without(f"{package}.plugins.{plugin}"))
+    left = entry_points_without(*(f"{package}.plugins.{name}" for name in plugins))
+    declare(folder, "fuzzyfleet", left, requires("fuzzyfleet"))
     return folder
 
 
@@ -122,7 +126,7 @@ DEAR = [pytest.param(*each, marks=() if each[1] == "mamdani" else pytest.mark.lo
 
 @pytest.mark.parametrize(("package", "plugin"), DEAR)
 def test_the_core_stands_without(package, plugin, tmp_path):
-    tree = tree_without(package, plugin, tmp_path)
+    tree = tree_without(package, [plugin], tmp_path)
     lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin, *users_of(package, plugin)))
     module = f"{package}.plugins.{plugin}"
     for name, sentence in lost.items():
@@ -139,11 +143,12 @@ def test_the_core_stands_without(package, plugin, tmp_path):
     run_in(tree, "-m", "pytest", *QUIET, "--noconftest", *CORE_TESTS[package])
 
 
-@pytest.mark.long  # a minute each; the small version is above
-@pytest.mark.parametrize(("package", "plugin"), PLUGINS)
-def test_all_tests_of_the_core_pass_without(package, plugin, tmp_path):
-    ignored = [f"--ignore={file}" for file in other_tests_of(package, plugin)]
-    run_in(tree_without(package, plugin, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package], *ignored)
+@pytest.mark.long  # a minute each
+@pytest.mark.parametrize("package", PACKAGES)
+def test_all_tests_of_the_core_pass_without_any(package, tmp_path):
+    plugins = PLUGINS_OF[package]
+    ignored = {f"--ignore={file}" for plugin in plugins for file in other_tests_of(package, plugin)}
+    run_in(tree_without(package, plugins, tmp_path), "-m", "pytest", *QUIET, *ALL_CORE_TESTS[package], *sorted(ignored))
 
 
 def test_the_sentences_of_the_core_know_nothing_of_the_thesis():

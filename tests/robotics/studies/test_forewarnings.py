@@ -109,22 +109,6 @@ def test_a_law_that_plans_names_the_goals_that_leave_no_plan(law):
         simulate(near, make_controller(law))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["crossing", "--runs=1", "--controller=none"], "takes no care of other robots"),
-        (["crossing", "--runs=1", "--controller=yielding"], "keeps 1 m between robots"),
-        (["obstacles", "--runs=1", "--controller=cooperation"], "drives blind"),
-        (["obstacles", "--runs=1"], ""),
-    ],
-)
-def test_stress_tests_tell_it_too(capsys, arguments, words):
-    assert main(["stress", *arguments, "--json", "-q"]) == 0
-    err = capsys.readouterr().err
-    assert words in err
-    assert err.count("warning") == bool(words)
-
-
 def test_a_sweep_tells_it_once(tmp_path, capsys):
     file = tmp_path / "blind.toml"
     file.write_text('scenario = "trap-u"\ncontrollers = ["cooperation"]\n[scenario_fields]\nduration = [0.5, 1.0]\n')

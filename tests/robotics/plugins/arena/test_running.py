@@ -1,6 +1,5 @@
 """An arena that is held, stopped and gone on with; and its numbers, computed again by other means."""
 
-
 import numpy as np
 import pytest
 

@@ -70,3 +70,9 @@ def test_what_cannot_be_learnt_is_told_in_a_sentence(command, arguments, said, c
     assert said in err
     assert "Traceback" not in err
     assert out == ""
+
+
+@pytest.mark.parametrize("command", ["learn rules --from lyapunov --scenario lyapunov-sine", "dataset formation"])
+def test_a_place_for_no_file_is_refused_before_the_work(command, tmp_path, capsys, no_runs):
+    assert main([*command.split(), "-o", str(tmp_path / "nowhere" / "x.csv")]) == 2
+    assert f"there is no folder {str(tmp_path / 'nowhere')!r} to write into" in capsys.readouterr().err

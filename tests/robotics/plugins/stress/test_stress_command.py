@@ -108,3 +108,19 @@ def test_repeat_repeats_a_course_among_obstacles(capsys, monkeypatch, options):
     shared = set(stress) & set(run["outcome"])
     assert shared >= {"min_clearance_m", "min_distance_m", "contacts", "followed_wall"}
     assert {name: run["outcome"][name] for name in shared} == {name: stress[name] for name in shared}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["crossing", "--runs=1", "--controller=none"], "takes no care of other robots"),
+        (["crossing", "--runs=1", "--controller=yielding"], "keeps 1 m between robots"),
+        (["obstacles", "--runs=1", "--controller=cooperation"], "drives blind"),
+        (["obstacles", "--runs=1"], ""),
+    ],
+)
+def test_laws_that_do_not_see_are_warned_of(capsys, arguments, words):
+    assert main(["stress", *arguments, "--json", "-q"]) == 0
+    err = capsys.readouterr().err
+    assert words in err
+    assert err.count("warning") == bool(words)
