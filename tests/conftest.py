@@ -1,7 +1,8 @@
 """What tests share: results that are dear, made once a run, and packages that are installed beside this one.
 
-Two workers share two cores: threads of their own in every linear algebra call would only wait for each other. A worker
-that has nothing left to do takes half of what the other has before it, so no list says which files take long.
+Three workers share two cores, since one of them often waits for a browser or a process: threads of their own in every
+linear algebra call would only wait for each other. A worker that has nothing left to do takes half of what another has
+before it, so no list says which files take long.
 """
 
 import fcntl
@@ -43,7 +44,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """Look for garbage seldom, and not in what has been imported, which stays: it took a tenth of the time."""
-    gc.collect()
     gc.freeze()
     gc.set_threshold(200_000)
     gc.enable()

@@ -11,7 +11,7 @@ SEED = 20261122
 COUNTS = {
     "fis": 250,
     "scenario": 80,
-    "robot": 150,
+    "robot": 70,
     "sweep": 60,
     "study": 80,
     "table": 300,

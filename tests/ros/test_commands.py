@@ -56,7 +56,8 @@ def test_a_fleet_of_no_scenario_is_a_sentence():
     assert len(done.stderr.splitlines()) == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_controller_that_is_told_to_end_lets_the_robot_stand(ros, number):
     """The base's own watchdog is off, so that only the controller's last word stops the robot."""
     process = subprocess.Popen(node_command("controller", {"scenario": "reference", "law": "fuzzy"}))

@@ -266,6 +266,7 @@ def test_a_controller_that_goes_by_the_simulators_clock_begins_and_drives():
         assert other.begin < 60e9  # ns, by that clock
 
 
+@pytest.mark.long
 def test_a_path_that_is_driven_is_over_once_and_another_one_begins(probe):
     from nav_msgs.msg import Odometry, Path
 

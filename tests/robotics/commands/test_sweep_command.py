@@ -163,6 +163,7 @@ def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, w
     finish(place, out, before, "--workers", "2")
 
 
+@pytest.mark.long
 def test_a_killed_worker_costs_nothing(place, tmp_path, warm):
     child = warm.start(command(place, tmp_path / "out", "--workers", "1"))
     wait_until(lambda: len(landed(tmp_path / "out")) >= 2, child.is_running)

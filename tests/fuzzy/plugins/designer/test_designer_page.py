@@ -584,6 +584,7 @@ def test_a_mamdani_file_is_opened_as_a_sugeno_system(tab, server, folder):
     tab.open(server.url)
 
 
+@pytest.mark.long
 def test_work_that_cannot_be_kept_is_said_on_the_page(tab, server, folder):
     page, kept = tab.page, folder / ".fuzzy-design"
     if kept.exists():
@@ -666,6 +667,7 @@ def test_after_a_kill_the_design_is_back(tab, server, folder):
     page.wait_for_selector(".state:not(.unsaved)")
 
 
+@pytest.mark.long
 def test_a_request_that_is_cut_off_by_ctrl_c_is_no_error(tmp_path):
     write_fis(tipper(), tmp_path / "tipper.fis")
     server = Server(tmp_path)

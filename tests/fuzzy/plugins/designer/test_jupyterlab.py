@@ -9,15 +9,18 @@ import subprocess
 import sys
 from base64 import b64decode
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-pytest.importorskip("jupyterlab", reason="the widgets' home is tried with the extra jupyter")
-pytest.importorskip("anywidget", reason="the widgets need the extra notebook")
-
-pytestmark = pytest.mark.long
+# Not imported: that takes seconds, and a JupyterLab runs in a process of its own.
+MISSING = [name for name in ("jupyterlab", "anywidget") if find_spec(name) is None]
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(bool(MISSING), reason=f"needs {', '.join(MISSING)}, of the extra jupyter"),
+]
 
 CELLS = (
     "import fuzzy, robotics\n"

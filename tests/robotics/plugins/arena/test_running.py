@@ -60,7 +60,9 @@ class _StopError(Exception):
     pass
 
 
-@pytest.mark.parametrize("after", [1, 3, 5, 8])
+@pytest.mark.parametrize(
+    "after", [1, pytest.param(3, marks=pytest.mark.long), pytest.param(5, marks=pytest.mark.long), 8]
+)
 def test_a_stopped_arena_goes_on_to_the_same_numbers(whole, tmp_path, after):
     done = 0
 

@@ -45,7 +45,8 @@ def killed(warm, name, out, pieces):
     return killed
 
 
-@pytest.mark.parametrize("name", ["crossing", pytest.param("obstacles", marks=pytest.mark.long)])
+@pytest.mark.long  # compare is killed among the short ones, by the same code
+@pytest.mark.parametrize("name", ["crossing", "obstacles"])
 def test_a_killed_stress_test_goes_on_to_the_same_bytes(tmp_path, capsys, warm, name):
     assert main(command(name, "--out", str(tmp_path / "whole"))) == 0
     whole = capsys.readouterr().out
