@@ -4,7 +4,7 @@ The file is the same, byte for byte, whenever the same comparison is reported by
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.files.atomic import write_whole
+from fuzzy.words import listed
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS
@@ -126,6 +127,7 @@ def write_report(
         seeds=seeds_as_text(comparisons[0].seeds),
         first_seed=comparisons[0].seeds[0],
         sections=sections,
+        better=_better(row.title for section in sections for row in section.table.rows if row.larger),
         several=any(len(section.scenario.robots) > 1 for section in sections),
         touchable=any(section.scenario.setting.has_others for section in sections),
         command=command,
@@ -163,6 +165,12 @@ def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
     return sum(len(_pictures(each, scenario, "")) for each in comparisons for scenario in each.scenarios)
 
 
+def _better(larger: Iterable[str]) -> str:
+    """A sentence on which values are better; of the metrics ``larger``, by their titles, larger ones."""
+    titles = list(dict.fromkeys(larger))
+    return f"Smaller is better, except for {listed(titles)}." if titles else "Smaller is better."
+
+
 def _leads(found: Sequence[Lead]) -> Picture:
     """The picture at the head of the report."""
     said = "; ".join(
@@ -171,8 +179,9 @@ def _leads(found: Sequence[Lead]) -> Picture:
     )
     return Picture(
         "verdicts",
-        "Who leads where: the mean of each law over the leader's, with its 95 % interval. Smaller is better. A law "
-        "that touches something in any run does not lead.",
+        "Who leads where: the mean of each law over the leader's, with its 95 % interval. "
+        f"{_better(lead.title for lead in found if lead.larger)} A law that touches something in any run does not "
+        "lead.",
         f"A panel for each scenario, with a row for each law. Leading: {said}.",
         lambda: plot_leads(found),
         lambda: plot_leads(found, PAGE_WIDTH, 1),
@@ -204,12 +213,11 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
     who = ", ".join(law_title(controller) for controller in comparison.controllers)
     several = len(scenario.robots) > 1
     shown = shown_metrics(comparison, scenario, first, scenario.setting.has_others)
-    larger = any(metric.larger for metric in shown.values())
     pictures = [
         Picture(
             f"{slug}-metrics",
             f"Metrics on {name}: a dot for each of the {comparison.counted_runs}, and the mean with its 95 % "
-            f"interval. {'Smaller is better, except for distances.' if larger else 'Smaller is better everywhere.'}",
+            f"interval. {_better(metric.title for metric in shown.values() if metric.larger)}",
             f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
             partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),
         ),

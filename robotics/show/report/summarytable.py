@@ -31,6 +31,7 @@ class MetricRow(NamedTuple):
 
     title: str
     unit: str
+    larger: bool  # whether larger is better
     cells: list[Cell]
 
 
@@ -71,7 +72,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
             else Cell("–", "", "")  # it has no emergency rule
             for name, row, mark in zip(names, numbers, marks, strict=True)
         ]
-        rows.append(MetricRow(about.title, unit, cells))
+        rows.append(MetricRow(about.title, unit, about.larger, cells))
     stopped = [own["diverged"] for own in by_law.values()]
     return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
 

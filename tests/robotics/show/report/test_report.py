@@ -359,5 +359,5 @@ def test_a_picture_of_a_team_shows_a_teams_metrics(tmp_path: Path) -> None:
     (alt,) = [image["alt"] for image in page.all("img") if "metrics on lanes" in (image["alt"] or "")]
     assert alt is not None
     assert f"{len(headlines('team'))} metrics on lanes" in alt
-    assert "except for distances" in page.words
+    assert "Smaller is better, except for smallest distance to another robot's center" in page.words
     assert "differential-drive robots" in page.words
