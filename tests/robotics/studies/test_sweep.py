@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
@@ -453,7 +454,7 @@ def test_a_rule_base_that_a_controller_reads_belongs_to_the_sweep(folder):
 
 def test_a_worker_with_other_versions_is_refused(folder, plan):
     with pytest.raises(SweepError, match=r"a worker has numpy .* where this was planned with 1\.0"):
-        chunks.run_chunk(len, str, versions(*PACKAGES) | {"numpy": "1.0"}, SweepError, chunks.Chunk(1, ()))
+        chunks.run_chunk(pd.DataFrame, str, versions(*PACKAGES) | {"numpy": "1.0"}, SweepError, chunks.Chunk(1, ()))
 
 
 def test_a_folder_belongs_to_one_sweep_at_a_time(folder, plan):
