@@ -5,6 +5,7 @@ import select
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import psutil
 
@@ -55,7 +56,13 @@ class Warm:
 
 
 def landed(out, folder="pieces"):
-    return {f.name: (f.stat().st_ino, f.stat().st_mtime_ns) for f in (out / folder).glob("chunk-*.parquet")}
+    """The chunks that are there, by name, with what tells them from later ones."""
+    found = {}
+    for file in (out / folder).glob("chunk-*.parquet"):
+        with suppress(FileNotFoundError):  # work that is done discards them
+            about = file.stat()
+            found[file.name] = about.st_ino, about.st_mtime_ns
+    return found
 
 
 def wait_until(condition, running):

@@ -56,6 +56,7 @@ def lab(tmp_path_factory: Any) -> Iterator[tuple[str, Path]]:
         env=os.environ | homes | {"PYTHONPATH": str(Path(__file__).parents[4])},
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
     assert process.stderr is not None
     said = ""
@@ -64,7 +65,7 @@ def lab(tmp_path_factory: Any) -> Iterator[tuple[str, Path]]:
         assert line, said
         said += line
     yield f"http://127.0.0.1:{found[1]}/lab/tree/", folder
-    process.send_signal(signal.SIGTERM)
+    os.killpg(process.pid, signal.SIGKILL)  # with its kernels, for which it may wait for minutes
     process.communicate(timeout=60)
 
 
