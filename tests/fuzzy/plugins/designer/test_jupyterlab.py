@@ -92,12 +92,13 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     page.goto(f"{url}widgets.ipynb?reset")
     page.wait_for_selector(".jp-Notebook .jp-Cell")
     handle, play = page.get_by_role("slider", name="near: peak"), page.locator(".fleet-player button.play")
+    question = page.locator("dialog")  # which kernel? It comes when it likes, also between two clicks
+    page.add_locator_handler(question, lambda: page.keyboard.press("Enter"))
     while page.locator(".jp-OutputArea-output").count() == 0:  # before the kernel is there nothing is run
-        if page.locator("dialog").count():  # which kernel?
-            page.keyboard.press("Enter")
         page.locator(".lm-MenuBar-item", has_text="Run").click()
         page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
         page.wait_for_timeout(5000)
+    page.remove_locator_handler(question)
     handle.wait_for()
     page.get_by_text("the peak is [0.0, 0.5, 1.2]").wait_for()
     assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
