@@ -4,8 +4,10 @@ Pages draw themselves anew while they scroll, are resized or hear from Python, s
 be another one a frame later. Nothing here waits for a clock: what is asked for is waited for.
 """
 
+import asyncio
 import shutil
-from collections.abc import Iterator
+from collections.abc import Coroutine, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -64,6 +66,12 @@ PLACE = """(node) => new Promise((done) => {
   };
   requestAnimationFrame(look);
 })"""
+
+
+def run_apart(scene: Coroutine[Any, Any, Any]) -> Any:
+    """Run a scene in a thread of its own: a browser that another test opened in this one has a loop that runs."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, scene).result()
 
 
 def rest(page: Any) -> None:

@@ -41,6 +41,7 @@ from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
 from robotics.world.vehicle import plant
 from robotics.world.vehicle.plant import ParameterColumns as Parameters
 from robotics.world.vehicle.robot import ALTERNATIVES, Robot
+from tests.browsers import run_apart
 from tests.robotics.world.sensing.echoes import exact_echoes
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -443,7 +444,6 @@ def site(tmp_path):
 
 
 def test_a_designer_panel_hears_of_edits(site, monkeypatch, tmp_path):
-    import asyncio
 
     from fuzzy.files.fisfile import write_fis
     from fuzzy.plugins.designer.folder import open_folder
@@ -467,7 +467,7 @@ def test_a_designer_panel_hears_of_edits(site, monkeypatch, tmp_path):
         await bench.changed()
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
     count = len(load_rule_base("tracking").rules)
     assert said == [f"{count} rules", f"{count - 1} rules"]
 

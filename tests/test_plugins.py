@@ -281,13 +281,12 @@ def tracking():
 
 def said_by_the_panel(folder):
     """What the panel says of a system when it is built, and after an edit."""
-    import asyncio
-
     from fuzzy.files.fisfile import write_fis
     from fuzzy.plugins.designer.folder import open_folder
     from fuzzy.plugins.designer.modules import Modules
     from fuzzy.plugins.designer.open_documents import OpenDocuments
     from fuzzy.plugins.designer.panel import Workbench, find_panels
+    from tests.browsers import run_apart
 
     (panel,) = [panel for panel in find_panels()[0] if panel.title == "Chalk"]
     write_fis(tracking(), folder / "a.fis")
@@ -302,5 +301,5 @@ def said_by_the_panel(folder):
         await bench.changed()
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
     return said

@@ -39,6 +39,7 @@ from fuzzy.plugins.designer import longtask
 from fuzzy.plugins.designer.columns import LoadedTable, read_columns
 from fuzzy.plugins.designer.longtask import TaskProcess
 from fuzzy.plugins.designer.workers import WorkError
+from tests.browsers import run_apart
 
 RNG = np.random.default_rng(5)
 X = RNG.uniform([-1, 10], [3, 30], (60, 2))
@@ -267,7 +268,7 @@ def test_a_generator_may_ask_before_it_makes_data(tmp_path: Path) -> None:
         sources = {name: asks for name, _, asks in bench.traits["sources"]["generators"]}
         assert sources["mine"][1] == {"name": "what", "title": "Output", "options": asked[1].options, "value": "v"}
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 # The process ----------------------------------------------------------------------------------------------------
@@ -432,7 +433,7 @@ def test_from_a_file_to_one_edit_of_the_design(tmp_path: Path) -> None:
             )
         ]
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 class Idle:
@@ -476,7 +477,7 @@ def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.
         assert session.process is None
         await session.watching
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_rows_without_a_number_are_left_out_by_a_click(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -511,7 +512,7 @@ def test_rows_without_a_number_are_left_out_by_a_click(tmp_path: Path, monkeypat
         assert session.watching is not None
         await session.watching
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 class Slow(Idle):
@@ -557,7 +558,7 @@ def test_two_wishes_to_train_at_once_start_one_process(
         assert session.watching is not None
         await session.watching
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_process_that_cannot_be_started_leaves_the_way_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -578,7 +579,7 @@ def test_a_process_that_cannot_be_started_leaves_the_way_free(tmp_path: Path, mo
             assert bench.said == "no more processes"
             assert bench.traits["progress"]["state"] == "idle"
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -615,4 +616,4 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             assert says in bench.said, message
         assert bench.traits["table"] is None
 
-    asyncio.run(scene())
+    run_apart(scene())

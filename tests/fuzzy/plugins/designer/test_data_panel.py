@@ -25,7 +25,7 @@ from fuzzy.plugins.designer.edits import apply
 from fuzzy.plugins.designer.latest import Latest
 from fuzzy.plugins.designer.panel import PagePart, Workbench
 from fuzzy.plugins.designer.workers import DesignerWorkers
-from tests.browsers import place_of, rest
+from tests.browsers import place_of, rest, run_apart
 from tests.fuzzy.plugins.designer.module_page import ROOT, ModulePage
 
 STATIC = "fuzzy/plugins/designer/static"
@@ -210,7 +210,7 @@ def test_of_wishes_that_wait_only_the_latest_is_done() -> None:
         await latest.task
         assert done == [0, 4]
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 # The session ----------------------------------------------------------------------------------------------------
@@ -307,7 +307,7 @@ def test_from_a_file_to_its_worst_rows_and_the_viewer(tmp_path: Path) -> None:
         await bench.edit({"edit": "remove_variable", "kind": "input", "variable": "a"})
         assert [h["name"] for h in traits["pictures"]["histograms"]] == ["distance"]
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_columns_by_hand_and_without_outputs(tmp_path: Path) -> None:
@@ -344,7 +344,7 @@ def test_columns_by_hand_and_without_outputs(tmp_path: Path) -> None:
         await bench.say({"do": "choose", "name": "along", "value": "when"})
         np.testing.assert_allclose(bench.traits["points"]["along"], range(40))
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_an_upload_rows_without_numbers_and_what_is_no_table(tmp_path: Path) -> None:
@@ -395,7 +395,7 @@ def test_an_upload_rows_without_numbers_and_what_is_no_table(tmp_path: Path) -> 
         assert sorted(r["line"] for r in bench.traits["pictures"]["worst"]) == [2, 5]
         assert sorted(p.name for p in folder.iterdir() if "up" in p.name) == []  # an upload is not written
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_pyproject_names_the_panel() -> None:

@@ -26,6 +26,7 @@ from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
 from fuzzy.plugins.designer.server import ServerError, bound_socket, token_of
 from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers, WorkError
 from fuzzy.system import Sugeno, Variable
+from tests.browsers import run_apart
 
 CORPUS = Path(__file__).parents[3] / "data" / "fis-corpus"
 
@@ -53,7 +54,7 @@ def asked(headers, kind="http", method="GET", token="", query=""):
 
     named = [(n.encode(), v.encode()) for n, v in headers]
     scope = {"type": kind, "method": method, "path": "/", "query_string": query.encode(), "headers": named}
-    asyncio.run(Guard(app, 8080, token)(scope, None, send))
+    run_apart(Guard(app, 8080, token)(scope, None, send))
     return bool(passed), answers
 
 
@@ -303,7 +304,7 @@ def test_desk(tmp_path):
             opened.save(first, "../c.fis")
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
     assert read_fis(tmp_path / "b.fis").name == "changed"
     assert read_fis(tmp_path / "a.fis") == small()
 
@@ -331,7 +332,7 @@ def test_a_file_that_takes_too_long_is_given_up_and_the_next_one_is_read(tmp_pat
             await opened.read_upload(b"x", "b.fis")
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
 
 
 def test_a_mamdani_file_is_offered_as_a_sugeno_system_of_another_name(tmp_path):
@@ -353,7 +354,7 @@ def test_a_mamdani_file_is_offered_as_a_sugeno_system_of_another_name(tmp_path):
             opened.folder.read("old.fis")
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
     assert read_fis(tmp_path / "old-sugeno-2.fis")["v"].terms["low"].value == 20
     assert (tmp_path / "old.fis").read_bytes() == (CORPUS / "m02_auvsl_rgator.fis").read_bytes()
     assert read_fis(tmp_path / "old-sugeno.fis") == small()
@@ -400,7 +401,7 @@ def test_a_document_that_nobody_touched_is_forgotten(tmp_path):
         assert len(opened._documents) == 2
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
 
 
 def test_work_that_cannot_be_kept_is_told_until_it_can(tmp_path, monkeypatch, capsys):
@@ -435,7 +436,7 @@ def test_work_that_cannot_be_kept_is_told_until_it_can(tmp_path, monkeypatch, ca
         assert told[1] is None
         opened.close()
 
-    asyncio.run(work())
+    run_apart(work())
     assert capsys.readouterr().err.count("No space left on device") == 1  # once, and not at every edit
     assert "twice" in (tmp_path / ".fuzzy-design" / "a.fis.json").read_text()
 
@@ -479,7 +480,7 @@ def test_a_hidden_panel_rests(tmp_path):
         await bench.changed()
         assert calls == ["shown", "hidden", "closed"]
 
-    asyncio.run(work())
+    run_apart(work())
 
 
 def test_panels_are_found(monkeypatch):
@@ -555,7 +556,7 @@ def test_workers():
         workers.close()
         workers.close()
 
-    asyncio.run(work())
+    run_apart(work())
 
 
 def until_there(path):
@@ -581,8 +582,8 @@ def test_a_slow_file_keeps_no_other_waiting(tmp_path):
             await workers.run("late", until_there, tmp_path / "never")
         workers.close()
 
-    asyncio.run(read())
-    asyncio.run(give_up())
+    run_apart(read())
+    run_apart(give_up())
 
 
 def test_figures():

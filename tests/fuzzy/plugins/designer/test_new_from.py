@@ -1,6 +1,5 @@
 """New designs in the browser: from starts, with terms spread evenly, and small surfaces that follow."""
 
-import asyncio
 import json
 import os
 import shutil
@@ -19,7 +18,7 @@ from fuzzy.plugins.designer.starts.grid import grid
 from fuzzy.plugins.designer.starts.packaged import packaged
 from fuzzy.plugins.designer.starts.samples import example_table
 from fuzzy.plugins.designer.views import several_data, surface_data
-from tests.browsers import rest
+from tests.browsers import rest, run_apart
 from tests.fuzzy.plugins.designer.served import Server, Watched, tipper
 from tests.fuzzy.plugins.designer.test_designer_page import menu
 
@@ -85,7 +84,7 @@ def test_a_new_design_is_kept_unsaved_and_takes_no_name_that_is_there(tmp_path):
     async def save():
         opened.save(document)
 
-    asyncio.run(save())
+    run_apart(save())
     assert read_fis(tmp_path / "mine.fis") == tipper()
     assert document.saved
     assert read_fis(tmp_path / "taken.fis") == tipper()

@@ -42,6 +42,7 @@ from robotics.plugins.learning.formationdata import formation_data as formation_
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from robotics.studies.forewarnings import forewarnings
+from tests.browsers import run_apart
 from tests.robotics.plugins.designer.tried import beside, on_page
 
 TEAM = "crossing-in-turn"
@@ -369,12 +370,12 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
         assert [name for name, _ in bench.calls].count("rival_data") == 1
         assert bench.traits["rival"] == rival_data("lyapunov", TryoutTrial(scenario="fuzzy-off-path"))
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_the_design_before_is_that_of_the_file(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
     write_fis(slower, tmp_path / "slower.fis")
-    bench, _ = asyncio.run(opened(tracking, tmp_path / "slower.fis"))
+    bench, _ = run_apart(opened(tracking, tmp_path / "slower.fis"))
     assert bench.traits["before"] == beside(slower, TryoutTrial()) | {"label": "in the file"}
     assert bench.traits["tried"]["label"] == "tracking"
 
@@ -387,7 +388,7 @@ def test_nothing_is_run_for_a_panel_that_nobody_sees(tracking: Sugeno, slower: S
         await asyncio.sleep(0)
         assert bench.calls == []
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> None:
@@ -403,7 +404,7 @@ def test_a_run_that_another_choice_overtook_is_not_shown(tracking: Sugeno) -> No
         assert bench.traits["tried"]["time"][-1] == 25.0
         assert bench.traits["before"]["time"][-1] == 25.0
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
@@ -453,7 +454,7 @@ def test_wrong_wishes_and_designs_get_sentences(tracking: Sugeno) -> None:
         assert bench.traits["problem"] is None
         assert bench.traits.get("tried")["label"] == "tracking"
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: Sugeno, tmp_path: Path) -> None:
@@ -488,7 +489,7 @@ def test_a_scenario_file_of_the_folder_is_read_again_when_it_changes(tracking: S
         assert "there is no file 'mine.toml'" in bench.traits["problem"]["message"]
         bench.close()
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_file_that_is_read_slowly_keeps_nobody_waiting(tracking: Sugeno, tmp_path: Path) -> None:
@@ -532,7 +533,7 @@ def test_a_file_that_is_read_slowly_keeps_nobody_waiting(tracking: Sugeno, tmp_p
         for each in (bench, other):
             each.close()
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_laws_chosen_for_one_group_of_scenarios_are_not_kept_for_another(tracking: Sugeno) -> None:
@@ -563,7 +564,7 @@ def test_laws_chosen_for_one_group_of_scenarios_are_not_kept_for_another(trackin
         assert await chosen(scenario="wait-for-one") == ("cooperation", picked[1])
         assert await chosen(scenario="concentric-circles") == ("cooperation", "virtual-structure")
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_crash_rule_base_finds_the_crossing_and_another_law(tracking: Sugeno) -> None:
@@ -598,7 +599,7 @@ def test_a_crash_rule_base_finds_the_crossing_and_another_law(tracking: Sugeno) 
         await settle(session)
         assert bench.traits["trial"]["law"] == "fuzzy"
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_scenario_is_edited_in_place(tracking: Sugeno, tmp_path: Path) -> None:
@@ -650,7 +651,7 @@ def test_a_scenario_is_edited_in_place(tracking: Sugeno, tmp_path: Path) -> None
         bench.close()
         assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.fis", "mine.toml", "sine.toml"]
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_several_seeds_are_run_when_the_design_rests(
@@ -702,7 +703,7 @@ def test_several_seeds_are_run_when_the_design_rests(
             assert "the number of seeds is one of 1, 5, 20" in bench.traits["problem"]["message"]
         bench.close()
 
-    asyncio.run(scene())
+    run_apart(scene())
 
 
 def test_a_file_of_the_folder_is_the_rival(tracking: Sugeno, slower: Sugeno, tmp_path: Path) -> None:
@@ -732,4 +733,4 @@ def test_a_file_of_the_folder_is_the_rival(tracking: Sugeno, slower: Sugeno, tmp
         assert "there is no law 'Own' in own.py" in bench.traits["rival"]["why"]
         bench.close()
 
-    asyncio.run(scene())
+    run_apart(scene())

@@ -1,6 +1,5 @@
 """Trials under one's own conditions: robots, noise, several seeds; files of the folder, none of which runs unasked."""
 
-import asyncio
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +42,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.conditions import noises
 from robotics.simulation.scenario.reading import parse_scenario
 from robotics.simulation.scenario.robots import load_robot
+from tests.browsers import run_apart
 
 NOISY = """
 duration = 3.0
@@ -194,7 +194,7 @@ def test_what_the_folder_offers(folder: Path, tracking: Sugeno) -> None:
     (folder / "slow.py").write_text("", encoding="utf-8")
     offers = FolderOffers(opened, read)
     # A file that is late is said and left out, and is not looked at again while it stays as it is.
-    assert asyncio.run(offers.look()) == "slow.py was not read within 20 s"
+    assert run_apart(offers.look()) == "slow.py was not read within 20 s"
     assert offers.found(folder / "tracking.fis") == {
         "scenarios": ["mine.toml"],
         "robots": ["sub/small.toml"],
@@ -203,7 +203,7 @@ def test_what_the_folder_offers(folder: Path, tracking: Sugeno) -> None:
     assert looked.count("mine.toml") == looked.count("slow.py") == 1
     looked.clear()
     (folder / "mine.toml").unlink()
-    assert asyncio.run(offers.look()) == ""
+    assert run_apart(offers.look()) == ""
     assert offers.found(folder)["scenarios"] == []
     assert looked == ["the folder"]
     specification = law_path(opened, "own.py:Straight")

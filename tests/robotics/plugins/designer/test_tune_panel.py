@@ -31,6 +31,7 @@ from robotics.plugins.designer.tunetask import (
     terms_of,
     write_task,
 )
+from tests.browsers import run_apart
 
 BASE = load_rule_base("tracking")
 CHOICE: dict[str, Any] = {
@@ -207,7 +208,7 @@ def scene(
         await play(bench, session)
         session.close()
 
-    asyncio.run(whole())
+    run_apart(whole())
 
 
 async def begun(bench: Bench, session: TuneSession) -> Any:
