@@ -3,11 +3,12 @@
 import numpy as np
 
 from benchmarks.predictivesolving import Problem
-from robotics.plugins.predictive.model import response, wheel_lag, wheel_rate
+from robotics.plugins.predictive.model import response, wheel_rate
 from robotics.plugins.predictive.nmpc import PredictiveControl
 from robotics.plugins.predictive.terminal import tail_table
 from robotics.world.vehicle.plant import saturate, velocity_limits
 from robotics.world.vehicle.robot import Robot
+from robotics.world.vehicle.wheel_loop import wheel_lag
 
 PERIOD = 0.05  # s
 PENDING = 2  # commands that are still to act

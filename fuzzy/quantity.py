@@ -25,6 +25,7 @@ def quantity(
     most: float = inf,
     doc: str = "",
     example: float | None = None,
+    word: Any = "",
 ) -> Any:
     """Declare a dataclass field that is a number with a unit; :func:`check_quantities` holds it to its range.
 
@@ -36,9 +37,10 @@ def quantity(
         most: The number must be this or smaller.
         doc: A sentence for programs and files that show the field.
         example: A value to show where the default is None.
+        word: A word that may stand there instead of a number.
     """
     metadata = {"unit": unit, "above": above, "least": least, "most": most, "doc": doc, "example": example}
-    return field(default=default, metadata=metadata)
+    return field(default=default, metadata=metadata | ({"word": word} if word else {}))
 
 
 part = partial(quantity, unit="1", least=0, most=1)  # a part of a whole, or a probability
@@ -93,7 +95,8 @@ def accepted(metadata: Any) -> str:
     if metadata.get("whole"):
         return "a whole number" + (" " + " and ".join(bounds) if bounds else "")
     unit = f" in {metadata['unit']}" if metadata["unit"] != "1" else ""
-    return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "")
+    word = f', or "{metadata["word"]}"' if metadata.get("word") else ""
+    return f"a finite number{unit}" + (", " + " and ".join(bounds) if bounds else "") + word
 
 
 def is_number(value: Any) -> bool:
@@ -122,9 +125,9 @@ def check_quantities(instance: Any, error: type[InputError]) -> None:
         if "unit" not in f.metadata and "whole" not in f.metadata:
             continue
         value = getattr(instance, f.name)
-        if value is None and f.default is None:
-            continue
         m = f.metadata
+        if (value is None and f.default is None) or (isinstance(value, str) and value == m.get("word")):
+            continue
         if "whole" in m:
             if isinstance(value, bool) or not isinstance(value, Integral) or not m["least"] <= value <= m["most"]:
                 raise error(f"{f.name} must be {accepted(m)}; {got(value)}").about(f.name)

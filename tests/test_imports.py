@@ -34,7 +34,7 @@ STAIRS = {
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
-        setting modes specification law equation universe foreign tuned lawfile tracking formation teams
+        knowledge setting modes specification law equation universe foreign tuned lawfile tracking formation teams
         avoidance rules catalogue
     """,
     "robotics.simulation": """

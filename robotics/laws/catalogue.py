@@ -14,6 +14,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
+from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.laws.foreign import error_in_law, is_foreign
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law, Preset
@@ -365,14 +366,16 @@ def fis_files_named(text: str) -> dict[str, Path]:
 
 
 def gain_fields(law: type[Any]) -> dict[str, Any]:
-    """The dataclass fields of ``law`` that are gains, by name; those of a part are called ``part.gain``."""
+    """The dataclass fields of ``law`` that are gains, by name; those of a part are called ``part.gain``.
+
+    Last are the lead and the low-pass, which a part does not have.
+    """
     found: dict[str, Any] = {}
-    for f in fields(law):
-        if not f.init:
-            continue
+    for f in sorted((f for f in fields(law) if f.init), key=lambda f: f.name in KNOWLEDGE_FIELDS):
         part = None if f.default_factory is MISSING else f.default_factory()
         if is_dataclass(part):
-            found |= {f"{f.name}.{name}": own for name, own in gain_fields(type(part)).items()}
+            inner = gain_fields(type(part)).items()
+            found |= {f"{f.name}.{name}": own for name, own in inner if name not in KNOWLEDGE_FIELDS}
         else:
             found[f.name] = f
     return found
@@ -390,7 +393,7 @@ def _built(law: type[Any], values: dict[str, Any]) -> Any:
 
 
 def _value(name: str, field: Any, text: str) -> Any:
-    if "unit" in field.metadata:
+    if "unit" in field.metadata and text != field.metadata.get("word"):
         try:
             return float(text)
         except ValueError:
@@ -416,12 +419,16 @@ _PLAIN: dict[str, Callable[[str], Any]] = {"float": float, "int": int, "bool": _
 
 
 def gains_of(law: Law[Any]) -> dict[str, Any]:
-    """Every gain of ``law`` that has an effect, by name, for a comparison to record beside its numbers."""
+    """Every gain of ``law`` that has an effect, by name, for a comparison to record beside its numbers.
+
+    The lead and the low-pass are among them where the law itself says them.
+    """
     found: dict[str, Any] = {}
     for name in gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
         holder = getattr(law, part) if part else law
-        if gain not in holder.idle and name not in law.idle:
+        unsaid = name in KNOWLEDGE_FIELDS and getattr(law, name) is None
+        if gain not in holder.idle and name not in law.idle and not unsaid:
             found[name] = getattr(holder, gain)
     return found
 

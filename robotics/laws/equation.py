@@ -23,7 +23,7 @@ of one run, and no lane reads what another one writes in the same period.
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from threading import Lock
 from typing import Any, ClassVar, Literal, NamedTuple, cast, get_args, get_origin, get_type_hints
@@ -45,6 +45,18 @@ from fuzzy.compiled.columns import (
 from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
 from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import check_known
+from fuzzy.quantity import quantity
+from robotics.laws.knowledge import (
+    AUTO,
+    LEAD,
+    SMOOTH,
+    KnowledgeColumns,
+    Lead,
+    SmoothedColumns,
+    read_ahead,
+    share_of,
+    smooth_correction,
+)
 from robotics.laws.law import Command, ControllerError, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.world.paths.references import Reference
@@ -135,8 +147,16 @@ ARGUMENTS = {
 }
 _LOOP = """
 def each(first, last, known, memory, command, work):
+    givens, kept = known.gains[len(known.gains) - {given} :], memory[len(memory) - {smoothed} :]
     for lane in range(first, last):
+        given, reference = Given(givens, known.column[lane]), Seen(known.seen, lane).aim
+        at_v, at_w = reference.v, reference.w
+        if given.lead > 0:
+            read_ahead(reference, known.road, known.path[lane], known.time + given.lead)
         {call}
+        if given.share < 1:
+            smooth_correction(Out(command, lane), reference, given.share, Smoothed(kept, lane))
+        reference.v, reference.w = at_v, at_w
 """
 _RETURNED = """v, w = {call}
         out = Out(command, lane)
@@ -177,7 +197,8 @@ class Equation:
 
     def _loop(self, law: "type[EquationLaw]") -> Any:
         call = f"one({', '.join(ARGUMENTS[name] for name in self.asks)})"
-        source = _LOOP.format(call=call if "command" in self.asks else _RETURNED.format(call=call))
+        rows = {"given": KnowledgeColumns.size, "smoothed": SmoothedColumns.size}
+        source = _LOOP.format(**rows, call=call if "command" in self.asks else _RETURNED.format(call=call))
         space: dict[str, Any] = {
             "one": self._one,
             "Seen": SeenColumns,
@@ -185,6 +206,10 @@ class Equation:
             "Memory": law.remembers,
             "Out": command_columns(law),
             "Work": law.works,
+            "Given": KnowledgeColumns,
+            "Smoothed": SmoothedColumns,
+            "read_ahead": read_ahead,
+            "smooth_correction": smooth_correction,
             equation.__name__: equation,  # by which the cache on disk knows that the loop is still there
         }
         exec(compile(source, __file__, "exec"), space)
@@ -206,6 +231,7 @@ def equation(law: Callable[..., Any]) -> Any:
     return Equation(law)
 
 
+KNOWLEDGE_FIELDS = ("lead", "smooth")  # of every law with an equation, no gains of the equation itself
 _hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a law's numbers
 
 
@@ -216,8 +242,10 @@ def gain_columns(law: "type[EquationLaw]") -> type[Columns]:
     A field that is one of some words is its place among them, and one that is such a law has that law's.
     """
     hints, found = _hints_of(law), {}
-    for field in fields(law):  # type: ignore[arg-type]
+    for field in fields(law):
         kind = hints[field.name]
+        if field.name in KNOWLEDGE_FIELDS:
+            continue
         if kind in (float, int, bool) or get_origin(kind) is Literal:
             found[field.name] = column(field.metadata.get("unit", ""))
         elif isinstance(kind, type) and issubclass(kind, EquationLaw):
@@ -273,15 +301,39 @@ class Memory(NamedTuple):
     rows: np.ndarray  # (numbers, runs * robots)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class EquationLaw(Law[Memory]):
     """A law whose command is an equation of one robot; a derived class is a frozen dataclass of gains, as any law.
 
-    It gives :attr:`equation`; where it remembers something, :attr:`remembers` too.
+    It gives :attr:`equation`; where it remembers something, :attr:`remembers` too. What it is given beside its errors,
+    :mod:`robotics.laws.knowledge` tells: None is what the scenario says.
+
+    Raises:
+        ControllerError: A lead or a low-pass of a law that cannot have it (:attr:`barred`), or of a part of a law.
     """
+
+    lead: Lead | None = quantity(None, **LEAD)
+    smooth: float | None = quantity(None, **SMOOTH)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_knowledge()
+
+    def check_knowledge(self) -> None:
+        """Raise ControllerError for a lead or a low-pass that this law, or one of its parts, cannot have."""
+        for name in KNOWLEDGE_FIELDS:
+            if getattr(self, name) and (why := self.barred.get(name)):
+                raise ControllerError(f"{name} is nothing for {type(self).__name__}: {why}").about(name)
+        for part in fields(self):
+            held = getattr(self, part.name, None)
+            if isinstance(held, EquationLaw) and (held.lead is not None or held.smooth is not None):
+                raise ControllerError(f"lead and smooth belong to {type(self).__name__}, not to its part {part.name}")
 
     def __init_subclass__(cls) -> None:
         """Drive by a derived class's own ``control`` where it has one, and not by the equation that it inherits."""
         super().__init_subclass__()
+        if taken := set(KNOWLEDGE_FIELDS) & {*vars(cls).get("__annotations__", {})}:
+            raise TypeError(f"{cls.__name__}.{min(taken)}: every law has a gain of that name; call this one otherwise")
         own = vars(cls)
         for value in own.values():
             if isinstance(value, Equation):
@@ -299,6 +351,30 @@ class EquationLaw(Law[Memory]):
     progresses: ClassVar[bool] = False  # whether it has a path parameter of its own
     has_modes: ClassVar[bool] = False
     may_refuse: ClassVar[bool] = False
+
+    @property
+    def barred(self) -> Mapping[str, str]:
+        """Why it can have no lead or no low-pass, by "lead" and "smooth"."""
+        found = {}
+        if not self.has_equation:
+            return dict.fromkeys(KNOWLEDGE_FIELDS, "it drives by a control of its own, in Python")
+        if self.aims or (self.knows and "reference velocity" not in self.knows):
+            found["lead"] = "it does not drive by the velocity of the reference at the present time"
+        if self.level == "torque":
+            found["smooth"] = "it commands torques, of which no feed-forward is known"
+        elif self.aims or self.yields or self.may_refuse:
+            found["smooth"] = "a low-pass would delay its braking"
+        return found
+
+    def knowledge_rows(self, setting: Setting) -> list[Any]:
+        """The numbers of :class:`KnowledgeColumns`: what the law says, or else the setting, where it is able to."""
+        self.check_knowledge()  # a derived class may have a __post_init__ of its own
+        told = setting.knowledge
+        ahead, constant = (
+            getattr(self if getattr(self, name) is not None else told, name) if name not in self.barred else 0.0
+            for name in KNOWLEDGE_FIELDS
+        )
+        return [setting.auto_lead(self.level) if ahead == AUTO else ahead, share_of(constant, setting.period)]
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """The numbers of :attr:`derived` by name: each a number, (robots,) or (runs, robots)."""
@@ -337,8 +413,8 @@ class EquationLaw(Law[Memory]):
         """All that the equation reads and does not change; raises as :meth:`begin`."""
         robots = len(setting.robots)
         road, lanes = setting.references.road, np.arange(runs * robots)
-        flat = [np.ravel(row) for row in self.gain_rows(setting)]
-        width = max((len(row) for row in flat), default=1)
+        flat = [np.ravel(row) for row in (*self.gain_rows(setting), *self.knowledge_rows(setting))]
+        width = max(len(row) for row in flat)
         gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
         rules = np.concatenate([np.empty(0), *self.rule_rows()])[None]
         return Setup(road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules)
@@ -346,8 +422,9 @@ class EquationLaw(Law[Memory]):
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
         rows = self.begin(setting, runs)
-        rows = np.ascontiguousarray(rows, dtype=float).reshape(len(rows), runs * len(setting.robots))
-        return Memory(self.setup(setting, runs), rows)
+        lanes = runs * len(setting.robots)
+        rows = np.asarray(rows, dtype=float).reshape(len(rows), lanes)
+        return Memory(self.setup(setting, runs), np.concatenate([rows, SmoothedColumns.zeros(lanes).array]))
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""

@@ -6,13 +6,16 @@ from typing import Literal
 
 import numpy as np
 
+from robotics.laws.knowledge import NOTHING_GIVEN, Knowledge
 from robotics.world.environment.world import Obstacles
 from robotics.world.paths.references import References
 from robotics.world.radio.description import Radio
 from robotics.world.radio.faults import Fault
 from robotics.world.sensing.posture import Sensing
 from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
+from robotics.world.vehicle.wheel_loop import wheel_lag
 
 # Each robot has its own reference; or there are a leader and its followers; or a team that shall arrive together
 Kind = Literal["tracking", "formation", "team"]
@@ -49,6 +52,7 @@ class Setting:
         latency: From deciding on a command to its effect [s].
         plant: Whether robots have mass and motors, or do at once what is commanded.
         divergence: A robot this far from its target is stopped [m].
+        knowledge: What every law is given that can use it.
         truth: None: all is as it is told here; no law may look at it.
     """
 
@@ -67,6 +71,7 @@ class Setting:
     latency: float
     plant: Literal["dynamic", "kinematic"]
     divergence: float
+    knowledge: Knowledge = NOTHING_GIVEN
     truth: TrueParameters | None = None
 
     @property
@@ -83,6 +88,12 @@ class Setting:
     def times(self) -> np.ndarray:
         """The times of the samples (ticks + 1,) [s], both ends included."""
         return np.arange(self.ticks + 1) * self.period
+
+    def auto_lead(self, level: Level) -> np.ndarray:
+        """The lead "auto" [s] of each robot (robots,) for a law of ``level``: latency, wheel lag and half a period."""
+        lags = np.array([wheel_lag(robot) for robot in self.robots])
+        lag = lags if level == "velocity" and self.plant == "dynamic" else np.zeros_like(lags)
+        return self.latency + lag + self.period / 2
 
     def starting_places(self, runs: int, around: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
         """The abscissae [m] (runs, robots) of the paths' points nearest to where robots start.

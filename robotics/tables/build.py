@@ -81,6 +81,8 @@ class Builder:
         if hint not in HOLDS_OF:
             raise TypeError(f"a field of type {hint!r} cannot be read from TOML")
         holds = HOLDS_OF[hint]
+        if isinstance(value, str) and value == field.metadata.get("word"):
+            return value
         made = plain_value(holds, value)
         if made is not None:
             return made

@@ -82,6 +82,7 @@ class Key:
     table: "KeyTable | None" = None  # of a "table", and of each of "tables"
     or_list: bool = False  # whether a list of values may stand there instead
     or_text: str = ""  # what a text that may stand there instead is, in words
+    word: str = ""  # one that may stand there instead of a number
 
     @property
     def inline(self) -> bool:
@@ -92,7 +93,9 @@ class Key:
     def accepted(self) -> str:
         """What it accepts, in words."""
         if self.holds in ("number", "whole number"):
-            metadata = {"above": self.above, "least": self.least, "most": self.most, "unit": self.unit or "1"}
+            metadata = {name: getattr(self, name) for name in ("above", "least", "most", "word")} | {
+                "unit": self.unit or "1"
+            }
             return accepted(metadata | ({"whole": True} if self.holds == "whole number" else {}))
         words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else ACCEPTED[self.holds]
         return words + (", or a list of values" if self.or_list else "") + (f", or {self.or_text}" * bool(self.or_text))
@@ -159,7 +162,7 @@ def key_of(f: Field[Any], hint: Any, specials: Specials) -> Key:
     if optional and hint not in specials:
         hint = next(h for h in get_args(hint) if h is not types.NoneType)
     made = _held(f.name, hint, specials) | {
-        name: m[name] for name in ("above", "least", "most", "example") if name in m
+        name: m[name] for name in ("above", "least", "most", "example", "word") if name in m
     }
     made["required"] = f.default is MISSING and f.default_factory is MISSING
     made["default"] = None if f.default is MISSING else _as_written(f.default)

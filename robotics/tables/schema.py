@@ -97,7 +97,8 @@ def _type(key: Key) -> dict[str, Any]:
         "pairs": {"type": "array", "items": _array({"type": "integer", "minimum": 1}, 2)},
         "texts": {"type": "array", "items": {"type": "string"}},
     }
-    return dict(simple[key.holds])
+    made = dict(simple[key.holds])
+    return {"anyOf": [made, {"const": key.word}]} if key.word else made
 
 
 def _array(items: dict[str, Any], count: int) -> dict[str, Any]:

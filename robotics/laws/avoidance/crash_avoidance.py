@@ -39,12 +39,11 @@ from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from fuzzy.compiled.packed import PackedColumns, evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.ends import near_ends
 from robotics.laws.avoidance.ends import told as told_of_ends
 from robotics.laws.equation import EquationLaw, HeardColumns, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.modes import TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import CooperationMemory, CooperationMessage, FuzzyCooperation, steered
@@ -182,7 +181,7 @@ class CrashAvoidance(EquationLaw):
     tasks = MappingProxyType({"tracking": "rule_base", "eta": "eta_rule_base"})
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         if self.variant == "yielding":
             # The clock does not make up for the waiting: no robot hurries where others stand in its way.
             below = FuzzyCooperation(rule_base=self.rule_base or "tracking", lateral=self.lateral, catch_up=1.0)

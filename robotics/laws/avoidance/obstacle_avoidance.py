@@ -45,7 +45,7 @@ from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
 from robotics.laws.avoidance.obstacle_modes import (
@@ -70,7 +70,6 @@ from robotics.laws.avoidance.priority import (
     wider,
 )
 from robotics.laws.equation import EquationLaw, HeardColumns, equation
-from robotics.laws.law import ControllerError
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.cooperation import (
@@ -458,7 +457,7 @@ class ObstacleAvoidance(EquationLaw):
     needs = tuple(SONAR)  # two on the nose and one on each side
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         kind: Any = "repaired" if self.variant == "committed" else "lag-clock"
         # No steering distance: a robot that comes round an obstacle must be back on its path within decimetres. And no
         # catching up: no robot hurries among obstacles that it does not know.

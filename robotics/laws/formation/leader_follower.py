@@ -46,7 +46,7 @@ from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import check_known
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import EquationLaw, RobotColumns, equation
 from robotics.laws.law import ControllerError
@@ -393,7 +393,7 @@ class LeaderFollower(_FormationLaw):
     tasks = MappingProxyType({"formation": "networks"})
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
 
     def with_fuzzy_system(self, task: str, fis: Sugeno) -> "LeaderFollower":

@@ -29,10 +29,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.planned_way import planned_timing
-from robotics.laws.law import Command, ControllerError, Law, Observation, check_connected, check_team
+from robotics.laws.law import Command, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
 from robotics.laws.rules.emergency import EmergencySettings
 from robotics.laws.rules.evaluation import RuleBase
@@ -97,7 +97,7 @@ class FuzzyTeam(Law[_Memory]):
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         tracking = FuzzyTracking(rule_base="tracking" if self.tracking_rule_base == "none" else self.tracking_rule_base)
         object.__setattr__(self, "tracker", tracking)
         object.__setattr__(self, "joiner", replace(tracking, steering_distance=0.0))

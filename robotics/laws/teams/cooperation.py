@@ -35,10 +35,10 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
 from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, RobotColumns, equation
-from robotics.laws.law import ControllerError, Observation, check_connected, check_team
+from robotics.laws.law import Observation, check_connected, check_team
 from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
@@ -267,7 +267,7 @@ class FuzzyCooperation(EquationLaw):
     tasks = MappingProxyType({"tracking": "rule_base"})
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         tracker = FuzzyTracking(
             rule_base=self.rule_base, steering_distance=self.steering_distance, lateral=self.lateral
         )

@@ -45,7 +45,7 @@ from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
 from fuzzy.naming import check_known
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
 from robotics.laws.law import ControllerError, Observation
@@ -190,7 +190,7 @@ class FuzzyTracking(EquationLaw):
     tasks = MappingProxyType({"tracking": "rule_base", "lateral": "lateral_rule_base"})
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         fis, name = load_rule_base(self.tracking_rule_base), called(self.tracking_rule_base)
         for variable in fis.inputs:
             check_known(variable.name, TRACKING_INPUTS, "tracking input", ControllerError, where=name)
@@ -211,6 +211,11 @@ class FuzzyTracking(EquationLaw):
         idle = {"lateral_rule_base"} if self.lateral == "none" else set()
         idle |= {"deadband"} if self.steering == "heading" or self.steering_distance >= self.deadband else set()
         return frozenset(idle)
+
+    @property
+    def barred(self) -> Mapping[str, str]:
+        """No lead: look_ahead moves the whole target."""
+        return {**super().barred, "lead": "its target is look_ahead ahead"}
 
     @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:

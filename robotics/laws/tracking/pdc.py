@@ -39,7 +39,7 @@ from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import without_refcounts
 from fuzzy.compiled.packed import evaluate_packed, packed
 from fuzzy.membershipfunction import MembershipFunction
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Sugeno, Variable
 from robotics.laws.equation import EquationLaw, equation
@@ -109,7 +109,7 @@ class ParallelCompensation(EquationLaw):
     gains: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         inputs = {variable.name: variable for variable in load_rule_base(self.rule_base).inputs}
         for name in ("distance", "alpha"):
             if name not in inputs:

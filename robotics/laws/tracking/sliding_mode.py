@@ -22,7 +22,8 @@ thesis's architecture, where the velocity command is the integral of the same ac
 follow it.
 
 Chosen here: ∫ e dt stops while the demand is beyond the wheels (anti-windup), and a velocity command leads the speed by
-``lead`` at most. ``discretisation`` says how the second-order laws run in steps: "integrated" as S'', or as printed.
+``command_lead`` at most. ``discretisation`` says how the second-order laws run in steps: "integrated" as S'', or as
+printed.
 """
 
 import math
@@ -179,8 +180,8 @@ def sliding_mode(robot, aim, gain, memory, command, dt):  # type: ignore[no-unty
     if gain.realisation == _REALISATION.torque:
         command.first, command.second = wheel_torques(v_rate, w_rate, gain.dynamics)  # (2.19)
     else:
-        command.first = led(memory.v.command, v_rate, robot.v, gain.lead, dt)
-        command.second = led(memory.w.command, w_rate, robot.w, gain.lead / gain.dynamics.half_axle, dt)
+        command.first = led(memory.v.command, v_rate, robot.v, gain.command_lead, dt)
+        command.second = led(memory.w.command, w_rate, robot.w, gain.command_lead / gain.dynamics.half_axle, dt)
         memory.v.command, memory.w.command = command.first, command.second
     command.wish_v, command.wish_w = v, w
 
@@ -199,7 +200,7 @@ class SlidingMode(EquationLaw):
     alpha: float = quantity(3.0, "s/m (s/rad)", above=0)  # α, esm only
     realisation: Realisation = "torque"
     discretisation: Reading = "integrated"  # assm and qssm only
-    lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
+    command_lead: float = quantity(0.4, "m/s", above=0)  # velocity realisation: how far the command may lead the speed
     outer: Lyapunov = field(default_factory=Lyapunov)  # makes the desired velocities
 
     knows = ("reference", "reference velocity", "wheel speeds")
@@ -216,7 +217,7 @@ class SlidingMode(EquationLaw):
         """The gains that have no effect in this mode and realisation."""
         gains = {"mu0", "alpha"} if self.mode != "esm" else set()
         gains |= {"discretisation"} if self.mode in ("csm", "esm") else set()
-        return frozenset(gains | ({"lead"} if self.realisation == "torque" else set()))
+        return frozenset(gains | ({"command_lead"} if self.realisation == "torque" else set()))
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """The limits, and the nominal dynamics with d = 0."""

@@ -19,6 +19,7 @@ from fuzzy.plugins.ccode.phrases import guarded
 from fuzzy.plugins.ccode.source import CSources, c_sources
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
+from robotics.laws.knowledge import SmoothedColumns, smooth_correction
 from robotics.laws.law import Law
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
@@ -107,13 +108,15 @@ class _Writer:
         self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
         self.arithmetic = Arithmetic(number)
         self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
+        self.lead, self.share = [float(np.ravel(row)[0]) for row in law.knowledge_rows(setting)]
         self.limits = [float(row[0]) for row in velocity_limits(setting.robots[:1])]
         self.work = _places(type(law).works)
         self.equation = inspect.getattr_static(type(law), "equation")
         self.lanes = _lanes(type(law), self.equation)
         self.radius = setting.robots[0].wheel_radius
         rows = np.asarray(law.begin(setting, 1), dtype=float)
-        self.memory = rows[:, 0, 0] if len(rows) else rows
+        own = rows[:, 0, 0] if len(rows) else np.empty(0)
+        self.memory = np.append(own, np.zeros(SmoothedColumns.size if self.share < 1 else 0))
         self.constants: dict[str, tuple[float, str]] = {}  # each with its unit
         self.bases = rule_bases(law, how)
         self.called: dict[str, CSources] = {}
@@ -149,8 +152,8 @@ class _Writer:
                 return self._gain(path, column, value) if column.unit else KnownValue(value)
             case "limit":
                 return self._gain(path, column, self.limits[column.row])
-            case "memory":
-                return CTerm(f"state->{_field(path)}", "real")
+            case "memory" | "smoothed":
+                return CTerm(f"state->{_field((lane.name, *path) if lane.name == 'smoothed' else path)}", "real")
             case "command":
                 return self._commanded(path)
         return self._entry(CTable(lane.name), lane.first + column.row)
@@ -238,6 +241,10 @@ class _Writer:
             body.say(f"{self.number.name} work[WORK] = {{{self.number.constant(0.0)}}};")
         body.run(tree.body)
         zero = self.number.constant(0.0)
+        if self.share < 1:
+            given: list[Any] = [self.lanes[name] for name in ("command", "aim")]
+            given += [self.constant("SMOOTHING 1, of a new correction", self.share), Lane("smoothed", SmoothedColumns)]
+            body.say(f"{body.called(self.translator.function(smooth_correction, given), given).text};")
         if self.torque:
             body.say("if (isfinite(output->torque_right) && isfinite(output->torque_left)) return 1;")
             body.say(f"output->torque_right = output->torque_left = {zero};")
@@ -268,7 +275,9 @@ class _Writer:
 
     def _fields(self) -> list[tuple[str, Column]]:
         """The fields of the state, with what each is."""
-        return [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
+        own = [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
+        smoothed = _leaves(SmoothedColumns, ("smoothed",)) if self.share < 1 else ()
+        return own + [(_field(path), column) for path, column in smoothed]
 
     def _wheels(self, body: CFunction, zero: str) -> None:
         body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")
@@ -325,7 +334,7 @@ class _Writer:
             "torque_right": "N m: the right wheel's torque",
             "torque_left": "N m: the left wheel's torque",
         }
-        fields = [f"    {real} {f}; /* {_input_said(f, look_ahead)} */" for f in inputs]
+        fields = [f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead)} */" for f in inputs]
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
         state = state or ["    int nothing; /* this law remembers nothing */"]
         told = [f"    {real} {f}; /* {said[f]} */" for f in outputs]
@@ -411,9 +420,11 @@ def _said(column: Column, between: str = ": ") -> str:
     return column.unit + between + column.meaning if column.meaning else column.unit
 
 
-def _input_said(field: str, look_ahead: float) -> str:
+def _input_said(field: str, look_ahead: float, lead: float) -> str:
     """The unit and the meaning of an input."""
     start, _, name = field.rpartition("_")
+    if lead > 0 and field in ("at_v", "at_w"):
+        return f"{AimColumns.columns[name].unit}, the reference's {lead:g} s from now"
     if start == "ahead":
         column = AimColumns.columns[name]
         return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit

@@ -24,7 +24,7 @@ _SPOKEN = {"cos": "cosine", "sin": "sine", "free": "is_free", "input": "asked_",
 _UNROLLED = 8  # turns of a loop that are written one by one
 _INPUT = "const {0}_input *input"
 _POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
-_POINTERS |= {"command": "{0}_output *output", "work": "{1} *work"}
+_POINTERS |= {"smoothed": "{0}_state *state", "command": "{0}_output *output", "work": "{1} *work"}
 
 Reads = Callable[[Any, Any], Any]
 Calls = Callable[[Any, str, Sequence[Any]], Any]

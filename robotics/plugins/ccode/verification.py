@@ -13,6 +13,7 @@ import numpy as np
 from fuzzy.plugins.ccode.compiler import SANITIZERS, Compiler, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.plugins.ccode.phrases import filled
+from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
@@ -112,15 +113,18 @@ class InC(Law[Any]):
         for row in (self.kept["inputs"], self.kept["outputs"]):
             row.clear()
         states = [self.c.state() for _ in range(runs * len(setting.robots))]
-        return setting.references.road, velocity_limits(setting.robots), setting.robots, states
+        lead = self.law.knowledge_rows(setting)[0] if isinstance(self.law, EquationLaw) else 0.0
+        return setting.references.road, velocity_limits(setting.robots), setting.robots, states, lead
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Let every robot make its step."""
-        road, limits, robots, states = memory
+        road, limits, robots, states, lead = memory
         shape, sources = seen.x.shape, self.c.sources
         names = ("x", "y", "heading", "v", "w")
         columns = dict(zip(names, seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
+        if np.any(lead):
+            columns["at_v"], columns["at_w"] = rows_at(road, np.full(len(road.lengths), seen.time) + lead)[3:5]
         if "ahead_x" in sources.inputs:
             ahead = rows_at(road, np.full(len(road.lengths), seen.time + sources.look_ahead))
             columns |= dict(zip(AIM_SYMBOLS, ahead, strict=True))

@@ -25,21 +25,7 @@ from typing import NamedTuple
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.trigonometry import sincos
-from robotics.world.vehicle.plant import STEP
 from robotics.world.vehicle.robot import Robot
-
-_FILTER_DAMPING = 0.7  # of the low-pass on the measured wheel speed
-
-
-def wheel_lag(robot: Robot) -> float:
-    """τ [s]: the time constant with which the wheels follow a command; 0 where the loop is faster than its period.
-
-    A loop without an integral part never arrives; of it the time constant is given with which it comes to rest.
-    """
-    if robot.ki == 0:
-        return robot.wheel_load / (robot.torque_constant * (robot.back_emf + robot.kp))
-    late = _FILTER_DAMPING / (math.pi * robot.filter_frequency) if robot.filter_frequency > 0 else 0.0
-    return max(robot.back_emf / robot.ki - STEP - late, 0.0)
 
 
 def wheel_rate(robot: Robot) -> float:

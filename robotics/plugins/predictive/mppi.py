@@ -34,6 +34,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -292,6 +293,7 @@ class PathIntegral(EquationLaw):
     seed: int = whole(0, least=0, doc="The seed of the perturbations, which all runs share.")
 
     equation, sort_of_law = average_plans, "predictive"
+    barred = MappingProxyType({"lead": "it reads its reference ahead by its own model"})
     works, derived, remembers = SampledWork, SampledDerived, SampledMemory
 
     @property

@@ -26,6 +26,7 @@ Left out: an estimate of the pose beyond what is measured, so that its noise ent
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -42,6 +43,7 @@ from robotics.plugins.predictive.terminal import SPEEDS, Weights, tail_table
 from robotics.world.paths.road import moving
 from robotics.world.vehicle.plant import STEP, velocity_limits
 from robotics.world.vehicle.robot import Robot
+from robotics.world.vehicle.wheel_loop import wheel_lag
 
 CONVERGED = 1e-7  # of the cost: with less to gain a plan is left as it is
 
@@ -143,6 +145,7 @@ class PredictiveControl(EquationLaw):
     latency: Literal["modelled", "ignored"] = "modelled"  # ignored: commands are taken to act at once
 
     equation, sort_of_law = predict, "predictive"
+    barred = MappingProxyType({"lead": "it reads its reference ahead by its own model"})
     works, derived, remembers = SolverColumns, PredictiveDerived, PredictiveMemory
 
     @property
@@ -188,7 +191,7 @@ class PredictiveControl(EquationLaw):
 
     def lag(self, setting: Setting, robot: Robot) -> float:
         """τ [s] of its model of ``robot``: 0 where the wheels follow at once, or are taken to."""
-        return model.wheel_lag(robot) if self.wheel_lag == "modelled" and setting.plant == "dynamic" else 0.0
+        return wheel_lag(robot) if self.wheel_lag == "modelled" and setting.plant == "dynamic" else 0.0
 
     def _numbers(self, setting: Setting, robot: Robot) -> dict[str, Any]:
         """What :meth:`derive` gives, of one robot."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
@@ -90,7 +90,7 @@ class NeuralPolicy(EquationLaw):
     second: float = quantity(1.0, "1", above=0)  # ω, or the left wheel's torque
 
     def __post_init__(self) -> None:
-        check_quantities(self, ControllerError)
+        super().__post_init__()
         _ = self.network
 
     knows = ("reference", "reference velocity", "curvature", "preview", "wheel speeds")

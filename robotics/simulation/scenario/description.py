@@ -17,6 +17,7 @@ from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, is_numbe
 from fuzzy.shown import shown
 from fuzzy.sketch import lines, table, titled
 from fuzzy.words import counted
+from robotics.laws.knowledge import Knowledge
 from robotics.laws.setting import Kind, Setting
 from robotics.simulation.scenario.feasibility import demands
 from robotics.simulation.scenario.robots import RobotModel, standard_robot
@@ -132,6 +133,7 @@ class Scenario:
         10.0, "m", above=0, doc="The distance from its reference at which a robot is stopped, as diverged."
     )
     sensing: Sensing = described("How the robots know their posture.", default_factory=Sensing)
+    knowledge: Knowledge = described("What every law is given that can use it.", default_factory=Knowledge)
     sensors: Mapping[str, RangeSensor] | None = described(
         "The range sensors that each robot carries; left out: those of the robot's own file.", None
     )
@@ -222,6 +224,7 @@ class Scenario:
             latency=self.latency,
             plant=self.plant,
             divergence=self.divergence,
+            knowledge=self.knowledge,
         )
 
     def _sensors(self, member: Member) -> Mapping[str, RangeSensor]:

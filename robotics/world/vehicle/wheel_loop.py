@@ -1,5 +1,6 @@
 """The wheel loop of a robot: its response to a step of the command, and gains tuned by simulating it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
@@ -18,6 +19,7 @@ _BAND = 0.02  # of the step: a wheel has settled when it stays within it
 MOST_OVERSHOOT = 0.05  # of the step
 DAMPING = (0.0, 0.5, 1.0)  # kd that are tried, in kp times the loop's period
 _FACTORS = np.geomspace(0.125, 8.0, 17)  # of the derived gains, that are tried first
+_FILTER_DAMPING = 0.7  # of the low-pass on the measured wheel speed
 _FINER = np.geomspace(0.75, 1.333, 9)  # of the best of those, that are tried then
 
 
@@ -48,6 +50,17 @@ class Gains(NamedTuple):
     kp: float  # V s/rad
     ki: float  # V/rad
     kd: float  # V s²/rad
+
+
+def wheel_lag(robot: Robot) -> float:
+    """τ [s]: the time constant with which the wheels follow a command; 0 where the loop is faster than its period.
+
+    A loop without an integral part never arrives; of it the time constant is given with which it comes to rest.
+    """
+    if robot.ki == 0:
+        return robot.wheel_load / (robot.torque_constant * (robot.back_emf + robot.kp))
+    late = _FILTER_DAMPING / (math.pi * robot.filter_frequency) if robot.filter_frequency > 0 else 0.0
+    return max(robot.back_emf / robot.ki - STEP - late, 0.0)
 
 
 def top_speed(robot: Robot, motion: Motion) -> float:

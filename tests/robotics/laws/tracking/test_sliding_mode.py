@@ -264,7 +264,7 @@ def test_velocity_realisation_integrates_the_same_acceleration_and_keeps_its_lea
     asked = 4.0 * e + 0.7 * np.sign(e)
     np.testing.assert_allclose(command.first.item(), 0.2 + period * asked[0], rtol=1e-12)
     np.testing.assert_allclose(command.second.item(), -0.3 + period * asked[1], rtol=1e-12)
-    command, _ = first_command(replace(law, k=1e3, lead=0.3), member, 0.2, -0.3, period)
+    command, _ = first_command(replace(law, k=1e3, command_lead=0.3), member, 0.2, -0.3, period)
     assert abs(command.first.item() - 0.2) == pytest.approx(0.3)
     assert abs(command.second.item() + 0.3) == pytest.approx(0.3 / 0.1)
     assert law.level == "velocity"
@@ -274,7 +274,7 @@ def test_velocity_realisation_integrates_the_same_acceleration_and_keeps_its_lea
 def test_second_period_adds_the_rate_of_the_desired_velocities_and_the_integral():
     """(2.18) asks for u' = u_d' + λ e + push, u_d' being the backward difference."""
     member, period = replace(REFERENCE.robots[0], start=(0.1, 0.9, 0.3)), 0.05
-    law = SlidingMode(mode="esm", lam=4.0, realisation="velocity", lead=100.0)
+    law = SlidingMode(mode="esm", lam=4.0, realisation="velocity", command_lead=100.0)
     first, memory = first_command(law, member, 0.2, -0.3, period)
     scenario = Scenario(name="one", robots=(member,), duration=1.0, sensing=Sensing())
     x, y, heading = (np.full((1, 1), value) for value in (0.13, 0.91, 0.25))

@@ -21,7 +21,17 @@ LAWS: tuple[str, ...] = (
     "lqr",
     "pid",
 )
-LAWS += ("csm", "assm", "qssm", "esm", "esm:realisation=velocity", "qssm:discretisation=algebraic")
+LAWS += (
+    "lqr:lead=0.1,smooth=0.3",
+    "fuzzy:smooth=0.1",
+    "esm:lead=auto",
+    "csm",
+    "assm",
+    "qssm",
+    "esm",
+    "esm:realisation=velocity",
+    "qssm:discretisation=algebraic",
+)
 SCENARIOS = ("lyapunov-circle", "lyapunov-sine", "fuzzy-off-path", "reference", "table-2-1", "noisy-position")
 
 
@@ -33,7 +43,7 @@ def _compiler():
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize("spec", ["fuzzy", "pid"])
+@pytest.mark.parametrize("spec", ["fuzzy", "pid", "lyapunov:lead=auto,smooth=0.2"])
 def test_the_c_drives_the_same_run(tmp_path, spec):
     scenario = robotics.load_scenario("table-2-1")  # its posture is measured with noise
     proof = verify_c_law(write_c_law(spec, scenario, tmp_path), [scenario], seeds=[1, 2])

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.jit import kernel
-from robotics.plugins.predictive.model import moved, response, velocity_shares, wheel_lag, wheel_rate
+from robotics.plugins.predictive.model import moved, response, velocity_shares, wheel_rate
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.vehicle.plant import STEP, Plant, initial_state, parameters
 from robotics.world.vehicle.plant import TruthColumns as Truth
+from robotics.world.vehicle.wheel_loop import wheel_lag
 
 ETSRO = load_robot("etsro").robot
 

@@ -9,9 +9,10 @@ from scipy.linalg import solve_discrete_are
 
 from benchmarks.predictiveproblems import LAW, PERIOD
 from benchmarks.predictivesolving import Problem, plans_of
-from robotics.plugins.predictive.model import response, wheel_lag, wheel_rate
+from robotics.plugins.predictive.model import response, wheel_rate
 from robotics.plugins.predictive.terminal import SPEEDS, riccati, straight_across, straight_along, tail_table
 from robotics.simulation.scenario.robots import load_robot
+from robotics.world.vehicle.wheel_loop import wheel_lag
 
 ETSRO = load_robot("etsro").robot
 WEIGHTS, LAG = LAW.weights(ETSRO), wheel_lag(ETSRO)
