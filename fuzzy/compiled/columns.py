@@ -404,19 +404,28 @@ def _kind(hint: Any) -> Any:
     return compiled_type(hint) if hasattr(hint, "_fields") else _PLAIN[hint]
 
 
-def check(values: Any, kind: Any = None) -> None:
+def check(values: Any) -> None:
     """Raise TypeError unless ``values`` are what their class declares: machine code looks at nothing."""
-    of: Any = type(values)
-    kind = kind or compiled_type(of)
-    for value, wanted, name in zip(values, kind.types, kind.fields, strict=True):
-        if isinstance(wanted, types.NamedTuple):
-            check(value, wanted)
-        elif isinstance(wanted, types.Array):
-            good = value.dtype == as_dtype(wanted.dtype) and value.ndim == wanted.ndim and value.flags.writeable
+    for value, (name, wanted, inner, dtype) in zip(values, _wanted(type(values)), strict=True):
+        if inner is not None:
+            if not isinstance(value, inner):
+                raise TypeError(f"{name} must be {inner.__name__}; got {value!r}")
+            check(value)
+        elif dtype is not None:
+            good = value.dtype == dtype and value.ndim == wanted.ndim and value.flags.writeable
             if not (good and (wanted.layout == "A" or value.flags.c_contiguous)):
                 raise TypeError(f"{name} must be {wanted}; got {value.dtype}, {value.ndim} axes, {value.flags}")
         elif type(value) is not (float if wanted == types.float64 else int):
             raise TypeError(f"{name} must be {wanted}; got {value!r}")
+
+
+@cache
+def _wanted(of: type) -> tuple[tuple[str, Any, Any, Any], ...]:
+    """The name and type of each field, the class of a tuple and the numbers of an array: to ask Numba takes longer."""
+    return tuple(
+        (name, kind, getattr(kind, "instance_class", None), as_dtype(kind.dtype) if hasattr(kind, "layout") else None)
+        for name, kind in zip(compiled_type(of).fields, compiled_type(of).types, strict=True)
+    )
 
 
 # Numbers that stand for words -------------------------------------------------------------------------------------

@@ -277,6 +277,8 @@ def pointed(function: Any, kinds: tuple[Any, ...]) -> Any:
             function.py_func.__qualname__ += f"_{fingerprint(function)[:16]}"
             function.compile(kinds)
             function.disable_compile()
+            (only,) = function.overloads.values()
+            function.get_compile_result = lambda signature: only  # at each call Numba would hash all types for it
     return function
 
 

@@ -16,7 +16,7 @@ from fuzzy.compiled.columns import (
     compiled_type,
 )
 from fuzzy.compiled.jit import types
-from robotics.laws.equation import Known
+from robotics.laws.equation import Known, pointed
 from robotics.world.paths.road import Road
 from robotics.world.radio.channel import Air
 from robotics.world.radio.faults import Trouble
@@ -75,18 +75,14 @@ def machine_code(function: Any, *kinds: Any) -> Any:
 
     Lanes are the same type whatever they record, so that it is one for all simulations.
     """
-    return _made(function, (*kinds, LANES_TYPE))
+    if not hasattr(function, "compile"):  # NUMBA_DISABLE_JIT
+        return function
+    function.compile((*kinds, LANES_TYPE))
+    return function.get_overload((*kinds, LANES_TYPE))
 
 
 @cache
 def looking(look: Any) -> Any:
     """The machine code of a compiled function that reads range sensors: :func:`robotics.world.sensing.carried.look`."""
-    return _made(look, LOOK_TYPE.args)
-
-
-def _made(function: Any, kinds: tuple[Any, ...]) -> Any:
-    """The machine code for arguments of ``kinds``; it is made, or found on disk, at the first call."""
-    if not hasattr(function, "compile"):  # NUMBA_DISABLE_JIT
-        return function
-    function.compile(kinds)
-    return function.get_overload(kinds)
+    code = pointed(look, LOOK_TYPE.args)
+    return code.get_overload(LOOK_TYPE.args) if hasattr(code, "get_overload") else code

@@ -72,17 +72,12 @@ class Observer:
     asked: Callable[[int], int | None] = lambda k: None
 
     def __post_init__(self) -> None:
-        check(self.notes, self.noted)
+        _check(self.notes)
 
     @cached_property
     def classes(self) -> Any:
         """The class of its notes, or of a :class:`Pair` those of both: they say the compiled types, and hash sooner."""
         return _classes(self.notes)
-
-    @property
-    def noted(self) -> Any:
-        """The compiled type of its notes."""
-        return noted_type(self.classes)
 
     @property
     def pointer(self) -> Any:
@@ -115,6 +110,14 @@ class Pair(NamedTuple):
 
     first: Any
     second: Any
+
+
+def _check(notes: Any) -> None:
+    if isinstance(notes, Pair):
+        _check(notes.first)
+        _check(notes.second)
+    else:
+        check(notes)
 
 
 def _classes(notes: Any) -> Any:
