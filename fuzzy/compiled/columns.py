@@ -20,7 +20,7 @@ import re
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Annotated, Any, ClassVar, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, cast, get_args, get_type_hints
 
 import numpy as np
 from numba.core import cgutils, types
@@ -406,7 +406,7 @@ def _kind(hint: Any) -> Any:
 
 def check(values: Any) -> None:
     """Raise TypeError unless ``values`` are what their class declares: machine code looks at nothing."""
-    for value, (name, wanted, inner, dtype) in zip(values, _wanted(type(values)), strict=True):
+    for value, (name, wanted, inner, dtype) in zip(values, _wanted(cast(Any, type(values))), strict=True):
         if inner is not None:
             if not isinstance(value, inner):
                 raise TypeError(f"{name} must be {inner.__name__}; got {value!r}")
@@ -420,7 +420,7 @@ def check(values: Any) -> None:
 
 
 @cache
-def _wanted(of: type) -> tuple[tuple[str, Any, Any, Any], ...]:
+def _wanted(of: Any) -> tuple[tuple[str, Any, Any, Any], ...]:
     """The name and type of each field, the class of a tuple and the numbers of an array: to ask Numba takes longer."""
     return tuple(
         (name, kind, getattr(kind, "instance_class", None), as_dtype(kind.dtype) if hasattr(kind, "layout") else None)

@@ -65,10 +65,10 @@ class FormationMemory(NamedTuple):
         """All that robots know now; the clock shows the time, and the target is the sample due."""
         return Situation(seen, self.fixed, self.recall._replace(clock=np.full_like(self.recall.clock, seen.time)), dt)
 
-    def after(self, now: Situation) -> "FormationMemory":
-        """What is remembered of a period, all that quantities may ask for."""
+    def after(self, now: Situation, v: np.ndarray, w: np.ndarray) -> "FormationMemory":
+        """What is remembered of a period with its command, all that quantities may ask for."""
         zero = np.zeros_like(now.place)
-        recall = now.remembered(pace=zero + 1.0, keep=zero, yields=zero)
+        recall = now.remembered(pace=zero + 1.0, keep=zero, yields=zero, v=v, w=w)
         return self._replace(recall=recall, over=self.arrived(now))
 
     def arrived(self, now: Situation) -> np.ndarray:

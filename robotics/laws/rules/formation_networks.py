@@ -126,8 +126,9 @@ class FormationNetworks(LeaderFollower):
             told = np.full((known.shape[1], *seen.x.shape), np.nan)
             told[..., place] = known.T
             rows.append(told)
-        after = memory.after(now)
-        v, w = (np.where(after.over[:, None], 0.0, wish[name]) for name in ("v", "w"))
+        over = memory.arrived(now)[:, None]
+        v, w = (np.where(over, 0.0, wish[name]) for name in ("v", "w"))
+        after = memory.after(now, v, w)
         message = now.message(after.recall) if self.message else None
         target = level_target(now, v[:, :1])
         return Command(v, w, v, w, message, target, now.paths.share(now.place), inputs=np.concatenate(rows)), after

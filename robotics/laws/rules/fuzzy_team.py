@@ -174,7 +174,7 @@ class FuzzyTeam(Law[_Memory]):
         w = np.where(asked < 0, 0.0, w)  # back it goes straight
         safe, safe_w, halted = self.guard.kept(now, asked, w, memory.halted)
         yields = np.clip((v - safe) / np.maximum(v, _SLOWEST), 0.0, 1.0)
-        after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields)
+        after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields, v=safe, w=safe_w)
         mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
         mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)
         due = now.due

@@ -16,7 +16,9 @@ from fuzzy.naming import expected
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.meetings import INSIDE
-from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, Situation
+from robotics.laws.rules.of_reference import later
+from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, SMOOTH_TIME, Situation
+from robotics.world.paths.references import Reference
 
 QUANTITIES_PAGE = "docs/reference/quantities.md"  # made of this table; messages name it
 _CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
@@ -65,6 +67,10 @@ _OWN = {
     "time": Quantity("s", "time since the start", lambda s: np.full_like(s.place, s.seen.time)),
     "v": Quantity("m/s", "the robot's speed, by its encoders", lambda s: s.seen.v),
     "w": Quantity("rad/s", "its turn rate, by its encoders", lambda s: s.seen.w),
+    "v_command": Quantity("m/s", "the speed that was commanded last, before a low-pass", lambda s: s.recall.v_command),
+    "w_command": Quantity(
+        "rad/s", "the turn rate that was commanded last, before a low-pass", lambda s: s.recall.w_command
+    ),
 }
 _TARGET = {
     "distance": Quantity("m", "distance to the target, d_RP of (2.35)", lambda s: np.hypot(s.error.x, s.error.y)),
@@ -72,6 +78,11 @@ _TARGET = {
     "x_err": Quantity("m", "the target is so far ahead, (5.9)", lambda s: s.error.x),
     "y_err": Quantity("m", "the target is so far to the left, (5.9)", lambda s: s.error.y),
     "heading_err": Quantity("rad", "heading of the target from the robot's, (5.9)", lambda s: s.error.heading),
+    "x_err_smooth": Quantity("m", f"x_err, smoothed over {SMOOTH_TIME:g} s", lambda s: s.smooth_error.x),
+    "y_err_smooth": Quantity("m", f"y_err, smoothed over {SMOOTH_TIME:g} s", lambda s: s.smooth_error.y),
+    "heading_err_smooth": Quantity(
+        "rad", f"heading_err, smoothed over {SMOOTH_TIME:g} s", lambda s: s.smooth_error.heading
+    ),
     "target_v": Quantity("m/s", "speed of the target, v_d", lambda s: np.broadcast_to(s.target.v, s.place.shape)),
     "target_w": Quantity("rad/s", "turn rate of the target, ω_d", lambda s: np.broadcast_to(s.target.w, s.place.shape)),
 }
@@ -169,8 +180,18 @@ _NUMBERED: dict[str, Quantity] = {
     "lag": _PAIRS["their_lag"],
     "age": _PAIRS["age"],
 }
+_LATER: dict[str, tuple[str, str, Callable[[Reference], Any]]] = {  # unit, meaning, and how it is made
+    "target_v": ("m/s", "speed of the reference so many seconds from now", lambda r: r.v),
+    "target_w": ("rad/s", "turn rate of the reference so many seconds from now", lambda r: r.w),
+    "target_curvature": (
+        "1/m",
+        "curvature of the reference's path so many seconds from now; 0 where it stands",
+        lambda r: np.divide(r.w, r.v, out=np.zeros_like(r.w), where=r.v != 0),
+    ),
+}
 PATTERNS: dict[str, tuple[str, str]] = {  # the quantities with a number or a name in theirs: unit and meaning
     **{f"robotN_{name}": (q.unit, q.meaning) for name, q in _NUMBERED.items()},
+    **{f"{name}:SECONDS": (unit, meaning) for name, (unit, meaning, _) in _LATER.items()},
     "range:NAME": ("m", "what the range sensor of that name reads"),
 }
 _ROBOT = re.compile(r"robot([1-9]\d*)_(\w+)")
@@ -186,6 +207,9 @@ def quantity_of(name: str, where: str) -> Quantity:
         return RULE_QUANTITIES[name]
     if name.startswith(_RANGE) and name != _RANGE:
         return _reading(name.removeprefix(_RANGE))
+    if at := later(name):
+        (unit, meaning, of), ahead = _LATER[at[0]], at[1]
+        return Quantity(unit, meaning, lambda s: np.broadcast_to(of(s.later(ahead)), s.place.shape))
     numbered = _ROBOT.fullmatch(name)
     if numbered and numbered[2] in _NUMBERED:
         return _of_robot(int(numbered[1]) - 1, _NUMBERED[numbered[2]])

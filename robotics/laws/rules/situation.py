@@ -3,6 +3,7 @@
 What it measures, hears and remembers is put into the terms of :mod:`robotics.laws.rules.quantities`.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -50,6 +51,7 @@ SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
 QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
 TURN_TIME = 0.4  # s: a turn [rad] is made in this time, as by the tracking rule base's look-ahead
+SMOOTH_TIME = 0.2  # s: the time constant of the errors that are smoothed
 SIDE_TIME = 0.5  # s: the time constant with which a side is taken and forgotten
 NOTHING_NEAR = 9.0  # what is told where there is nothing to tell, in the unit of the quantity
 
@@ -113,6 +115,11 @@ class Recall(NamedTuple):
     fast: np.ndarray  # m: the least clearance, smoothed over QUICK
     slow: np.ndarray  # m: the same, over SLOW
     lean: np.ndarray  # m: how much more room there is ahead on the left than on the right, smoothed
+    x_err: np.ndarray  # m: smoothed over SMOOTH_TIME; not-a-number: there was no period before
+    y_err: np.ndarray  # m, likewise
+    heading_err: np.ndarray  # rad, likewise
+    v_command: np.ndarray  # m/s: the last
+    w_command: np.ndarray  # rad/s: the last
 
     @classmethod
     def start(cls, setting: Setting, runs: int, plan: PlannedTiming | None = None) -> "Recall":
@@ -128,6 +135,7 @@ class Recall(NamedTuple):
         near = references.joined.nearest(pose[..., 0], pose[..., 1], begin, zero + SEARCH_REACH_AFTER_OUTAGE)
         far = zero + FARTHEST
         start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
+        start |= dict.fromkeys(("x_err", "y_err", "heading_err"), zero + np.nan)
         return cls(**start | {"clear": np.full((len(SECTOR), runs, robots), np.inf)})
 
 
@@ -255,6 +263,20 @@ class Situation:
     def error(self) -> PostureError:
         """The target as the robot sees it."""
         return posture_error(self.seen.x, self.seen.y, self.seen.heading, self.target)
+
+    @cached_property
+    def smooth_error(self) -> PostureError:
+        """The same, smoothed over SMOOTH_TIME."""
+        before, now, share = self.recall, self.error, 1.0 - math.exp(-self.dt / SMOOTH_TIME)
+        x, y, heading = (
+            np.where(np.isnan(old), new, old + share * (wrapped(new - old) if turns else new - old))
+            for old, new, turns in zip((before.x_err, before.y_err, before.heading_err), now, (0, 0, 1), strict=True)
+        )
+        return PostureError(x, y, heading)
+
+    def later(self, seconds: float) -> Reference:
+        """The reference so many ``seconds`` after the robot's copy of the clock."""
+        return self.seen.references.each_at(self.recall.clock + seconds)
 
     @cached_property
     def remaining(self) -> np.ndarray:
@@ -436,13 +458,16 @@ class Situation:
         rate = np.abs(self.seen.v) + SWINGING * np.abs(self.seen.w)
         return self.recall.driven + self.dt / SLOW * (SLOW * rate - self.recall.driven)
 
-    def remembered(self, *, pace: np.ndarray, keep: np.ndarray, yields: np.ndarray) -> Recall:
+    def remembered(
+        self, *, pace: np.ndarray, keep: np.ndarray, yields: np.ndarray, v: np.ndarray, w: np.ndarray
+    ) -> Recall:
         """What robots remember of this period. Their copies of the clock agree on the slowest.
 
         Args:
             pace: The rate of each robot's copy of the clock.
             keep: The side of an obstacle to keep: 1 this one, -1 the other, 0 none.
             yields: How much it gives way.
+            v, w: The command [m/s], [rad/s].
         """
         heard, clock = self.seen.heard, self.recall.clock + self.dt * pace
         if heard.fields:
@@ -464,6 +489,11 @@ class Situation:
             fast=self.nearest_room,
             slow=self.slow_room,
             lean=self.lean,
+            x_err=self.smooth_error.x,
+            y_err=self.smooth_error.y,
+            heading_err=self.smooth_error.heading,
+            v_command=v,
+            w_command=w,
         )
 
     def message(self, after: Recall) -> dict[str, np.ndarray]:

@@ -23,7 +23,8 @@ _COLUMNS = ("name", "unit", "meaning", "needs")
 
 def page() -> str:
     """The text of the page, in Markdown: ``table.txt`` with the tables and numbers that it names."""
-    named = [(name, *words, _needs(quantity_of(name.replace("N_", "1_"), name))) for name, words in PATTERNS.items()]
+    some = {name: quantity_of(name.replace("N_", "1_").replace("SECONDS", "1"), name) for name in PATTERNS}
+    named = [(name, *words, _needs(some[name])) for name, words in PATTERNS.items()]
     team = [
         (f"*{task}*", f"`{name}`", words, f"{fuzzy_team.NEUTRAL[task][name]:g}")
         for task, outputs in fuzzy_team.TEAM_OUTPUTS.items()

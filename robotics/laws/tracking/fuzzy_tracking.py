@@ -34,7 +34,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -248,7 +248,8 @@ class FuzzyTracking(EquationLaw):
 
     knows = ("reference", "reference velocity", "preview")
     equation = track_by_rules
-    derived, works = TrackingDerived, TrackingWork
+    derived: ClassVar[type[Columns]] = TrackingDerived
+    works: ClassVar[type[Columns]] = TrackingWork
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """Where λ begins, and which inputs the tracking rule base has."""

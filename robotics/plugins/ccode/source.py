@@ -5,7 +5,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.knowledge import SmoothedColumns, smooth_correction
 from robotics.laws.law import Law
+from robotics.laws.rules.of_reference import later
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -49,10 +50,15 @@ class Carried:
     bases: Callable[[Any], Mapping[str, Sugeno]] | None = None
 
 
-_FUZZY = Carried("(2.35), (2.36), 5.3.1", lambda law: {"rules": law.tracking.fis, "turn": law.turn.fis})
+def _bases(law: Any) -> dict[str, Sugeno]:
+    return {"rules": law.tracking.fis, "turn": law.turn.fis}
+
+
+_FUZZY = Carried("(2.35), (2.36), 5.3.1", _bases)
+_OWN = Carried("(2.35), (2.36), 5.3.1", lambda law: _bases(law) | {"own": law.own.fis})
 CARRIED: dict[type[Law[Any]], Carried] = {
     FuzzyTracking: _FUZZY,
-    OwnRules: _FUZZY,
+    OwnRules: _OWN,
     Lyapunov: Carried("(2.30) to (2.32)"),
     LinearQuadratic: Carried(),
     TrackingPID: Carried(),
@@ -69,6 +75,12 @@ def carried(law: Law[Any], specification: str) -> Carried:
             "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
         raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
+    if isinstance(law, OwnRules) and law.own is not None:
+        for variable in law.own.fis.inputs:
+            if variable.name == "time" or later(variable.name):
+                raise ExportError(
+                    f"{specification} cannot be written in C: its input {variable.name} is not handed to C"
+                )
     return found
 
 
@@ -100,6 +112,8 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     if number not in _NUMBERS:
         raise ExportError(expected(number, _NUMBERS, "number type of a law"))
     how = carried(law, name)
+    if isinstance(law, OwnRules) and law.own is None:
+        law, how = replace(law.tracker, smooth=law.smooth), _FUZZY
     return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
 
 
@@ -197,7 +211,7 @@ class _Writer:
         """The functions that are not translated: rule bases, and the reference at a later time."""
         if name == "moving":
             return Row(tuple(CTerm(f"input->{field}", "real") for field in AIM_SYMBOLS))
-        if name == "tell_inputs":
+        if name in ("tell_inputs", "tell_asked"):
             return KnownValue(None)
         if name == "evaluate_packed":
             return self._rule_base(body, *arguments[:3])

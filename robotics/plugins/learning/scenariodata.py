@@ -245,7 +245,7 @@ class Onlooker(Law[FormationMemory]):
     def control(self, seen: Observation, memory: FormationMemory, dt: float) -> tuple[Command, FormationMemory]:
         """Tell the others what they need, and remember."""
         now = memory.situation(seen, dt)
-        after, none = memory.after(now), np.zeros_like(seen.x)
+        after, none = memory.after(now, seen.v, seen.w), np.zeros_like(seen.x)  # what was commanded it does not hear
         return Command(none, none, none, none, now.message(after.recall) if self.message else None), after
 
 

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from robotics.laws.law import Command, Law, Observation
+from robotics.laws.rules.own_rules import InterpretedRules, OwnRules
 from robotics.laws.setting import Setting
 from robotics.world.radio.channel import Heard
 from robotics.world.vehicle.plant import Level
@@ -38,6 +39,11 @@ class TeacherAndPupil(Law[TandemMemory]):
     driver: Driver = "teacher"
     every: int = 1  # periods from one look at the rule base's inputs to the next
     pushes: np.ndarray | None = None  # (periods, 2, runs, robots) m/s and rad/s; the last one holds on
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.pupil, OwnRules) and self.pupil.own is not None:
+            object.__setattr__(self, "pupil", InterpretedRules.of(self.pupil))
 
     @property
     def message(self) -> tuple[str, ...]:

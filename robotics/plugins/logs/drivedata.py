@@ -295,7 +295,8 @@ def _rows(
         target = Reference(*(row[k : k + 1] for row in ahead))
         now = Situation(seen, fixed, recall, recipe.period, target)
         rows[k, : len(known)] = [float(np.reshape(quantity.of(now), -1)[0]) for quantity in known]
-        recall = now.remembered(pace=one, keep=0 * one, yields=0 * one)
+        sent_v, sent_w = (float(row[k]) * one for row in (piece.v_commanded, piece.w_commanded))
+        recall = now.remembered(pace=one, keep=0 * one, yields=0 * one, v=sent_v, w=sent_w)
     rows[:, len(known) :] = np.stack([piece.v_commanded, piece.w_commanded], axis=-1)
     told = np.asarray(np.isfinite(rows).all(axis=1))
     if way != "path" and not references.rests and {*names} & _BY_TIME:

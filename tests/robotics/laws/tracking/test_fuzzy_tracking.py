@@ -132,9 +132,9 @@ def test_lambda_keeps_random_starts_with_the_bearing_and_makes_them_with_the_hea
 
 def test_the_preset_with_lambda_steers_by_the_heading():
     assert make_controller("fuzzy-lateral") == make_controller("fuzzy:steering=heading,lateral=path")
-    assert make_controller("fuzzy-lateral").idle == {"deadband", "leader"}
-    assert FUZZY.idle == {"lateral_rule_base", "deadband", "leader"}
-    assert BARE.idle == {"lateral_rule_base", "leader"}
+    assert make_controller("fuzzy-lateral").idle == {"deadband", "leader", "catch_up"}
+    assert FUZZY.idle == {"lateral_rule_base", "deadband", "leader", "catch_up"}
+    assert BARE.idle == {"lateral_rule_base", "leader", "catch_up"}
 
 
 @pytest.mark.parametrize(("lateral", "reaches"), [("none", False), ("path", True)])

@@ -110,4 +110,4 @@ def test_what_has_no_place_is_told_why(inputs: str, outputs: str, says: str) -> 
     assert message.startswith("mine cannot drive a robot: ")
     assert says in message
     assert "docs/reference/quantities.md" in message
-    assert "v, w, turn, speed, speed_factor, rate and keep" in message
+    assert "v, w, dv, dw, bend, turn, speed, speed_factor, rate and keep" in message
