@@ -62,6 +62,12 @@ _PUBLISHED: dict[str, Preset] = {
         "Fuzzy, literal",
         "Table 5.6 as printed, the target being the next sample",
     ),
+    "fuzzy-correcting": Preset(
+        OwnRules,
+        {"rule_base": "correcting", "lead": "auto", "smooth": 0.2},
+        "Fuzzy, correcting",
+        "nine rules that correct the reference's velocity, which is read ahead; a choice, by hand and not by search",
+    ),
     "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
     "pdc": Preset(
         ParallelCompensation,

@@ -63,7 +63,7 @@ from robotics.world.paths.references import Reference
 from robotics.world.paths.road import Road
 from robotics.world.radio.channel import AirColumns
 from robotics.world.radio.channel import HeardColumns as HeardColumns
-from robotics.world.vehicle.plant import MotionColumns
+from robotics.world.vehicle.plant import MotionColumns, velocity_limits
 
 
 class RobotColumns(Columns):
@@ -155,7 +155,7 @@ def each(first, last, known, memory, command, work):
             read_ahead(reference, known.road, known.path[lane], known.time + given.lead)
         {call}
         if given.share < 1:
-            smooth_correction(Out(command, lane), reference, given.share, Smoothed(kept, lane))
+            smooth_correction(Out(command, lane), reference, given.share, given.limit, Smoothed(kept, lane))
         reference.v, reference.w = at_v, at_w
 """
 _RETURNED = """v, w = {call}
@@ -376,7 +376,8 @@ class EquationLaw(Law[Memory]):
             getattr(self if getattr(self, name) is not None else told, name) if name not in self.barred else 0.0
             for name in KNOWLEDGE_FIELDS
         )
-        return [setting.auto_lead(self.level) if ahead == AUTO else ahead, share_of(constant, setting.period)]
+        ahead = setting.auto_lead(self.level) if ahead == AUTO else ahead
+        return [ahead, share_of(constant, setting.period), *velocity_limits(setting.robots)]
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """The numbers of :attr:`derived` by name: each a number, (robots,) or (runs, robots)."""

@@ -23,11 +23,12 @@ from dataclasses import dataclass
 from math import exp
 from typing import Any, Literal
 
-from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.columns import Columns, column, within
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, quantity
 from robotics.world.paths.road import moving
+from robotics.world.vehicle.plant import LimitColumns, within_limits
 
 Lead = float | Literal["auto"]
 AUTO = "auto"
@@ -79,6 +80,7 @@ class KnowledgeColumns(Columns):
 
     lead = column("s", "how far ahead the reference's velocity is read")
     share = column("1", "of a new correction in the smoothed one")
+    limit = within(LimitColumns)
 
 
 class SmoothedColumns(Columns):
@@ -95,9 +97,10 @@ def read_ahead(aim, road, path, time):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def smooth_correction(command, aim, share, smoothed):  # type: ignore[no-untyped-def]
-    """Smooth the correction that a command is of the velocity of its aim."""
-    smoothed.v += share * (command.first - aim.v - smoothed.v)
-    smoothed.w += share * (command.second - aim.w - smoothed.w)
-    command.first, command.second = aim.v + smoothed.v, aim.w + smoothed.w
-    command.wish_v, command.wish_w = command.first, command.second
+def smooth_correction(command, aim, share, limit, smoothed):  # type: ignore[no-untyped-def]
+    """Smooth the correction that a command is of the velocity of its aim, and remember what of it can be driven."""
+    smooth_v = smoothed.v + share * (command.first - aim.v - smoothed.v)
+    smooth_w = smoothed.w + share * (command.second - aim.w - smoothed.w)
+    v, w = within_limits(limit, aim.v + smooth_v, aim.w + smooth_w)
+    smoothed.v, smoothed.w = v - aim.v, w - aim.w
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
