@@ -8,7 +8,7 @@ between two levels u and v,
 with F the empirical distribution. Runs at the levels count in part, so that T does not jump with the number of runs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,7 @@ class QuantileMean:
     low: float  # the share of the smallest costs that is left out
     high: float  # the share of costs up to which the mean is taken
     by_scenario: bool = False  # the geometric mean over scenarios of each scenario's own: blind to scenarios' scales
+    of_others: bool = False  # by scenario: intervals are about other scenarios of the same sorts, and not these alone
 
     def __post_init__(self) -> None:
         if not 0 <= self.low < self.high <= 1:
@@ -54,7 +55,7 @@ class QuantileMean:
         inside = weights > _NOTHING
         return np.asarray((np.sort(costs, axis=-1)[..., inside] * weights[inside]).sum(axis=-1) / (high - low))
 
-    def of_resamples(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    def of_resamples(self, costs: np.ndarray, counts: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
         """The statistic (draws,) of one law in each resample.
 
         The costs are sorted once; a resample is then a number of copies of each, and their cumulated sums say how much
@@ -63,13 +64,17 @@ class QuantileMean:
         Args:
             costs: The costs (scenarios, seeds) of the law.
             counts: How often each run is drawn (scenarios, seeds, draws); as many of each scenario, in every resample.
+            weights: The share of each scenario in the mean over them (scenarios, draws); by default all have the same.
         """
         if not self.by_scenario:
             return self._of_counts(costs.ravel(), counts.reshape(costs.size, -1))
         each = [self._of_counts(row, drawn) for row, drawn in zip(costs, counts, strict=True)]
         if (np.asarray(each) <= 0).any():
             raise StatisticsError(f"the {self.name} needs costs > 0, since it is a geometric mean over scenarios")
-        return np.exp(np.log(each).mean(axis=0))
+        if weights is None:
+            return np.exp(np.log(each).mean(axis=0))
+        with np.errstate(invalid="ignore"):  # a scenario that fails, and is not drawn
+            return np.exp(np.where(weights > 0, weights * np.log(each), 0.0).sum(axis=0))
 
     def _of_counts(self, costs: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """The mean between the levels of costs (runs,) drawn ``counts`` (runs, draws) times."""
@@ -124,5 +129,6 @@ MEAN = QuantileMean("mean", 0.0, 1.0)
 # Of the middle half of all runs [Agarwal 2021]: failures are trimmed as long as they are at most a quarter of the runs.
 IQM = QuantileMean("interquartile mean", 0.25, 0.75)
 SCENARIO_IQM = QuantileMean("geometric mean over scenarios of the interquartile mean", 0.25, 0.75, by_scenario=True)
+UNSEEN_IQM = replace(SCENARIO_IQM, of_others=True)
 # The conditional value at risk [Rockafellar & Uryasev 2002]: one failed run makes it infinite.
 CVAR = QuantileMean("mean of the worst tenth", 0.9, 1.0)

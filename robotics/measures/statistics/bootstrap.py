@@ -4,6 +4,10 @@ Drawing the same seeds for every law keeps the pairs together, so that what all 
 goes out of differences and ratios. Drawing within scenarios keeps the share of each scenario [Agarwal 2021]. Of n seeds
 n − 1 are drawn: with n, the resamples of a mean would vary too little, by the share 1/n, which with few seeds and many
 scenarios does not average out [Rao & Wu 1988].
+
+A statistic that is to hold of other scenarios, too (``of_others``), is resampled on both levels: the scenarios are
+drawn again, and the seeds within each [Davison & Hinkley 1997, 3.8]. Of n scenarios (n − 1)(z/t)² are drawn, t and z
+being Student's and the normal quantile: the resamples then spread as wide as Student's interval of a mean.
 """
 
 from collections.abc import Callable
@@ -34,6 +38,26 @@ def resamples(shape: tuple[int, ...], draws: int, generator: np.random.Generator
     flat = places.astype(np.int64) * draws + np.arange(draws)
     counts = np.bincount(flat.ravel(), minlength=scenarios * seeds * draws)
     return counts.astype(np.int16 if seeds < 2**15 else np.int32).reshape(scenarios, seeds, draws)
+
+
+def drawn_again(
+    costs: np.ndarray, statistic: Statistic, draws: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """The resamples of the runs (scenarios, seeds, draws), and the statistic of every law in each (draws, laws)."""
+    scenarios = costs.shape[1]
+    counts = resamples(costs.shape[1:], draws, generator)
+    if not (isinstance(statistic, QuantileMean) and statistic.of_others) or scenarios == 1:
+        return counts, resampled(costs, statistic, counts)
+    chosen = generator.integers(0, scenarios, size=(draws, _scenarios_drawn(scenarios)))
+    weights = np.stack([np.bincount(own, minlength=scenarios) for own in chosen], axis=1) / chosen.shape[1]
+    return counts, np.stack([statistic.of_resamples(own, counts, weights) for own in costs], axis=1)
+
+
+def _scenarios_drawn(scenarios: int) -> int:
+    from scipy.special import ndtri, stdtrit
+
+    half = (1 + LEVEL) / 2
+    return max(1, round(float((scenarios - 1) * (ndtri(half) / stdtrit(scenarios - 1, half)) ** 2)))
 
 
 def resampled(costs: np.ndarray, statistic: Statistic, counts: np.ndarray) -> np.ndarray:
@@ -82,8 +106,7 @@ def interval(
     method. Raises StatisticsError for costs that :func:`checked` refuses.
     """
     costs = checked(costs)
-    counts = resamples(costs.shape[1:], draws, generator)
-    value, drawn = statistic(costs), resampled(costs, statistic, counts)
+    value, (counts, drawn) = statistic(costs), drawn_again(costs, statistic, draws, generator)
     own = _studentises(statistic, method)
     if own is None:
         return Interval(value, *_percentiles(drawn, LEVEL))
@@ -118,8 +141,7 @@ def contrasts(
         method: As for :func:`interval`.
     """
     costs = checked(costs)
-    counts = resamples(costs.shape[1:], draws, generator)
-    value, drawn = statistic(costs), resampled(costs, statistic, counts)
+    value, (counts, drawn) = statistic(costs), drawn_again(costs, statistic, draws, generator)
     if kind == "ratio" and ((value <= 0).any() or (drawn <= 0).any()):
         raise StatisticsError("a ratio needs costs > 0; take the difference")
     one, many = _contrast(value, kind), _contrast(drawn, kind)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics.measures.statistics.aggregates import IQM
-from robotics.measures.statistics.bootstrap import Statistic, resampled, resamples
+from robotics.measures.statistics.bootstrap import Statistic, drawn_again
 from robotics.measures.statistics.costs import StatisticsError, checked
 from robotics.measures.statistics.intervals import LEVEL, Interval
 
@@ -80,8 +80,7 @@ def gap_closed(
         draws: The number of resamples.
     """
     costs = checked(np.concatenate([before, after, reference[None]]))
-    counts = resamples(costs.shape[1:], draws, generator)
-    found = np.concatenate([statistic(costs)[None], resampled(costs, statistic, counts)])
+    found = np.concatenate([statistic(costs)[None], drawn_again(costs, statistic, draws, generator)[1]])
     laws = len(before)
     first, second, third = found[:, :laws], found[:, laws : 2 * laws], found[:, -1:]
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -11,7 +11,7 @@ import pandas as pd
 from robotics.laws.catalogue import law_title
 from robotics.laws.law import Law
 from robotics.laws.specification import Specification
-from robotics.measures.statistics.aggregates import CVAR, IQM, SCENARIO_IQM
+from robotics.measures.statistics.aggregates import CVAR, IQM, UNSEEN_IQM
 from robotics.measures.statistics.bootstrap import contrasts, interval
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import holm, signed_rank_p_values, verdicts
@@ -21,7 +21,7 @@ from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import Arena
 from robotics.plugins.arena.work import Search
 
-STATISTIC = SCENARIO_IQM  # by which laws are ranked
+STATISTIC = UNSEEN_IQM  # by which laws are ranked; intervals are over scenarios and seeds
 _DRAWS = 2000
 _LIMITS = 60  # points of a performance profile
 
@@ -187,13 +187,17 @@ class Outcome:
 
     @cached_property
     def p_values(self) -> np.ndarray:
-        """Holm's p-values of the signed-rank test between each two tuned laws (laws, laws)."""
-        return holm(signed_rank_p_values(self.tuned))
+        """Holm's p-values of the signed-rank test over scenarios between each two tuned laws (laws, laws)."""
+        return holm(signed_rank_p_values(IQM(self.tuned[:, :, None, :])[:, None, :]))
 
     @cached_property
     def verdicts(self) -> np.ndarray:
         """What can be said of the row's law against the column's, tuned (laws, laws)."""
-        return verdicts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values)
+        found = verdicts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values)
+        fails = np.isinf(self.cost.value)  # on some scenario, which a resample may leave out
+        found[fails[:, None] & ~fails] = "worse"
+        found[~fails[:, None] & fails] = "better"
+        return found
 
     @cached_property
     def improvement(self) -> Interval:
@@ -218,8 +222,13 @@ class Outcome:
 
     @cached_property
     def tail(self) -> Interval:
-        """The mean of the worst tenth of all runs' relative costs; infinite: one of them failed."""
-        return interval(self.relative, CVAR, generator=self.generator, draws=self.draws)
+        """The mean of the worst tenth of all runs' costs, in the cost's own unit; infinite: one of them failed."""
+        return interval(self.tuned, CVAR, generator=self.generator, draws=self.draws)
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """The arithmetic mean over scenarios of the interquartile mean of each tuned law's cost (laws,)."""
+        return np.asarray(IQM(self.tuned[:, :, None, :]).mean(axis=1))
 
     @cached_property
     def limits(self) -> np.ndarray:

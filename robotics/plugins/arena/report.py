@@ -358,14 +358,15 @@ def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
     grid = _grid(outcome, caption, columns, lambda k: (_interval(found[k], *how) for found, *how in columns.values()))
     metrics = [ALL_METRICS[term.metric] for term in outcome.arena.made_cost.terms]
     head = [f"{metric.title} [{metric.unit}]" for metric in metrics]
-    caption = "What the tuned laws' cost is made of: interquartile means of all runs."
-    parts = _grid(outcome, caption, head, lambda k: map(_number, means[:, k]))
+    caption = "What the tuned laws' cost is made of, interquartile means of all runs; and its mean over the scenarios."
+    parts = _grid(outcome, caption, [*head, "Mean cost"], lambda k: map(_number, (*means[:, k], outcome.mean[k])))
     caption = f"Interquartile means of each scenario, over {unit}'s."
     per = _grid(outcome, caption, outcome.arena.labels("test"), lambda k: map(_number, outcome.by_scenario[k]))
     text = (
         "What ranks the laws is the interquartile mean of each scenario's runs, its geometric mean over the scenarios, "
-        "so that no scenario counts for more because it is harder. Intervals are bootstraps within scenarios that draw "
-        "the same runs for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
+        "so that no scenario counts for more because it is harder; the arithmetic mean beside it is of the costs "
+        "themselves, as is the worst tenth of all runs. Intervals are bootstraps of scenarios and of runs within them, "
+        "the same for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
     )
     shown = [pictures[name] for name in ("improvement", "profiles", "front") if name in pictures]
     return Chapter("costs", "The costs, and how sure they are", text, [grid, parts], [per], shown, folded="By scenario")
@@ -476,6 +477,7 @@ def summary_table(outcome: Outcome) -> pd.DataFrame:
         ("failed", outcome.failures),
     ):
         columns |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
+    columns["mean_cost"] = outcome.mean
     columns["numbers_tuned"] = [len(entry.parameters) for entry in outcome.entries]
     columns["evaluations"] = [outcome.arena.budget(law) for law in outcome.laws]
     terms = [term.metric for term in outcome.arena.made_cost.terms]

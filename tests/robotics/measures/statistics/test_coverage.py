@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import binom, norm
 
-from robotics.measures.statistics.aggregates import CVAR, IQM, MEAN, SCENARIO_IQM, QuantileMean
+from robotics.measures.statistics.aggregates import CVAR, IQM, MEAN, SCENARIO_IQM, UNSEEN_IQM, QuantileMean
 from robotics.measures.statistics.bootstrap import contrasts
 from robotics.measures.statistics.shares import performance_profile, probability_of_improvement
 
@@ -89,6 +89,39 @@ FEWEST, MOST = binom.ppf([1e-4, 1 - 1e-4], 100, 0.95)
 @pytest.mark.parametrize("name", ["iqm", "scenario-iqm", "paired", "profile"])
 def test_intervals_hold_the_truth_as_often_as_they_say(name):
     assert FEWEST <= held(name, 30, 100, 1, draws=400) <= MOST
+
+
+def held_of_others(experiments: int, seed: int, *, scenarios: int = 32, seeds: int = 25, draws: int = 400) -> float:
+    """The same of scenarios that are drawn at random themselves: the truth is that of all of their sort."""
+    random, count, apart, spread = np.random.default_rng(seed), 0, 0.3, np.array([0.4, 0.6])
+    for _ in range(experiments):
+        hard = random.normal(size=(1, scenarios, 1))
+        centres = (
+            hard + np.array([apart, 0.0])[:, None, None] + spread[:, None, None] * random.normal(size=(2, scenarios, 1))
+        )
+        noise = random.normal(size=(1, scenarios, seeds)) + random.normal(size=(2, scenarios, seeds))
+        found = contrasts(np.exp(centres + 0.3 * noise), UNSEEN_IQM, generator=random, draws=draws)[0, 1]
+        count += bool(found.low <= np.exp(apart) <= found.high)
+    return 100 * count / experiments
+
+
+def test_intervals_over_scenarios_hold_the_truth_of_all_scenarios_of_their_sort():
+    assert FEWEST <= held_of_others(100, 1) <= MOST
+    # Within scenarios alone they would hold it far less often
+    random = np.random.default_rng(3)
+    costs = np.exp(random.normal(size=(2, 32, 1)) + 0.1 * random.normal(size=(2, 32, 25)))
+    wide, narrow = (
+        contrasts(costs, statistic, generator=np.random.default_rng(1))[0, 1]
+        for statistic in (UNSEEN_IQM, SCENARIO_IQM)
+    )
+    assert wide.value == narrow.value
+    assert wide.high / wide.low > (narrow.high / narrow.low) ** 4
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scenarios", [16, 32])
+def test_of_a_thousand_experiments_over_scenarios_95_percent_hold_the_truth(scenarios):
+    assert 93 <= held_of_others(1000, 2, scenarios=scenarios, draws=1000) <= 97
 
 
 MANY = [("iqm", 200), ("scenario-iqm", 200), ("paired", 200), ("profile", 200)]

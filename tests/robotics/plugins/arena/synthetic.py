@@ -12,7 +12,7 @@ from robotics.plugins.arena.outcome import ArenaEntry, Outcome
 from robotics.plugins.arena.work import SHOWN, Search
 from robotics.studies.tuning.cost import COST_TERMS
 
-SCENARIOS, SEEDS = 3, 40
+SCENARIOS, SEEDS = 12, 40
 SHAPE = (SCENARIOS, SEEDS)
 TEXT = """
 laws = ["fuzzy", "lyapunov", "lqr"]
@@ -26,10 +26,13 @@ path = "sine"
 path = "sine"
 [[test]]
 path = "sine"
+count = 4
 [[test]]
 path = "circle"
+count = 4
 [[test]]
 path = "eight"
+count = 4
 """
 
 

@@ -58,7 +58,7 @@ def test_a_law_that_fails_stands_last_and_is_counted():
     assert found.order[-1] == 0
     assert "Lyapunov leads" in text
     assert "Fuzzy loses the crown: Fuzzy, the best fuzzy law, fails" in text
-    assert "Of 120 runs each, these failed: Fuzzy in 17 % (11 % to 24 %)" in text  # Wilson of 20 in 120
+    assert "Of 480 runs each, these failed: Fuzzy in 4.2 % (2.7 % to 6.3 %)" in text  # Wilson of 20 in 480
 
 
 def test_where_all_fail_nobody_leads():
