@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fuzzy.words import listed
-from robotics.laws.catalogue import law_title
+from robotics.laws.catalogue import gains_of, law_title, with_gains
+from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import MARGIN
 from robotics.plugins.arena.changes import CHANGES
@@ -16,6 +17,7 @@ from robotics.plugins.arena.outcome import Outcome
 MOST_SENTENCES = 10  # sentences
 _FEW = 6  # laws that a sentence lists
 _TIMES = 2.0  # from here on a cost is "2.9 times as much", below "8 % more"
+_KNOWN = {"lead": "its feed-forward read ahead", "smooth": "a low-pass of its correction"}
 _CHEAP = 0.1  # of the leader's computing time
 
 
@@ -25,8 +27,16 @@ def answer(outcome: Outcome) -> list[str]:
     if not said.finite:
         nobody = "No law leads: each fails in more than a quarter of the runs of some scenario."
         return [nobody, *said.failures(), said.protocol()]
-    found = [said.leader(), *said.crown(), *said.distances(), *said.computing()]
-    found += [*said.effort(), *said.failures(), *said.robustness(), said.stands(), *said.tuning(), said.protocol()]
+    known = said.knowledge()
+    found = [said.leader(), *said.crown(), *known, *said.distances(), *said.computing()]
+    found += [
+        *([] if known else said.effort()),
+        *said.failures(),
+        *said.robustness(),
+        said.stands(),
+        *said.tuning(),
+        said.protocol(),
+    ]
     return found[:MOST_SENTENCES]
 
 
@@ -130,6 +140,30 @@ class _Said:
             rows = [(self.title(k), compared(self.of.pairs[k, rival], self.title(rival))) for k in fuzzy[1:3]]
             text += "; " + listed(f"{title}, also fuzzy, {words}" for title, words in rows)
         return [f"{head}{text}."]
+
+    def knowledge(self) -> list[str]:
+        """What a lead and a low-pass are worth, of laws that take part with and without, and the law among equals."""
+        known = [{*KNOWLEDGE_FIELDS} & {*gains_of(made)} for made in self.of.made]
+        bare = [
+            with_gains(made, dict.fromkeys(said)) if said else made
+            for made, said in zip(self.of.made, known, strict=True)
+        ]
+        worth = []
+        for k in self.finite:
+            without = next((n for n in self.finite if not known[n] and known[k] and self.of.made[n] == bare[k]), None)
+            if without is not None:
+                name = " and ".join(_KNOWN[part] for part in KNOWLEDGE_FIELDS if part in known[k])
+                short = self.title(without)
+                worth.append(f"with {name} {short} {compared(self.of.pairs[k, without])}")
+        alike = [k for k in self.finite if known[k] == {*KNOWLEDGE_FIELDS}]
+        if not worth:
+            return []
+        text = f"What a law is given counts: {listed(worth[:_FEW])}"
+        if len(alike) > 1:
+            ratio = self.of.pairs[alike[-1], alike[0]]
+            text += f"; among the {_number(len(alike))} laws with both, {self.title(alike[-1])}, the last, "
+            text += f"{compared(ratio, self.title(alike[0]))}"
+        return [text + "."]
 
     def distances(self) -> list[str]:
         """How far each law is from the reference."""

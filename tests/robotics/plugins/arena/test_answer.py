@@ -127,3 +127,19 @@ def test_exceptions_from_the_budget_are_told():
 )
 def test_comparisons_in_words(ratio, words):
     assert compared(ratio, "X") == words
+
+
+def test_what_a_law_is_given_is_told_apart_from_the_law():
+    laws = {
+        "lyapunov": 2.0,
+        "lyapunov:lead=auto": 1.2,
+        "lyapunov:lead=auto,smooth=0.2": 0.7,
+        "lqr:lead=auto,smooth=0.2": 0.9,
+    }
+    text = said(outcome({law: noisy(level, n) for n, (law, level) in enumerate(laws.items())}))
+    assert re.search(
+        r"with its feed-forward read ahead and a low-pass of its correction Lyapunov costs 6[45] % less", text
+    )
+    assert re.search(r"with its feed-forward read ahead Lyapunov costs (39|40|41) % less", text)
+    assert re.search(r"among the two laws with both, LQR, the last, costs (28|29|30) % more than Lyapunov", text)
+    assert "What a law is given" not in said(outcome({"fuzzy": noisy(1.0, 0), "lyapunov": noisy(1.3, 1)}))

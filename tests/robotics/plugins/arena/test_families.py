@@ -63,9 +63,9 @@ def test_the_blocks_of_an_arena_have_nothing_in_common(name):
 def test_the_default_arena_is_as_large_as_it_says():
     arena = robotics.load_arena()
     assert len(arena.laws) >= 10
-    assert len(arena.scenarios("test")) >= 8
-    assert (arena.testing_runs, arena.evaluations, arena.repeats, len(arena.engines)) == (200, 300, 2, 2)
-    assert arena.runs * len(arena.scenarios("tune")) == 8
+    assert len(arena.scenarios("test")) >= 32
+    assert (arena.testing_runs, arena.evaluations, arena.repeats, len(arena.engines)) == (25, 300, 2, 2)
+    assert arena.runs * len(arena.scenarios("tune")) == 10
     full = robotics.load_arena("full")
     assert (full.evaluations, full.runs, full.repeats) == (1000, 20, 5)
     assert (full.laws, full.test) == (arena.laws, arena.test)
