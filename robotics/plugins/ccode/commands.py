@@ -39,10 +39,11 @@ def c(
 ) -> None:
     """Write a law's control step as C99: no malloc, no library but math.h, its state in a struct.
 
-    Written can be fuzzy (with any rule base of fuzzy tracking), fuzzy-lateral, lyapunov, lqr, pid, csm, assm, qssm and
-    esm. --verify needs a C compiler, and exits with 1 if the robot with the C, in double, is not within 1e-9 m of the
-    one with the law here, in a whole run of each of three seeds, with encoders that count finely where those of the
-    robot do not tell; in float the greatest distance is printed.
+    Written can be fuzzy (with any rule base of a robot's own motion and its reference), fuzzy-lateral,
+    fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm and esm. --verify needs a C compiler, and exits with 1 if the
+    robot with the C, in double, is not within 1e-9 m of the one with the law here, in a whole run of each of three
+    seeds, with encoders that count finely where those of the robot do not tell; in float the greatest distance is
+    printed.
 
     \b
     Example:

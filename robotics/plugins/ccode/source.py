@@ -64,7 +64,7 @@ CARRIED: dict[type[Law[Any]], Carried] = {
     TrackingPID: Carried(),
     SlidingMode: Carried("(2.13) to (2.23)"),
 }
-NAMES = "fuzzy (with any rule base of fuzzy tracking), fuzzy-lateral, lyapunov, lqr, pid, csm, assm, qssm, esm"
+NAMES = "fuzzy (any rule base of tracking), fuzzy-lateral, fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm, esm"
 
 
 def carried(law: Law[Any], specification: str) -> Carried:
@@ -122,7 +122,7 @@ class _Writer:
         self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
         self.arithmetic = Arithmetic(number)
         self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
-        self.lead, self.share = [float(np.ravel(row)[0]) for row in law.knowledge_rows(setting)]
+        self.lead, self.share, *_ = [float(np.ravel(row)[0]) for row in law.knowledge_rows(setting)]
         self.limits = [float(row[0]) for row in velocity_limits(setting.robots[:1])]
         self.work = _places(type(law).works)
         self.equation = inspect.getattr_static(type(law), "equation")
@@ -257,7 +257,8 @@ class _Writer:
         zero = self.number.constant(0.0)
         if self.share < 1:
             given: list[Any] = [self.lanes[name] for name in ("command", "aim")]
-            given += [self.constant("SMOOTHING 1, of a new correction", self.share), Lane("smoothed", SmoothedColumns)]
+            given += [self.constant("SMOOTHING 1, of a new correction", self.share), self.limit]
+            given.append(Lane("smoothed", SmoothedColumns))
             body.say(f"{body.called(self.translator.function(smooth_correction, given), given).text};")
         if self.torque:
             body.say("if (isfinite(output->torque_right) && isfinite(output->torque_left)) return 1;")
@@ -299,8 +300,7 @@ class _Writer:
         body.say(f"    output->wheel_right = output->wheel_left = {zero};")
         body.say("    return 0;")
         body.say("}")
-        own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
-        limit = self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
+        limit = self.limit
         arguments = [limit, CTerm("output->v", "real"), CTerm("output->w", "real")]
         held = body.called(self.translator.function(within_limits, arguments), arguments, "held")
         half = self.read(limit, "half_axle").text
@@ -308,6 +308,12 @@ class _Writer:
         for side, sign in (("right", "+"), ("left", "-")):
             body.say(f"output->wheel_{side} = ({held.name}[0] {sign} {half} * {held.name}[1]) / {radius};")
         body.say("return 1;")
+
+    @property
+    def limit(self) -> Any:
+        """The robot's limits, as a part of the law's gains where it has them."""
+        own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
+        return self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
 
     def _source(self, step: str) -> str:
         real = self.number.name

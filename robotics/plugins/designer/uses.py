@@ -17,6 +17,7 @@ from robotics.laws.catalogue import label, make_controller, presets
 from robotics.laws.formation import leader_follower
 from robotics.laws.law import ControllerError, Law
 from robotics.laws.rules import fuzzy_team, own_rules, quantities
+from robotics.laws.rules.of_reference import CORRECTIONS
 from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -138,7 +139,8 @@ def _own_use(fis: Sugeno) -> Use:
     elif _feels(known):
         task = "obstacles"
     else:
-        return Use("fuzzy", "own", _BOTH[::-1], *_ALONE)
+        corrects = CORRECTIONS & {v.name for v in fis.outputs}
+        return Use("fuzzy-correcting" if corrects else "fuzzy", "own", _BOTH[::-1], *_ALONE)
     return Use("fuzzy", "own", _BOTH, *_TASKS[task])
 
 

@@ -120,7 +120,7 @@ def test_scenarios_give_it_to_every_law_that_can_use_it_and_a_law_can_say_otherw
     for name in ("nmpc", "fuzzy", "right-of-way"):  # what cannot use it drives as before
         law = make_controller(name)
         assert isinstance(law, EquationLaw)
-        lead, share = law.knowledge_rows(given.setting)
+        lead, share, *_ = law.knowledge_rows(given.setting)
         assert lead == 0.0
         assert (share == 1.0) == (name == "right-of-way")
 

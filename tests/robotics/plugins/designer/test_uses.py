@@ -29,6 +29,7 @@ PACKAGED = {
     "tracking-literal": ("fuzzy", "tracking", "fuzzy-off-path"),
     "tracking-tuned": ("fuzzy", "tracking", "fuzzy-off-path"),
     "tracking-cooperation-tuned": ("fuzzy", "tracking", "fuzzy-off-path"),
+    "correcting": ("fuzzy-correcting", "own", "fuzzy-off-path"),
     "cooperation": ("fuzzy-team", "cooperation", "wait-for-one"),
     "crash": ("fuzzy-team", "crash", "three-cross"),
     "obstacles": ("fuzzy-team", "obstacles", "obstacles-on-two-paths"),
