@@ -17,7 +17,9 @@ import fuzzy
 import robotics
 
 ARENA = Path(__file__).parent.parent / "reference" / "arena.csv"
+GIVEN = {"lead=": "lead", "smooth=": "low-pass"}
 NAMES = {
+    "fuzzy-correcting": "fuzzy, nine rules",
     "mppi": "MPPI",
     "nmpc": "predictive control",
     "esm": "exponential sliding mode",
@@ -69,11 +71,18 @@ def noise(seeds: int = 10) -> Figure:
     return figure
 
 
+def called(law: str) -> str:
+    """What the figure calls a law of the arena: its name, and what it is given."""
+    name, _, gains = law.partition(":")
+    given = [said for part, said in GIVEN.items() if part in gains]
+    return NAMES[name] + (f" with {' and '.join(given)}" if given else "")
+
+
 def ranking() -> Figure:
     """The arena's laws by their cost over that of tuned predictive control, as published and tuned."""
     table = pd.read_csv(ARENA)
     places = np.arange(len(table))
-    figure = Figure(figsize=(5.2, 3.2), layout="constrained")
+    figure = Figure(figsize=(5.8, 4.2), layout="constrained")
     ax = figure.subplots()
     for name, colour, said in (("published", "white", "as published"), ("tuned", "black", "tuned")):
         middle, low, high = (table[f"{name}_ratio{end}"].to_numpy() for end in ("", "_low", "_high"))
@@ -91,7 +100,7 @@ def ranking() -> Figure:
     ticks = [0.7, 1, 2, 3, 5, 10]
     ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.set_xticks([], minor=True)
-    ax.set_yticks(places, [NAMES[law.partition(":")[0]] for law in table["law"]])
+    ax.set_yticks(places, [called(law) for law in table["law"]])
     ax.invert_yaxis()
     ax.set_xlabel("cost over that of tuned predictive control")
     ax.legend(loc="upper right")
