@@ -8,9 +8,12 @@ from robotics.measures.evidence import mean_of
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.show.playback.player import player_fragment
 from robotics.show.report.chapter import Film
+from robotics.show.report.texts import ReportTexts
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
+
+TEXTS = ReportTexts("robotics.plugins.thesis")
 
 
 def mean_cell(run: Run, quantity: str) -> str:
