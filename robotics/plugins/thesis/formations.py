@@ -33,7 +33,7 @@ from robotics.plugins.learning.scatter import DRAWS, scatter
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.driving import driven
 from robotics.plugins.thesis.experiment import Effort, Experiment
-from robotics.plugins.thesis.rows import TEXTS
+from robotics.plugins.thesis.rows import TABLES, TEXTS
 from robotics.show.figures.formation_run import plot_formation
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
@@ -42,14 +42,9 @@ from robotics.simulation.scenario.reading import load_scenario
 
 _EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title
-VARIANTS = {
-    "formation:networks=NETWORKS,correction=own-pose": "networks, own posture",
-    "formation:networks=NETWORKS,correction=none": "networks, open loop",
-    "formation:networks=thesis,correction=none": "the thesis's systems",
-    "formation-teacher": "analytic law (the teacher)",
-}
+VARIANTS: dict[str, str] = TABLES.table("variants")
 # Table 5.1: the thesis's training errors, in the outputs' units
-THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
+THESIS_ERRORS: dict[str, float] = TABLES.table("printed.formation")
 
 
 # The pictures of networks over data: name, the thesis's figures, what the data are, their table and time in _Data

@@ -12,8 +12,10 @@ from robotics.show.report.texts import ReportTexts
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
+from robotics.tables.texts import TextFile
 
 TEXTS = ReportTexts("robotics.plugins.thesis")
+TABLES = TextFile("robotics.plugins.thesis", "tables.toml")
 
 
 def mean_cell(run: Run, quantity: str) -> str:

@@ -13,7 +13,7 @@ from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.plugins.thesis.recovery import Recovery, Scaling
-from robotics.plugins.thesis.rows import TEXTS, film_of, run_columns
+from robotics.plugins.thesis.rows import TABLES, TEXTS, film_of, run_columns
 from robotics.plugins.thesis.team_runs import DUELS, EXPERIMENTS, OUTAGES, RECOVERERS, TEAM_TESTS, Results
 from robotics.show.figures.run import plot_run
 from robotics.show.figures.states import plot_states
@@ -22,31 +22,8 @@ from robotics.show.report.wording import shown
 from robotics.simulation.scenario.reading import load_scenario
 
 _COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean error norm (“MSE”)")
-# Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints: missing
-# points, a mean of absolute values below 0, and for robot 3 an "MSE" of .0056 below its own |x_err| of .2842
-PRINTED_TEAMS = {
-    "unequal-lengths": {
-        "nonlinear": (("080", "116", "150"), (".00013", "0032", "0025"), ("0002", ".0057", ".0055"),
-                      (".0891", ".1345", ".1589")),
-        "fuzzy": ((".0216", ".2408", ".2842"), (".0015", "0016", ".0018"), ("-3.5e-005", "0054", ".27e-005"),
-                  (".0325", ".0493", ".0056")),
-    },
-    "start-off-paths": {
-        "nonlinear": (("0993", "1979", "0084"), (".2920", ".0334", ".0749"), ("2728", "0527", "1106"),
-                      (".4981", ".2309", ".2962")),
-        "fuzzy": (("0.040", ".110", "-0.437"), ("-0.531", "-0.201", "0.592"), ("0.060", ".091", "-0.138"),
-                  ("0.6858", "0.2619", ".8985")),
-    },
-}  # fmt: skip
-_FIGURES = {
-    "ahead-and-behind": "Figs 3.5-3.7",
-    "concentric-circles": "Figs 4.4-4.7",
-    "crossing-in-turn": "Figs 4.8-4.11",
-    "outage-10s": "Figs 4.12-4.15",
-    "outage-20s": "Figs 4.16, 4.17",
-    "unequal-lengths": "Figs 5.26-5.28",
-    "start-off-paths": "Figs 5.29-5.31",
-}
+# Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints
+PRINTED_TEAMS = TABLES.table("printed.teams")
 # Runs to play in the report
 FILMS = (
     ("outage-10s", "virtual-structure-virtual"),
@@ -151,7 +128,7 @@ def _pictures(results: Results) -> list[Picture]:
         "team-scaling": partial(plot_scaling, _scalings(results), PAGE_WIDTH),
     }
     return [
-        *(_page(results, scenario, figures) for scenario, figures in _FIGURES.items()),
+        *(_page(results, scenario, figures) for scenario, figures in TABLES.table("figures").items()),
         *(_errors(results, test) for test in TEAM_TESTS),
         *(TEXTS.picture(name, plot) for name, plot in plots.items()),
     ]

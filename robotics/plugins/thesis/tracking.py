@@ -21,7 +21,7 @@ from robotics.plugins.thesis import figures
 from robotics.plugins.thesis.claims import Needed, judged, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
-from robotics.plugins.thesis.rows import TEXTS, mean_cell
+from robotics.plugins.thesis.rows import TABLES, TEXTS, mean_cell
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -36,12 +36,7 @@ _MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
 TABLE = "table-2-1"
 # Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
-PRINTED_TRACKING = {
-    "csm": (0.0195, 0.0367, 0.0532, 0.0780, 0.0898),
-    "assm": (0.0089, 0.0180, 0.0579, 0.0682, 0.0352),
-    "qssm": (0.0191, 0.0372, 0.0287, 0.0577, 0.0479),
-    "esm": (0.0100, 0.0324, 0.0154, 0.0418, 0.0233),
-}
+PRINTED_TRACKING = {mode: tuple(row) for mode, row in TABLES.table("printed.tracking").items()}
 _COLUMNS = (  # of that table
     "mean_abs_x_error_m",
     "mean_abs_y_error_m",
