@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import Column, Columns
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.ccode.identifier import comment, identifier
 from fuzzy.plugins.ccode.numbertype import ExportError, Floating
 from fuzzy.plugins.ccode.phrases import guarded
@@ -98,8 +98,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     Raises:
         ExportError: A law or a type of numbers that is not written.
     """
-    if number not in _NUMBERS:
-        raise ExportError(expected(number, _NUMBERS, "number type of a law"))
+    check_known(number, _NUMBERS, "number type of a law", ExportError)
     how = carried(law, name)
     return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
 
