@@ -211,8 +211,7 @@ def formation_run(recipe: FormationRecipe, start: float, count: int) -> Formatio
     Raises FormationDataError where the leader does not come to the end.
     """
     pose, v, w, period = _driven(recipe.kind, start, recipe.speed, recipe.end)
-    there = pose[0, 0] >= recipe.end
-    k = int(np.argmax(there))
+    k = int(np.argmax(pose[0, 0] >= recipe.end))
     share = (recipe.end - pose[0, 0, k - 1]) / (pose[0, 0, k] - pose[0, 0, k - 1])
     times = np.linspace(0.0, (k - 1 + share) * period, count)
     tick = np.minimum((times / period).astype(int), k - 1)

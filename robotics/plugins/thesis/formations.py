@@ -123,8 +123,7 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
 
 
 def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
-    law = specification.replace("NETWORKS", str(networks))
-    return driven(need, load_scenario(need.on), law, seeds)
+    return driven(need, load_scenario(need.on), specification.replace("NETWORKS", str(networks)), seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
