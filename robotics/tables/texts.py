@@ -23,6 +23,10 @@ class TextFile:
         """The texts of a list, such as the paragraphs of a chapter or the head of a table."""
         return tuple(each.format(**values) for each in self.table(key))
 
+    def filled(self, key: str, /, **values: Any) -> dict[str, str]:
+        """The texts of a table by their keys, such as facts by a word each."""
+        return {name: each.format(**values) for name, each in self.table(key).items()}
+
     def table(self, key: str) -> Any:
         """What stands under that key, as it is: a table, such as one of the titles of columns."""
         found: Any = self._all

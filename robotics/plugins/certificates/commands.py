@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robotics.plugins.certificates.certificate import Certificate, SectorModel
     from robotics.simulation.scenario.robots import RobotModel
 
-TEXTS = TextFile("robotics.plugins.certificates")
+_TEXTS = TextFile("robotics.plugins.certificates")
 _DISTANCES = (0.0, 10.0)  # m
 
 
@@ -114,7 +114,7 @@ def certify(
     print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
     print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
     corners = len(model.vertices())
-    checked = TEXTS.text(
+    checked = _TEXTS.text(
         "checked.region", worst=worst, grid=len(grid), found=found, corners=corners, trial=trial, seed=seed
     )
     _print_proof(found.P, checked, report)
@@ -152,8 +152,8 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
         ],
         "pairs": pairs,
         **{name: getattr(found, name) for name in ("P", "decay", "slowest_pole", "worst_eigenvalue")},
-        "certified": TEXTS.texts("certified.rules", **about),
-        "not_certified": TEXTS.texts("not-certified.rules"),
+        "certified": _TEXTS.texts("certified.rules", **about),
+        "not_certified": _TEXTS.texts("not-certified.rules"),
     }
     if json:
         print_json(report)
@@ -163,7 +163,7 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
     for (d, a), K in zip(found.points, found.K, strict=True):
         print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
     print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
-    checked = TEXTS.text("checked.rules", found=found)
+    checked = _TEXTS.text("checked.rules", found=found)
     _print_proof(found.P, checked, report)
 
 
@@ -184,13 +184,13 @@ def turning(model: "SectorModel") -> str:
 
 def certified(found: "Certificate") -> tuple[str, ...]:
     """The sentences that say what the certificate certifies."""
-    return TEXTS.texts("certified.region", found=found, model=found.model, rate=rate(found.decay))
+    return _TEXTS.texts("certified.region", found=found, model=found.model, rate=rate(found.decay))
 
 
 def not_certified(found: "Certificate", machine: "RobotModel") -> tuple[str, ...]:
     """The sentences that say what the certificate does not certify, for the limits of a robot."""
     share, name = found.unsaturated(machine.robot), machine.title.partition(":")[0] or machine.name
     how = "never" if share >= 1 else "sometimes" if share > 0 else "always"
-    limits = TEXTS.text(f"saturation.{how}", found=found, name=name, percent=100 * share)
-    differs = TEXTS.table("form")[found.model.law.form].format(model=found.model)
-    return TEXTS.texts("not-certified.region", model=found.model, limits=limits, differs=differs)
+    limits = _TEXTS.text(f"saturation.{how}", found=found, name=name, percent=100 * share)
+    differs = _TEXTS.table("form")[found.model.law.form].format(model=found.model)
+    return _TEXTS.texts("not-certified.region", model=found.model, limits=limits, differs=differs)

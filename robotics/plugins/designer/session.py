@@ -127,8 +127,7 @@ class TryoutSession(FolderSession):
             self.widget.update(busy=what and {"what": what, "took": None})
 
     def _do_choose(self, content: dict[str, Any]) -> None:
-        name, value = content.get("name"), content.get("value")
-        check_known(name, _CHOICES, "choice", TryoutError)
+        name, value = check_known(content.get("name"), _CHOICES, "choice", TryoutError), content.get("value")
         choose = act_of(self, name, "_choose_")
         if choose is not None:
             choose(value)
@@ -284,9 +283,7 @@ class TryoutSession(FolderSession):
         return shown.scenario, shown.text
 
     def _what(self, content: dict[str, Any]) -> str:
-        what = content.get("what")
-        check_known(what, folderfiles.TEXT_KINDS, "text", TryoutError)
-        return str(what)
+        return check_known(content.get("what"), folderfiles.TEXT_KINDS, "text", TryoutError)
 
     def _desk(self, content: dict[str, Any]) -> TextDesk:
         what = self._what(content)

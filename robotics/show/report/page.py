@@ -33,7 +33,7 @@ from robotics.show.report.wording import reading
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.studies.comparison import Comparison, terms
 
-TEXTS = ReportTexts("robotics.show.report")
+_TEXTS = ReportTexts("robotics.show.report")
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
@@ -181,7 +181,7 @@ def _leads(found: Sequence[Lead]) -> Picture:
     )
     better = _better(lead.title for lead in found if lead.larger)
     wide, narrow = partial(plot_leads, found), partial(plot_leads, found, PAGE_WIDTH, 1)
-    return TEXTS.picture("verdicts", wide, narrow, better=better, leading=said)
+    return _TEXTS.picture("verdicts", wide, narrow, better=better, leading=said)
 
 
 # What is drawn -------------------------------------------------------------------------------------------------
@@ -212,7 +212,7 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
     about["better"] = _better(metric.title for metric in shown.values() if metric.larger)
 
     def picture(kind: str, draw: Callable[[], Figure], suffix: str = "", of: str = "") -> Picture:
-        return TEXTS.picture(f"{slug}-{kind}{suffix}", draw, key=kind, of=of, **about)
+        return _TEXTS.picture(f"{slug}-{kind}{suffix}", draw, key=kind, of=of, **about)
 
     metrics = partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH)
     pictures = [picture("metrics", metrics), picture("paths", drawn(plot_paths))]
