@@ -131,7 +131,7 @@ def formation_data(recipe: FormationRecipe) -> FormationTable:
         The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
     """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
-    meanings = LEARNING_TEXTS.table("columns")
+    meanings: dict[str, tuple[str, str]] = LEARNING_TEXTS.table("columns")
     columns = [DataColumn(name, *meanings[name], name in _OUTPUTS) for name in recipe.inputs + _OUTPUTS]
     return FormationTable(tuple(columns), np.round(values, 6) + 0.0)  # + 0.0: no -0
 

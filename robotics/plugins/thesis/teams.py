@@ -25,11 +25,7 @@ _COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean
 # Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints
 PRINTED_TEAMS = TABLES.table("printed.teams")
 # Runs to play in the report
-FILMS = (
-    ("outage-10s", "virtual-structure-virtual"),
-    ("outage-10s", "virtual-structure"),
-    ("start-off-paths", "cooperation"),
-)
+FILMS: list[tuple[str, str]] = [(on, law) for on, law in TABLES.table("films")]
 
 
 def chapter_of(results: Results) -> Chapter:

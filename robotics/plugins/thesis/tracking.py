@@ -37,13 +37,7 @@ REALISATIONS = ("torque", "velocity")
 TABLE = "table-2-1"
 # Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
 PRINTED_TRACKING = {mode: tuple(row) for mode, row in TABLES.table("printed.tracking").items()}
-_COLUMNS = (  # of that table
-    "mean_abs_x_error_m",
-    "mean_abs_y_error_m",
-    "mean_abs_heading_error_rad",
-    "mean_error_norm",
-    "mean_speed_error_mps",
-)
+_COLUMNS = TABLES.table("columns")  # of that table
 CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
 _STARTS = "random starts"
 ON_THE_SINE = "lyapunov-sine, started on it"
