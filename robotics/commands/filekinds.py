@@ -4,6 +4,7 @@ A kind of TOML file that is registered here has its explanation, its JSON schema
 and a rule base are no TOML: each has a template to begin with and to be changed.
 """
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -43,7 +44,7 @@ class FileKind:
         return {kind: tomllib.loads(_packaged(f"{file}.toml")) for kind, file in self.templates.items()}
 
 
-_ABOUT = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_ABOUT = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
 FILE_KINDS = {name: FileKind(**about) for name, about in _ABOUT.items()}
 
 
