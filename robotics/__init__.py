@@ -45,40 +45,10 @@ imported by the names that they had up to version 0.2, and Python says by which 
 from fuzzy.lazynames import lazy_names
 from fuzzy.renamed import redirect
 
-_MOVED = """
-    world.vehicle world.paths world.radio world.environment world.sensing world.random_streams simulation.scenario
-    measures.statistics studies.tuning studies.arena show.figures show.playback show.report show.designer
-    show.designer.starts plugins.ccode plugins.logs plugins.reinforcement plugins.thesis
-"""
-_APART = """
-    laws.avoidance.fuzzy_hierarchy:thesis.fuzzy_hierarchy laws.predictive:predictive
-    laws.tracking.neural:reinforcement.neural laws.tracking.observed:reinforcement.observed
-    laws.tracking.policyfile:reinforcement.policyfile show.designer:designer show.figures.arena:arena.figures
-    show.figures.certificate:certificates.figures show.figures.formations:learning.figures
-    show.figures.laws:thesis.figures show.figures.recovery:thesis.figures show.report.arena:arena.report
-    show.report.learning:learning.report studies.arena:arena studies.certificate:certificates.certificate
-    studies.compensation:certificates.compensation studies.learning.drivedata:logs.drivedata
-    studies.learning:learning studies.lemma:thesis.lemma studies.recovery:thesis.recovery
-    studies.scaling:thesis.recovery studies.stress:stress
-    plugins.ccode.body:ccode.translation plugins.ccode.expressions:ccode.translation plugins.ccode.carried:ccode.source
-    plugins.ccode.pythonsource:ccode.translation plugins.designer.foldersession:designer.folderfiles
-    plugins.designer.seedrounds:designer.severalseeds plugins.designer.textdesk:designer.folderfiles
-    plugins.learning.courses:learning.demonstrations plugins.learning.fresh:learning.formationlearning
-    plugins.learning.rulefitting:learning.imitation plugins.logs.resampling:logs.drivedata
-    plugins.logs.scene:logs.content plugins.logs.topics:logs.drive plugins.reinforcement.agents:reinforcement.episodes
-    plugins.reinforcement.sb3:reinforcement.training plugins.reinforcement.teamcolumns:reinforcement.observed
-"""  # earlier places of what is a plug-in now, or in another module of one, and that plug-in
-_MERGED = """
-    commands.templatefiles:commands.filekinds laws.preset:laws.law measures.emergencies:measures.avoidance
-    show.figures.progress:show.figures.team show.figures.sonar:show.figures.modes simulation.state:simulation.loop
-    simulation.scenario.sensortable:simulation.scenario.robots tables.lines:tables.text
-    world.paths.level:world.paths.references
-"""  # modules that are a part of another one now
+# What was elsewhere once: a line has the earlier name of a module or a folder, and the present one
+_MOVED = __loader__.get_data(f"{__path__[0]}/moved.txt").decode().split()
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
-    {f"robotics.{name.rpartition('.')[2]}": f"robotics.{name}" for name in _MOVED.split()}
-    | {f"robotics.{name}": f"robotics.{now}" for name, _, now in (s.partition(":") for s in _MERGED.split())}
-    | {f"robotics.{name}": f"robotics.plugins.{now}" for name, _, now in (s.partition(":") for s in _APART.split())}
-    | {"robotics.experiments": "robotics.studies"},
+    {f"robotics.{old}": f"robotics.{new}" for old, new in zip(_MOVED[::2], _MOVED[1::2], strict=True)},
     lasting={"robotics.quantity": "fuzzy.quantity"},  # which laws of one's own import
 )

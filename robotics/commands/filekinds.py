@@ -4,6 +4,7 @@ A kind of TOML file that is registered here has its explanation, its JSON schema
 and a rule base are no TOML: each has a template to begin with and to be changed.
 """
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -43,43 +44,8 @@ class FileKind:
         return {kind: tomllib.loads(_packaged(f"{file}.toml")) for kind, file in self.templates.items()}
 
 
-FILE_KINDS: dict[str, FileKind] = {
-    "scenario": FileKind(
-        "a scenario",
-        "robotics.simulation.scenario.keys:scenario_table",
-        "robotics.simulation.scenario.reading:parse_scenario",
-        "robotics check FILE, then robotics run FILE",
-        {kind: f"scenario-{kind}" for kind in ("tracking", "team", "formation")},
-    ),
-    "robot": FileKind(
-        "a robot",
-        "robotics.simulation.scenario.keys:robot_file_table",
-        "robotics.simulation.scenario.robots:parse_robot",
-        "robotics robot FILE",
-        {"robot": "robot"},
-    ),
-    "sweep": FileKind(
-        "a sweep",
-        "robotics.show.report.keys:sweep_table",
-        "robotics.show.report.plan:parse_study",
-        "robotics sweep FILE",
-        {"sweep": "sweep"},
-    ),
-    "tuning": FileKind(
-        "a tuning",
-        "robotics.studies.tuning.file:tuning_table",
-        "robotics.studies.tuning.file:parse_tuning",
-        "robotics tune fuzzy lyapunov-sine --space FILE",
-        {"tuning": "tuning"},
-    ),
-    "study": FileKind(
-        "a study",
-        "robotics.show.report.keys:study_table",
-        "robotics.show.report.plan:parse_study",
-        "robotics study FILE",
-        {"study": "study"},
-    ),
-}
+_ABOUT = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
+FILE_KINDS = {name: FileKind(**about) for name, about in _ABOUT.items()}
 
 
 def file_kind(name: str) -> FileKind:

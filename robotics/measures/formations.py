@@ -152,8 +152,7 @@ def rms_place_error(run: Run) -> np.ndarray:
     """The root mean square of the place errors [m] (runs, robots), over the same time; infinite where there is none."""
     errors = _in_formation(run)
     count = np.isfinite(errors).sum(axis=-1)
-    mean = np.nansum(errors**2, axis=-1) / np.maximum(count, 1)
-    return np.where(count > 0, np.sqrt(mean), np.inf)
+    return np.where(count > 0, np.sqrt(np.nansum(errors**2, axis=-1) / np.maximum(count, 1)), np.inf)
 
 
 _FORMATION = ("formation",)

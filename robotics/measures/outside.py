@@ -99,8 +99,7 @@ def _left(values: np.ndarray, universe: tuple[float, float]) -> tuple[float, flo
     out = known[(known < low - slack) | (known > high + slack)]
     if not len(out) or len(out) < SELDOM * len(known):
         return None
-    beyond = np.maximum(low - out, out - high)
-    return float(out[np.argmax(beyond)]), len(out) / len(known)
+    return float(out[np.argmax(np.maximum(low - out, out - high))]), len(out) / len(known)
 
 
 def _how_far(one: OutsideInput) -> float:

@@ -162,8 +162,7 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 def _last(values: np.ndarray) -> np.ndarray:
     """The last known sample of each robot."""
-    known = np.isfinite(values)
-    last = values.shape[-1] - 1 - np.argmax(known[..., ::-1], axis=-1)
+    last = values.shape[-1] - 1 - np.argmax(np.isfinite(values)[..., ::-1], axis=-1)
     return np.take_along_axis(values, last[..., None], axis=-1)[..., 0]
 
 

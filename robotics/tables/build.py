@@ -11,7 +11,7 @@ from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError, concerning
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import accepted, got, is_number
 from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
 
@@ -113,8 +113,7 @@ class Builder:
         if "shape" not in table:
             raise self.fault(f"{what} lacks shape, one of {', '.join(kinds)}").about(*keys)
         shape = table.pop("shape")
-        if not isinstance(shape, str) or shape not in kinds:
-            raise self.fault(expected(str(shape), kinds, f"{what.split()[-1]} shape")).about(*keys, "shape")
+        check_known(shape, kinds, f"{what.split()[-1]} shape", self.fault, *keys, "shape")
         return self.build(kinds[shape], table, keys, ("shape",))
 
     def tables(self, value: Any, keys: Keys) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.compiled.columns import Column, Columns
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.ccode.identifier import comment, identifier
 from fuzzy.plugins.ccode.numbertype import ExportError, Floating
 from fuzzy.plugins.ccode.phrases import guarded
@@ -31,8 +31,10 @@ from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
 from robotics.plugins.ccode.translation import CFunction, Translator, parsed
+from robotics.tables.texts import TextFile
 from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
+_TEXTS = TextFile("robotics.plugins.ccode")
 _NUMBERS = ("double", "float")
 _SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
 AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
@@ -109,8 +111,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     Raises:
         ExportError: A law or a type of numbers that is not written.
     """
-    if number not in _NUMBERS:
-        raise ExportError(expected(number, _NUMBERS, "number type of a law"))
+    check_known(number, _NUMBERS, "number type of a law", ExportError)
     how = carried(law, name)
     if isinstance(law, OwnRules) and law.own is None:
         law, how = replace(law.tracker, smooth=law.smooth), _FUZZY
@@ -346,53 +347,35 @@ class _Writer:
 
     def _header(self, inputs: tuple[str, ...], outputs: tuple[str, ...], look_ahead: float) -> str:
         name, upper, real = self.name, self.name.upper(), self.number.name
-        said = {
-            "v": "m/s: the speed that the law wants",
-            "w": "rad/s: the turn rate that the law wants",
-            "wheel_right": "rad/s: the right wheel's speed, within the robot's limits",
-            "wheel_left": "rad/s: the left wheel's speed",
-            "torque_right": "N m: the right wheel's torque",
-            "torque_left": "N m: the left wheel's torque",
-        }
-        fields = [f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead)} */" for f in inputs]
+        said = _TEXTS.table("outputs")
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
-        state = state or ["    int nothing; /* this law remembers nothing */"]
-        told = [f"    {real} {f}; /* {said[f]} */" for f in outputs]
-        structs = {"input": fields, "state": state, "output": told}
+        structs = {
+            "input": [f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead)} */" for f in inputs],
+            "state": state or [_TEXTS.text("nothing")],
+            "output": [f"    {real} {f}; /* {said[f]} */" for f in outputs],
+        }
         first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
-        doc = f" by {self.how.sections}" if self.how.sections else ""
-        period = self.number.constant(self.setting.period)
-        declared = [
-            f"#define {upper}_PERIOD_S {period}",
-            *([f"#define {upper}_LOOK_AHEAD_S {self.number.constant(look_ahead)}"] if AIM_SYMBOLS[0] in inputs else []),
-            "",
-            *(line for kind, rows in structs.items() for line in ("typedef struct {", *rows, f"}} {name}_{kind};", "")),
-            "/* Nothing is remembered yet. */",
-            f"void {name}_init({name}_state *state);",
-            "",
-            "/* One step; returns 1, or 0 where the command is not finite: the robot must stop. */",
-            f"int {name}_step({name}_state *state, const {name}_input *input, {name}_output *output);",
-        ]
-        text = [
-            f"/* The control step of the law {comment(name)}{doc}, for one robot, in {real}.",
-            " *",
-            f" * Call it every {self.setting.period:g} s:",
-            " *",
-            f" *     static {name}_state state;",
-            f" *     {name}_init(&state);",
-            " *     while (wait_for_timer()) {",
-            f" *         {name}_input input = {{0}};",
-            " *         input.x = ...; ...",
-            f" *         {name}_output output;",
-            f" *         if (!{name}_step(&state, &input, &output)) stop();",
-            f" *         drive(output.{first}, output.{second});",
-            " *     }",
-            " *",
-            " * Frames by REP 103: x ahead, y to the left, headings counter-clockwise. It allocates nothing, and all",
-            " * that it remembers is in the state: several robots, several states. */",
-            *guarded(name, declared),
-        ]
-        return "\n".join(text)
+        ahead = self.number.constant(look_ahead) if AIM_SYMBOLS[0] in inputs else ""
+        typedefs = [_TEXTS.text("struct", name=name, kind=k, fields="\n".join(rows)) for k, rows in structs.items()]
+        declared = _TEXTS.text(
+            "declared",
+            name=name,
+            upper=upper,
+            period=self.number.constant(self.setting.period),
+            look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
+            structs="\n".join(typedefs),
+        )
+        head = _TEXTS.text(
+            "head",
+            name=name,
+            law=comment(name),
+            sections=f" by {self.how.sections}" if self.how.sections else "",
+            real=real,
+            seconds=self.setting.period,
+            first=first,
+            second=second,
+        )
+        return "\n".join([head, *guarded(name, declared.split("\n"))])
 
 
 def rule_bases(law: Any, how: Carried) -> dict[int, tuple[str, Sugeno]]:

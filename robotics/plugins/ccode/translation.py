@@ -245,8 +245,7 @@ class Expressions:
             elif not isinstance(a, KnownValue):
                 given.append(a.text)
         if not isinstance(function.result, Row):
-            text = f"{function.name}({', '.join(given)})"
-            return CTerm(text, function.result or "real")
+            return CTerm(f"{function.name}({', '.join(given)})", function.result or "real")
         left = spoken(wanted) if wanted and wanted not in self.env and wanted not in self.open else ""
         if not left:
             self.temporary += 1
@@ -345,8 +344,7 @@ class CFunction(Expressions):
     def assign(self, target: ast.expr, value: Any) -> None:
         """Let a name, a tuple of names or an entry of a table be a value."""
         if isinstance(target, ast.Tuple):
-            parts = self.taken_apart(value)
-            for one, part in zip(target.elts, parts, strict=True):
+            for one, part in zip(target.elts, self.taken_apart(value), strict=True):
                 self.assign(one, part)
         elif isinstance(target, ast.Name):
             self._named(target.id, value)

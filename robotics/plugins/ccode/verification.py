@@ -120,8 +120,7 @@ class InC(Law[Any]):
         """Let every robot make its step."""
         road, limits, robots, states, lead = memory
         shape, sources = seen.x.shape, self.c.sources
-        names = ("x", "y", "heading", "v", "w")
-        columns = dict(zip(names, seen[1:6], strict=True))
+        columns = dict(zip(("x", "y", "heading", "v", "w"), seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
         if np.any(lead):
             columns["at_v"], columns["at_w"] = rows_at(road, np.full(len(road.lengths), seen.time) + lead)[3:5]
@@ -220,6 +219,5 @@ def _watched(compiler: Compiler, folder: Path, files: CLawFiles, codes: list[Pat
     run_program(program, str(asked), str(said))
     real = _REAL[files.number][1]
     before = np.frombuffer(b"".join(steps["outputs"]), real)
-    after = np.frombuffer(said.read_bytes(), real)
-    if not np.allclose(before, after, rtol=1e-6, atol=1e-6):
+    if not np.allclose(before, np.frombuffer(said.read_bytes(), real), rtol=1e-6, atol=1e-6):
         raise ExportError(f"{files.sources.name}: other answers under the sanitizers")

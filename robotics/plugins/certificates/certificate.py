@@ -281,8 +281,7 @@ def _inequalities(cp: Any, vertices: np.ndarray, scale: np.ndarray) -> tuple[Any
     """
     q = cp.Variable((3, 3), symmetric=True)
     rate = cp.Parameter(nonneg=True)
-    scaled = vertices * scale / scale[:, None]
-    matrices = [a @ q + q @ a.T + 2 * rate * q for a in scaled]
+    matrices = [a @ q + q @ a.T + 2 * rate * q for a in vertices * scale / scale[:, None]]
     return q, matrices, [q[0, 1] == 0, q[0, 2] == 0], rate
 
 

@@ -10,6 +10,7 @@ from fuzzy.commands.shared import check_plot
 from fuzzy.shell.options import FieldOptions, Json, Shown, option
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import robots
+from robotics.tables.texts import TextFile
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from robotics.plugins.certificates.certificate import Certificate, SectorModel
     from robotics.simulation.scenario.robots import RobotModel
 
+_TEXTS = TextFile("robotics.plugins.certificates")
 _DISTANCES = (0.0, 10.0)  # m
 
 
@@ -111,11 +113,9 @@ def certify(
     print(f"law:    v = v_r cos ψ + {gains.kx:g} x,  {turning(model)}")
     print(f"decay:  {rate(found.decay)} 1/s (the greatest of any common P: {rate(found.fastest)})")
     print(f"region: e'Pe <= 1, reaching to x ±{x:.3g} m, y ±{y:.3g} m, ψ ±{psi:.3g} rad")
-    checked = (
-        f"The greatest eigenvalue of A'P + PA is {worst:.3g} at {len(grid):,} points of the premises and "
-        f"{found.worst_eigenvalue:.3g} at their {len(model.vertices())} corners.\n"
-        f"- V = e'Pe rose in {trial.increases} of {trial.steps:,} simulated steps of the nonlinear error from the "
-        f"region's boundary (seed {seed}); the slowest fell at {trial.slowest:.3g} 1/s."
+    corners = len(model.vertices())
+    checked = _TEXTS.text(
+        "checked.region", worst=worst, grid=len(grid), found=found, corners=corners, trial=trial, seed=seed
     )
     _print_proof(found.P, checked, report)
 
@@ -142,6 +142,8 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
             f"each pair alone has its poles left of {found.slowest_pole:.3g} 1/s; give a lower --alpha, or a narrower "
             "--distance"
         )
+    about = {"all": law.distances.size * law.alphas.size, "rules": rules, "alpha": alpha, "distance": distance}
+    about["rate"] = rate(found.decay)
     report = {
         "law": {"rule_base": rule_base, "look_ahead": law.look_ahead},
         "rules": [
@@ -150,18 +152,8 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
         ],
         "pairs": pairs,
         **{name: getattr(found, name) for name in ("P", "decay", "slowest_pole", "worst_eigenvalue")},
-        "certified": [
-            f"Of {law.distances.size * law.alphas.size} rules the {rules} with |alpha| <= {alpha:g} rad and "
-            f"{distance[0]:g} <= d <= {distance[1]:g} m: their linear models under their gains, both blended by the "
-            f"rules' firing strengths, however these change: the error shrinks, as √(X'PX), at least as fast as "
-            f"e^(−{rate(found.decay)} t)."
-        ],
-        "not_certified": [
-            "The nonlinear error: the models are linearised about the rules' operating points, so the proof is local, "
-            "and no region is certified.",
-            "The rules left out, and references that need them; the robot's motors, latency, noise and limits.",
-            "The singleton fuzzy rule base (controller fuzzy), which shares the sets but not the gains.",
-        ],
+        "certified": _TEXTS.texts("certified.rules", **about),
+        "not_certified": _TEXTS.texts("not-certified.rules"),
     }
     if json:
         print_json(report)
@@ -171,7 +163,7 @@ def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: 
     for (d, a), K in zip(found.points, found.K, strict=True):
         print(f"{d:8.3g} {a:8.3g}" + "".join(f"{round(value, 3) + 0.0:9.3f}" for value in K.ravel()))
     print(f"\ndecay:  {rate(found.decay)} 1/s, common to {pairs} pairs of {rules} rules")
-    checked = f"The greatest eigenvalue of Q'P + PQ over the pairs is {found.worst_eigenvalue:.3g}."
+    checked = _TEXTS.text("checked.rules", found=found)
     _print_proof(found.P, checked, report)
 
 
@@ -190,43 +182,15 @@ def turning(model: "SectorModel") -> str:
     return f"ω = ω_r + {speed} ({law.ky:g} y + {law.kpsi:g} sin ψ)"
 
 
-def certified(found: "Certificate") -> list[str]:
+def certified(found: "Certificate") -> tuple[str, ...]:
     """The sentences that say what the certificate certifies."""
-    model = found.model
-    return [
-        f"In continuous time, every tracking error that starts in the region stays in it and shrinks, as √(e'Pe), at "
-        f"least as fast as e^(−{rate(found.decay)} t).",
-        f"This holds for every reference with {model.speed_low:g} <= v_r <= {model.speed_high:g} m/s and "
-        f"|ω_r| <= {model.reference_turn:g} rad/s, however v_r and ω_r change in time.",
-        f"The premises hold because of the region: in it |ψ| <= {found.half_widths[2]:.3g} rad (asked: "
-        f"{model.heading:g}) and |ω| <= {found.largest_turn:.3g} rad/s (asked: {model.turn:g}).",
-    ]
+    return _TEXTS.texts("certified.region", found=found, model=found.model, rate=rate(found.decay))
 
 
-def not_certified(found: "Certificate", machine: "RobotModel") -> list[str]:
+def not_certified(found: "Certificate", machine: "RobotModel") -> tuple[str, ...]:
     """The sentences that say what the certificate does not certify, for the limits of a robot."""
-    model, share, name = found.model, found.unsaturated(machine.robot), machine.title.partition(":")[0] or machine.name
-    if share >= 1:
-        limits = f"Saturation plays no part: in the region no command meets a limit of the robot ({name})."
-    elif share > 0:
-        limits = (
-            f"Saturation: the robot's limits ({name}) are met by no command only within {100 * share:.0f} % of the "
-            f"region's half-widths (which no trajectory leaves either); |v| may reach {found.largest_speed:.3g} m/s "
-            "at its rim."
-        )
-    else:
-        limits = f"Saturation: such a reference alone may need all that the robot's wheels can give ({name})."
-    differs = (
-        f"The law with another catch_up: the certificate is for {model.law.catch_up:g} m/s."
-        if model.law.form == "2.32"
-        else "The form (2.32) of the law, which is the default of the controller lyapunov: this is (2.31)."
-    )
-    return [
-        "The robot: motors and wheel loops that lag, latency, commands held for 50 ms, noisy measurements.",
-        limits,
-        f"References slower than {model.speed_low:g} m/s, at rest (the end of a path) or backwards.",
-        'Starts outside the region: nothing is said about them, neither way; "globally" does not follow.',
-        "The singleton fuzzy rule base (controller fuzzy): this is the Lyapunov (Kanayama) law, a parallel distributed "
-        "compensator of the Takagi-Sugeno model of its error.",
-        differs,
-    ]
+    share, name = found.unsaturated(machine.robot), machine.title.partition(":")[0] or machine.name
+    how = "never" if share >= 1 else "sometimes" if share > 0 else "always"
+    limits = _TEXTS.text(f"saturation.{how}", found=found, name=name, percent=100 * share)
+    differs = _TEXTS.table("form")[found.model.law.form].format(model=found.model)
+    return _TEXTS.texts("not-certified.region", model=found.model, limits=limits, differs=differs)

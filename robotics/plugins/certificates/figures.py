@@ -72,8 +72,7 @@ def _draw_region(
 
 
 def _draw_decay(ax: Axes, certificate: Certificate, trial: CertificateTrial) -> None:
-    root = np.sqrt(trial.levels)
-    ax.semilogy(trial.time, root, **_TRAJECTORY)
+    ax.semilogy(trial.time, np.sqrt(trial.levels), **_TRAJECTORY)
     bound = np.exp(-certificate.decay * trial.time)
     ax.semilogy(trial.time, bound, **_REGION, label=f"certified: $e^{{-{certificate.decay:.3g}\\,t}}$")
     ax.legend(loc="lower left")  # what falls leaves this corner free

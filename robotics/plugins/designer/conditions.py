@@ -8,7 +8,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from robotics.laws.specification import Specification
 from robotics.plugins.designer.uses import TryoutError
 from robotics.simulation.scenario import robots as models
@@ -38,8 +38,7 @@ def _scenario(name: str, text: str | None, folder: str, _: object) -> Scenario:
     if text is not None:
         with reading(text, file_name(name), ScenarioError) as table:
             return scenario_from_table(_without_files(table), PurePath(name).stem, _home(name, folder))
-    if name not in scenario_names():
-        raise TryoutError(expected(name, scenario_names(), "scenario"))
+    check_known(name, scenario_names(), "scenario", TryoutError)
     return load_scenario(name)
 
 
@@ -147,8 +146,7 @@ def robot_from(name: str, text: str | None) -> RobotModel:
     """The robot called ``name`` of the package, or that of a ``text``. Raises RobotError or TryoutError."""
     if text is not None:
         return parse_robot(text, PurePath(name).stem, file_name(name))
-    if name not in robot_names():
-        raise TryoutError(expected(name, robot_names(), "robot"))
+    check_known(name, robot_names(), "robot", TryoutError)
     return load_robot(name)
 
 

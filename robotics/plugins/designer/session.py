@@ -16,7 +16,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
@@ -127,9 +127,7 @@ class TryoutSession(FolderSession):
             self.widget.update(busy=what and {"what": what, "took": None})
 
     def _do_choose(self, content: dict[str, Any]) -> None:
-        name, value = content.get("name"), content.get("value")
-        if name not in _CHOICES:
-            raise TryoutError(expected(str(name), _CHOICES, "choice"))
+        name, value = check_known(content.get("name"), _CHOICES, "choice", TryoutError), content.get("value")
         choose = act_of(self, name, "_choose_")
         if choose is not None:
             choose(value)
@@ -189,8 +187,7 @@ class TryoutSession(FolderSession):
         if self.choices is None:
             raise TryoutError("the panel is not ready yet")
         known = [n for pairs in self.choices["rivals"].values() for n, _ in pairs]
-        if value not in known:
-            raise TryoutError(expected(str(value), known, "law to compare with"))
+        check_known(value, known, "law to compare with", TryoutError)
         self.forget_file("rival")
         self._set_rival(value, None)
 
@@ -234,8 +231,7 @@ class TryoutSession(FolderSession):
     def _choose_law(self, value: Any) -> None:
         """Take another of the laws that the system fits; a scenario that it does not drive gives way."""
         laws = {f"{law}/{task}": (law, task, kinds) for law, task, _, kinds in self.course.get("laws", [])}
-        if value not in laws:
-            raise TryoutError(expected(str(value), laws, "law"))
+        check_known(value, laws, "law", TryoutError)
         law, task, kinds = laws[value]
         wish = replace(self.wish, law=law, task=task)
         if self.course["kind"] not in kinds:
@@ -287,10 +283,7 @@ class TryoutSession(FolderSession):
         return shown.scenario, shown.text
 
     def _what(self, content: dict[str, Any]) -> str:
-        what = content.get("what")
-        if what not in folderfiles.TEXT_KINDS:
-            raise TryoutError(expected(str(what), folderfiles.TEXT_KINDS, "text"))
-        return str(what)
+        return check_known(content.get("what"), folderfiles.TEXT_KINDS, "text", TryoutError)
 
     def _desk(self, content: dict[str, Any]) -> TextDesk:
         what = self._what(content)

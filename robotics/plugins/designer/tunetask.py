@@ -20,7 +20,7 @@ import numpy as np
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_json
 from fuzzy.files.fisfile import format_fis, parse_fis
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer import autosave
 from fuzzy.plugins.designer.longtask import Report
 from fuzzy.system import Sugeno
@@ -134,8 +134,7 @@ def checked(choice: dict[str, Any]) -> None:
         least = 0 if name == "seed" else 1
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             raise TuningError(f"{name} must be a whole number from {least} to {most}; got {value!r}").about(name)
-    if choice["engine"] not in OFFERED_ENGINES:
-        raise TuningError(expected(str(choice["engine"]), OFFERED_ENGINES, "engine")).about("engine")
+    check_known(choice["engine"], OFFERED_ENGINES, "engine", TuningError, "engine")
     for name in ("symmetric", "noise"):
         if not isinstance(choice[name], bool):
             raise TuningError(f"{name} must be true or false; got {choice[name]!r}").about(name)
@@ -145,8 +144,7 @@ def checked(choice: dict[str, Any]) -> None:
     if not choice["move"]:
         raise TuningError("choose what may move").about("move")
     for part in choice["move"]:
-        if part not in PARTS:
-            raise TuningError(expected(part, PARTS, "part that can move")).about("move")
+        check_known(part, PARTS, "part that can move", TuningError, "move")
     if not choice["scenarios"]:
         raise TuningError("choose at least one scenario to tune on").about("scenarios")
     _check_terms(choice["terms"])
@@ -156,8 +154,7 @@ def _check_terms(terms: Any) -> None:
     if not isinstance(terms, list) or not all(isinstance(term, list) and len(term) == 3 for term in terms):
         raise TuningError("a term of the cost is a metric, a scale and a weight").about("terms")
     for name, scale, weight in terms:
-        if name not in ALL_METRICS:
-            raise TuningError(expected(str(name), ALL_METRICS, "metric")).about("terms")
+        check_known(name, ALL_METRICS, "metric", TuningError, "terms")
         for what, value, least in (("scale", scale, "> 0"), ("weight", weight, ">= 0")):
             right = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
             if not right or value < 0 or (what == "scale" and value == 0):

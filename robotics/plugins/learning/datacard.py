@@ -17,7 +17,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import Law
 from robotics.plugins.learning.datatable import DataColumn
-from robotics.plugins.learning.formationdata import FormationRecipe
+from robotics.plugins.learning.formationdata import LEARNING_TEXTS, FormationRecipe
 from robotics.plugins.learning.scatter import NEIGHBOURS, SHARE, scatter
 from robotics.plugins.learning.scenariodata import ScenarioRecipe
 from robotics.simulation.scenario.description import Scenario
@@ -101,41 +101,25 @@ def _table(head: Sequence[str], rows: Any) -> list[str]:
 
 def thesis_facts(recipe: FormationRecipe, command: str) -> dict[str, str]:
     """What there is to say of a set of the thesis's kinds; ``command`` is what made it."""
-    literal, starts = recipe.kind == "literal", ", ".join(f"{x:g}" for x in recipe.starts)
-    teacher = FormationTeacher(speed=recipe.speed, speeds="literal" if literal else "lead")
-    facts = {
-        "what": "what leader and followers do as thesis 5.2.1 describes it; no function of the inputs"
-        if literal
-        else "the law of robotics/laws/formation/leader_follower.py, as a function of its inputs",
-        "made by": f"`{command}`",
-        "scenario": f"y = 0.5 cos x, followers 1 m to either side; the leader starts at x = {starts} m",
-        "teacher": f"formation-teacher: {gains(teacher)}",
-        "plant": "kinematic, no noise",
-        "seeds": "nothing is random" if literal else f"seed {recipe.seed}, stream {recipe.stream}",
-    }
-    if not literal:
-        names = {"coverage": "", "jitter": "", "lateral": " m", "heading": " rad", "lead": " m"}
-        facts["displaced"] = ", ".join(f"{name} {getattr(recipe, name):g}{unit}" for name, unit in names.items())
-    return facts
+    teacher = FormationTeacher(speed=recipe.speed, speeds="literal" if recipe.kind == "literal" else "lead")
+    about = {"recipe": recipe, "command": command, "starts": ", ".join(f"{x:g}" for x in recipe.starts)}
+    return LEARNING_TEXTS.filled(f"facts.{recipe.kind}", **about, gains=gains(teacher))
 
 
 def robot_facts(scenario: Scenario, recipe: ScenarioRecipe, command: str) -> dict[str, str]:
     """What there is to say of a set that was made of ``scenario``; ``command`` is what made it."""
-    last = recipe.seeds.stop + recipe.places * recipe.starts - 1
-    runs = f"{recipe.seeds.start} to {recipe.seeds.stop - 1}" if recipe.runs else "none"
-    return {
-        "what": f"what {len(scenario.robots)} robots know, each its own, and what the teacher commands them then",
-        "made by": f"`{command}`",
-        "scenario": scenario.name + (f": {scenario.title}" if scenario.title else ""),
-        "teacher": f"{recipe.teacher}: {gains(make_controller(recipe.teacher))}".removesuffix(": "),
-        "plant": f"{scenario.plant}, commands every {scenario.period:g} s, {scenario.latency:g} s late",
-        "noise": noise(scenario.setting.sensing),
-        "seeds": f"runs from the scenario's starts: {runs}; displaced: {recipe.seeds.stop} to {last}; draws: "
-        f"{recipe.seed}, stream {recipe.stream}",
-        "displaced": f"{recipe.displaced:g} of the rows, from {recipe.places} times of the timing, {recipe.starts} "
-        f"starts each, {recipe.span:g} s long: up to ±{recipe.lead:g} m along the path, ±{recipe.lateral:g} m aside, "
-        f"±{recipe.heading:g} rad turned",
-    }
+    return LEARNING_TEXTS.filled(
+        "facts.scenario",
+        scenario=scenario,
+        recipe=recipe,
+        command=command,
+        robots=len(scenario.robots),
+        title=f": {scenario.title}" if scenario.title else "",
+        teacher=f"{recipe.teacher}: {gains(make_controller(recipe.teacher))}".removesuffix(": "),
+        noise=noise(scenario.setting.sensing),
+        runs=f"{recipe.seeds.start} to {recipe.seeds.stop - 1}" if recipe.runs else "none",
+        last=recipe.seeds.stop + recipe.places * recipe.starts - 1,
+    )
 
 
 def gains(law: Law[Any]) -> str:

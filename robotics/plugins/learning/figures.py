@@ -161,8 +161,7 @@ def plot_stages(sets: Mapping[str, Fit]) -> Figure:
         for row, (title, fit) in enumerate(sets.items()):
             over = figure.add_subplot(grid[2 * row, 0])
             below = figure.add_subplot(grid[2 * row + 1, 0], sharex=over)
-            against = figure.add_subplot(grid[2 * row : 2 * row + 2, 1])
-            _draw_stages(over, below, against, fit)
+            _draw_stages(over, below, figure.add_subplot(grid[2 * row : 2 * row + 2, 1]), fit)
             errors = ", then ".join(f"{rms(found - fit.target):.2e}" for found in fit.found.values())
             over.set_title(f"{title}: RMSE {errors}", fontsize=8, loc="left", pad=3, parse_math=False)
         figure.align_ylabels()

@@ -27,6 +27,7 @@ from robotics.laws.formation.leader_follower import FormationTeacher, bearings, 
 from robotics.plugins.learning.datatable import DataColumn, DataTable
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.formations import PERIOD, formation_scenario, leader_path
+from robotics.tables.texts import TextFile
 from robotics.world.paths.path import compile_path
 
 _STARTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # m: the leader's x at the start of the five formations
@@ -35,18 +36,7 @@ LITERAL_END = 6.0  # m: the printed centers end at 5.57, and the printed network
 MOST_SAMPLES = 1_000_000  # rows of a formation, or of a table of a scenario
 MOST_SEED = 2**63 - 1
 _OUTPUTS = ("v_l", "w_l", "v_f", "w_f")
-_MEANINGS = {
-    "x_l": ("m", "the leader's x"),
-    "y_l": ("m", "the leader's y"),
-    "theta_l": ("rad", "the leader's heading, counter-clockwise from x"),
-    "dx": ("m", "the leader's lead: its x less the followers' mean x; < 0: it is behind"),
-    "alpha_l": ("rad", "the bearing, seen from the leader, of the point of its path 0.5 m ahead; > 0: left"),
-    "kappa_f": ("1/m", "the curvature of the leader's path at x_l − dx, where the followers are"),
-    "v_l": ("m/s", "the leader's speed"),
-    "w_l": ("rad/s", "the leader's turn rate"),
-    "v_f": ("m/s", "the followers' speed"),
-    "w_f": ("rad/s", "the followers' turn rate"),
-}
+LEARNING_TEXTS = TextFile("robotics.plugins.learning")
 
 
 class FormationDataError(InputError):
@@ -141,7 +131,8 @@ def formation_data(recipe: FormationRecipe) -> FormationTable:
         The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
     """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
-    columns = [DataColumn(name, *_MEANINGS[name], name in _OUTPUTS) for name in recipe.inputs + _OUTPUTS]
+    meanings: dict[str, tuple[str, str]] = LEARNING_TEXTS.table("columns")
+    columns = [DataColumn(name, *meanings[name], name in _OUTPUTS) for name in recipe.inputs + _OUTPUTS]
     return FormationTable(tuple(columns), np.round(values, 6) + 0.0)  # + 0.0: no -0
 
 
@@ -211,8 +202,7 @@ def formation_run(recipe: FormationRecipe, start: float, count: int) -> Formatio
     Raises FormationDataError where the leader does not come to the end.
     """
     pose, v, w, period = _driven(recipe.kind, start, recipe.speed, recipe.end)
-    there = pose[0, 0] >= recipe.end
-    k = int(np.argmax(there))
+    k = int(np.argmax(pose[0, 0] >= recipe.end))
     share = (recipe.end - pose[0, 0, k - 1]) / (pose[0, 0, k] - pose[0, 0, k - 1])
     times = np.linspace(0.0, (k - 1 + share) * period, count)
     tick = np.minimum((times / period).astype(int), k - 1)

@@ -27,7 +27,7 @@ from fuzzy.files.table import Table, open_table
 from fuzzy.fitting.clustering import DataWarning
 from fuzzy.fitting.identification import identify
 from fuzzy.fitting.search import SearchResult, Trial, search_clusters
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 from robotics.laws.formation.leader_follower import FORMATION_INPUTS, FORMATION_OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
@@ -186,8 +186,7 @@ def learn_network(
     """Learn the network of one ``output``; the other arguments and errors are those of :func:`learn_networks`."""
     options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
-    if output not in outputs_of(names):
-        raise FormationLearningError(expected(output, outputs_of(names), "output"))
+    check_known(output, outputs_of(names), "output", FormationLearningError)
     robot = robot_of(output)
     if robot:
         inputs = _own_inputs(output, names, values)

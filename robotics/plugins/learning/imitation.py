@@ -247,8 +247,7 @@ def _tried(lesson: ImitationPlan, teacher: Law[Any], file: Path, learnt: Fitted,
         met, outcome = demonstrate(course, tandem, lesson.outputs, lesson.checking, 0, advance=step)
         touched, missing = touched + int(outcome.touched.sum()), missing + int(outcome.missing.sum())
         parts.append(met)
-    error = rmse(learnt.system, joined(parts), lesson.of_pairs)
-    return Round(*learnt, error, touched, missing)
+    return Round(*learnt, rmse(learnt.system, joined(parts), lesson.of_pairs), touched, missing)
 
 
 # A rule base from samples: clusters, least squares, hybrid learning --------------------------------------------------

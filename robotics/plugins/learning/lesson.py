@@ -5,7 +5,7 @@ from pathlib import Path
 
 import anfis
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, quantity, whole
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules.own_rules import OwnRules
@@ -54,8 +54,7 @@ class ImitationPlan:
         for name in self.inputs:
             quantity_of(name, "inputs")
         for name in self.outputs:
-            if name not in LABELS:
-                raise ImitationError(expected(name, LABELS, "output that a teacher shows"))
+            check_known(name, LABELS, "output that a teacher shows", ImitationError)
         if len(self.seeds) < 2:
             raise ImitationError("at least two seeds are needed: one to learn from, and one to check with")
         if not self.courses:

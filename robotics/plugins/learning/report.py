@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.system import Sugeno
-from fuzzy.words import listed
+from fuzzy.words import counted, listed
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import can_touch, contact_sentences
 from robotics.measures.evidence import mean_of
@@ -30,9 +30,10 @@ from robotics.show.figures.drawing import seeds_as_text
 from robotics.show.figures.formation_run import is_formation, plot_formation
 from robotics.show.figures.run import plot_run
 from robotics.show.playback.player import player_fragment
-from robotics.show.report.chapter import Chapter, Film, Grid, Picture
+from robotics.show.report.chapter import Chapter, Film, Grid
 from robotics.show.report.plates import plates_of
 from robotics.show.report.template import program, rendered
+from robotics.show.report.texts import ReportTexts
 from robotics.show.report.wording import shown
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -42,7 +43,7 @@ _MOST_COLUMNS = 16  # of the data that are listed unfolded
 _OPEN = 6  # networks that are shown unfolded, at most
 _TEMPLATE = Path(__file__).with_name("learning")
 STAGES = ("after clustering", "after learning")
-_NO_DRIVE = "How the networks drive is not shown: no scenario was named (--drive)."
+_TEXTS = ReportTexts("robotics.plugins.learning")
 _ROBOTS = 6  # robots that get a column each
 _SENTENCES = 5  # contacts and stops that are told
 # What the remarks remark on
@@ -120,8 +121,8 @@ def write_learning_report(
         chapters,
         plates_of(pictures, (begin or unwatched)("drawing", len(pictures))),
         (),
-        title=title or f"Networks learnt from {samples.file}",
-        lead=[*_lead(networks, samples, check), *([] if runs else [_NO_DRIVE])],
+        title=title or _TEXTS.text("title", file=samples.file),
+        lead=[*_lead(networks, samples, check), *([] if runs else [_TEXTS.text("no-drive")])],
         command=command,
         program=program(str(_TEMPLATE), first=networks[0], samples=samples, check=check, folder=folder, path=path),
     )
@@ -229,18 +230,14 @@ def setting_of(network: Learnt) -> str:
 
 
 def _lead(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> list[str]:
-    method, epochs = networks[0].training.options.method, networks[0].training.options.epochs
-    beside = "" if check is None else f", and checked on the {len(check.values)} samples of {check.file}"
-    kept = "training" if check is None else "checking"
-    wanted = sorted({network.search.wanted for network in networks})
-    one = len(networks) == 1
-    return [
-        f"{len(networks)} network{'' if one else 's'}, one for each output, {'was' if one else 'were'} learnt from the "
-        f"{len(samples.values)} samples of {samples.file}{beside}. For each one the search tries "
-        f"{len(networks[0].search.trials)} settings of subtractive clustering and takes the best of those that give "
-        f"{' or '.join(map(str, wanted))} rules, or as near as any comes. Learning by the method “{method}” then runs "
-        f"for up to {epochs} epochs, and the network of least {kept} error is kept."
-    ]
+    found = {"wanted": " or ".join(map(str, sorted({network.search.wanted for network in networks})))}
+    found |= {"count": counted(len(networks), "network"), "were": "was" if len(networks) == 1 else "were"}
+    found |= {"kept": "training", "beside": ""}
+    if check is not None:
+        beside = _TEXTS.text("lead.beside", samples=len(check.values), file=check.file)
+        found |= {"kept": "checking", "beside": beside}
+    sizes = {"samples": len(samples.values), "trials": len(networks[0].search.trials)}
+    return [_TEXTS.text("lead.text", **sizes, **found, file=samples.file, options=networks[0].training.options)]
 
 
 def _summary(errors: Sequence[Errors]) -> Chapter:
@@ -256,76 +253,49 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
         "of the scatter": lambda each: _times(each.last, each.scatter[0]),
     }
     known = all(np.isfinite(each.scatter[0]) for each in errors)
-    untold = "" if known else " Fewer than 42 samples have no such estimate."
+    untold = "" if known else _TEXTS.text("summary.untold")
+    found = [(each.network.output, remark) for each in errors for remark in remarks(each) or ["nothing"]]
+    shares = partial(plot_shares, [_share(each) for each in errors])
     return Chapter(
         "summary",
-        "Rules and errors",
+        _TEXTS.text("summary.title"),
         tables=[
-            Grid.of(
-                "RMSE of each network in its output's unit. “Of its range”: the checking error, or without checking "
-                "data the training error, as a share of the range of the output in the training data. “Scatter”: how "
-                f"far the output scatters at equal inputs, Gamma test, mean and range of {DRAWS} draws; a smooth "
-                f"function errs by about that on fresh samples. “Of the scatter”: the same error over it. Beyond the "
-                "range of the training data an input counts as at its edge, as when robots drive; the curves over the "
-                f"epochs, below, do without that.{untold}",
-                errors,
-                columns,
-            ),
-            Grid(
-                "What stands out.",
-                ("output", "remark"),
-                [(each.network.output, remark) for each in errors for remark in remarks(each) or ["nothing"]],
-            ),
+            Grid.of(_TEXTS.text("summary.caption", draws=DRAWS, untold=untold), errors, columns),
+            _TEXTS.grid("remarks", found),
         ],
-        pictures=[
-            Picture(
-                "errors",
-                "Errors of all networks in per cent of their outputs' ranges. A grey bar runs from the least to the "
-                "greatest estimate of the scatter; where the least is 0 it begins at the left edge.",
-                f"A row for each of {len(errors)} outputs, with the errors of the table above.",
-                partial(plot_shares, [_share(each) for each in errors]),
-            )
-        ],
+        pictures=[_TEXTS.picture("errors", shares, outputs=len(errors))],
     )
 
 
 def remarks(errors: Errors) -> list[str]:
     """What stands out about a network, in sentences."""
-    network, found = errors.network, []
+    network, training = errors.network, errors.training
     trial, wanted = network.trial, network.search.wanted
     mean, least, most = errors.scatter
+    found = []
+
+    def remark(key: str, **values: float) -> None:
+        found.append(_TEXTS.text(f"remarks.{key}", **values))
+
     if trial.rules != wanted:
-        found.append(f"No setting gives {wanted} rules; {trial.rules} are the nearest.")
+        remark("other-rules", wanted=wanted, rules=trial.rules)
     if trial.rank < trial.parameters:
-        found.append(
-            f"The samples determine only {trial.rank} of the {trial.parameters} parameters of the consequents: fewer "
-            "rules or other samples would."
-        )
+        remark("few-samples", rank=trial.rank, parameters=trial.parameters)
     if errors.range == 0:
-        return [*found, "The output is the same in all samples."]
-    if errors.checking > _UNLIKE * errors.training:
-        found.append(
-            f"The checking error is {errors.checking / errors.training:.1f} times the training error: the network "
-            "knows its samples better than what lies between or beyond them."
-        )
+        remark("constant")
+        return found
+    if errors.checking > _UNLIKE * training:
+        remark("overfit", times=errors.checking / training)
     if errors.outside > _OUTSIDE:
-        found.append(
-            f"{100 * errors.outside:.0f} % of the checking samples have an input beyond those of the training samples."
-        )
+        remark("outside", share=100 * errors.outside)
     if mean > _SCATTERED * errors.range:
-        found.append(
-            f"At equal inputs the output scatters by {100 * mean / errors.range:.0f} % of its range: these inputs do "
-            "not tell it."
-        )
-    if errors.training < least:
-        found.append(
-            "The training error is below the scatter at equal inputs: the network tells samples apart that are all "
-            "but equal."
-        )
+        remark("scattered", share=100 * mean / errors.range)
+    if training < least:
+        remark("below-scatter")
     elif errors.last > _LOOSE * errors.range and errors.last > _UNLIKE * most:
-        found.append("The samples would allow a closer fit: more rules or more epochs may give it.")
+        remark("loose")
     if _falling(network):
-        found.append("The error was still falling at the last epoch: more epochs may help.")
+        remark("falling")
     return found
 
 
@@ -367,19 +337,19 @@ def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -
         row += ["the same" if meaning in meanings else meaning] if card.columns else []
         meanings.add(meaning)
         rows.append(tuple(row))
-    head: tuple[str, ...] = ("column", "unit", "role", "least", "greatest", "standard deviation")
-    head += () if check is None else ("checking: least", "greatest", "standard deviation")
+    head = _TEXTS.texts("data.head") + (() if check is None else _TEXTS.texts("data.checking-head"))
     head += ("meaning",) if card.columns else ()
-    told = f"{samples.file}: {len(samples.values)} samples"
-    told += "" if check is None else f"; {check.file}: {len(check.values)} checking samples"
+    told = _TEXTS.text("data.told", file=samples.file, samples=len(samples.values))
+    told += "" if check is None else _TEXTS.text("data.checked", file=check.file, samples=len(check.values))
     left_out = samples.skipped + (0 if check is None else check.skipped)
-    told += f"; {left_out} rows without all numbers were left out" if left_out else ""
+    told += _TEXTS.text("data.left-out", rows=left_out) if left_out else ""
     columns = Grid(f"{told}.", head, rows)
-    made = Grid(f"How {samples.file} was made, by its card.", ("fact", "value"), list(card.facts.items()))
-    shown = [made] if card.facts else []
+    made = Grid(_TEXTS.text("data.made", file=samples.file), ("fact", "value"), list(card.facts.items()))
+    shown, title = [made] if card.facts else [], _TEXTS.text("data.title")
     if len(rows) > _MOST_COLUMNS:
-        return Chapter("data", "The data", tables=shown, details=[columns], folded=f"Its {len(rows)} columns")
-    return Chapter("data", "The data", tables=[columns, *shown])
+        folded = _TEXTS.text("data.folded", columns=len(rows))
+        return Chapter("data", title, tables=shown, details=[columns], folded=folded)
+    return Chapter("data", title, tables=[columns, *shown])
 
 
 def _card(samples: Samples) -> Card:
@@ -391,53 +361,34 @@ def _card(samples: Samples) -> Card:
 
 
 def _network(k: int, errors: Errors, samples: Samples, check: Samples | None, closed: bool) -> Chapter:
-    network = errors.network
-    output, inputs = network.after.outputs[0], [v.name for v in network.after.inputs]
-    training = network.training
+    network, training = errors.network, errors.network.training
+    output, inputs = network.after.outputs[0], listed([v.name for v in network.after.inputs])
     fits = {"training samples": fit_of(network, samples)}
     if check is not None:
         fits["checking samples"] = fit_of(network, check)
     # The ring marks the setting that was taken, which need not have the wanted number of rules
     search = replace(network.search, outputs=((output.name, output.unit),), wanted=network.trial.rules)
     name = f"network-{k + 1}"
-    stopped = "" if training.stopped == "epochs" else f" Training stopped early: {training.stopped}."
+    plots = {
+        "learning": partial(plot_search_and_epochs, search, training.history, output.unit),
+        "fit": partial(plot_stages, fits),
+        "memberships": partial(plot_premises, network.before, network.after),
+    }
+    about: dict[str, Any] = {"output": output, "inputs": inputs, "rules": network.trial.rules, "search": search}
+    about |= {"setting": setting_of(network), "trials": len(search.trials), "epochs": len(training.history)}
+    about |= {stage: _plain(getattr(errors, stage)) for stage in ("clustering", "training", "checking")}
+    about |= {"best": training.best, "last": training.history[-1].epoch, "reason": training.stopped}
+    about["checked"] = "" if check is None else _TEXTS.text("network.checked", **about)
+    about["stopped"] = "" if training.stopped == "epochs" else _TEXTS.text("network.stopped", **about)
     return Chapter(
         name,
-        f"{output.name}: {network.trial.rules} rules from {listed(inputs)}",
-        (
-            f"Of {len(search.trials)} settings, which find {search.fitted} different sets of clusters, the best with "
-            f"{network.trial.rules} rules has radius, squash, accept and reject ratio {setting_of(network)}. It errs "
-            f"by {_plain(errors.clustering)} {output.unit}, the network after learning by {_plain(errors.training)} "
-            f"{output.unit} (epoch {training.best} of {training.history[-1].epoch})"
-            + ("." if check is None else f", and by {_plain(errors.checking)} {output.unit} on the checking samples.")
-            + stopped,
-        ),
+        _TEXTS.text("network.title", **about),
+        (_TEXTS.text("network.text", **about),),
         details=[
-            parameter_grid(network.before, "After clustering: antecedents as σ, c; then the consequents."),
-            parameter_grid(network.after, "After learning: antecedents as σ, c; then the consequents."),
+            parameter_grid(network.before, _TEXTS.text("network.before")),
+            parameter_grid(network.after, _TEXTS.text("network.after")),
         ],
-        pictures=[
-            Picture(
-                f"{name}-learning",
-                "Left: training error over the number of rules, a dot for every setting; the ring is the one taken. "
-                "Right: errors over the epochs of learning.",
-                f"Error of {output.name} against the number of rules, and over {len(training.history)} epochs.",
-                partial(plot_search_and_epochs, search, training.history, output.unit),
-            ),
-            Picture(
-                f"{name}-fit",
-                "The data, and the network after clustering and after learning: over the samples, with "
-                "the difference network minus data, and against the data.",
-                f"{output.name} of the data and of the network; RMSE {_plain(errors.training)} in training.",
-                partial(plot_stages, fits),
-            ),
-            Picture(
-                f"{name}-memberships",
-                "Membership functions before learning (thin) and after (wide), a panel for each input.",
-                f"Gaussian membership functions of {listed(inputs)}.",
-                partial(plot_premises, network.before, network.after),
-            ),
-        ],
+        pictures=[_TEXTS.picture(f"{name}-{k}", plot, key=f"network.{k}", **about) for k, plot in plots.items()],
         folded="Parameters",
         closed=closed,
     )
@@ -452,28 +403,22 @@ def _drive(k: int, run: Run) -> Chapter:
         columns = found.T if few else np.stack([np.min(found, 1), np.median(found, 1), np.max(found, 1)])
         rows.append((metric.title, *(shown(mean_of(c), metric.unit) for c in columns)))
     lines = [*contact_sentences(run), *run.divergences()]
-    more = [] if len(lines) <= _SENTENCES else [f"And {len(lines) - _SENTENCES} more."]
-    about = f"seed{'s' * (len(run.seeds) > 1)} {seeds_as_text(run.seeds)}"
-    many = "; means with 95 % intervals over the seeds" if len(run.seeds) > 1 else ""
+    more = [] if len(lines) <= _SENTENCES else [_TEXTS.text("drive.more", lines=len(lines) - _SENTENCES)]
+    several = len(run.seeds) > 1
+    about = {"scenario": run.scenario, "s": "s" * several, "seeds": seeds_as_text(run.seeds)}
+    caption = _TEXTS.text("drive.table", **about, many=_TEXTS.text("drive.many") if several else "")
     head = [f"robot {i + 1}" for i in range(robots)] if few else ["least", "median", "largest"]
-    name = f"drive-{k + 1}"
-    page = partial(plot_formation if is_formation(run) else plot_run, run)
+    first: dict[str, Any] = {"scenario": run.scenario, "seed": run.seeds[0]}
+    page, name = partial(plot_formation if is_formation(run) else plot_run, run), f"drive-{k + 1}"
     return Chapter(
         name,
-        f"The networks drive {run.scenario}",
+        _TEXTS.text("drive.title", scenario=run.scenario),
         tuple(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines[:_SENTENCES]) + tuple(more)
         if lines
-        else ("No robot touched another or an obstacle, and none was stopped.",),
-        [Grid(f"{run.scenario}, {about}{many}.", ("quantity", *head), rows)],
-        pictures=[
-            Picture(
-                name,
-                f"{run.scenario}, seed {run.seeds[0]}: where the robots went, errors, speeds and what was commanded.",
-                f"Top view and time courses of {robots} robot{'s' * (robots > 1)} in {run.scenario}.",
-                page,
-            )
-        ],
-        films=[Film(f"{run.scenario}, seed {run.seeds[0]}, in motion.", partial(player_fragment, run))],
+        else (_TEXTS.text("drive.quiet"),),
+        [Grid(caption, ("quantity", *head), rows)],
+        pictures=[_TEXTS.picture(name, page, key="drive", **first, robots=robots, s="s" * (robots > 1))],
+        films=[Film(_TEXTS.text("drive.film", **first), partial(player_fragment, run))],
     )
 
 

@@ -193,13 +193,11 @@ def _displaced_rows(
         time = (k + rng.random()) / recipe.places * float(setting.references.ends.max())
         along, aside, turned = np.moveaxis(rng.uniform(-most, most, (*shape, 3)), -1, 0)
         joined = setting.references.joined
-        s = np.clip(setting.references.at(time).s + along, 0.0, joined.lengths)
-        point = joined.at(s)
+        point = joined.at(np.clip(setting.references.at(time).s + along, 0.0, joined.lengths))
         x, y = point.x - aside * np.sin(point.heading), point.y + aside * np.cos(point.heading)
         starts, ticks = np.stack([x, y, point.heading + turned], axis=-1), max(1, round(recipe.span / setting.period))
         begun = replace(setting, starts=starts, references=later(setting.references, time), ticks=ticks, faults=())
-        seeds = range(first + k * recipe.starts, first + (k + 1) * recipe.starts)
-        parts.append(_rows(begun, law, seeds))
+        parts.append(_rows(begun, law, range(first + k * recipe.starts, first + (k + 1) * recipe.starts)))
         step()
     return np.concatenate(parts)
 

@@ -116,8 +116,7 @@ def pieces(
         if not len(driven):
             raise LogError(f"{drive.log}: {drive.topics['commands']} commands nothing but to stand still")
         known[: driven[0]] = known[driven[-1] + 1 :] = False
-    turns = np.array([plan.time for plan in drive.plans[1:]])
-    plan = np.searchsorted(turns, grid, side="right")
+    plan = np.searchsorted(np.array([plan.time for plan in drive.plans[1:]]), grid, side="right")
     cuts = np.flatnonzero((np.diff(known.astype(int)) != 0) | (np.diff(plan) != 0)) + 1
     found = []
     for part in np.split(np.arange(count), cuts):
@@ -292,8 +291,7 @@ def _rows(
         reference = Reference(*(row[k] for row in due))
         seen = Observation(time, x, y, heading, v, w, reference, references, silence)
         recall = recall._replace(clock=time * one)
-        target = Reference(*(row[k : k + 1] for row in ahead))
-        now = Situation(seen, fixed, recall, recipe.period, target)
+        now = Situation(seen, fixed, recall, recipe.period, Reference(*(row[k : k + 1] for row in ahead)))
         rows[k, : len(known)] = [float(np.reshape(quantity.of(now), -1)[0]) for quantity in known]
         sent_v, sent_w = (float(row[k]) * one for row in (piece.v_commanded, piece.w_commanded))
         recall = now.remembered(pace=one, keep=0 * one, yields=0 * one, v=sent_v, w=sent_w)

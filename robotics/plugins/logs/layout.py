@@ -4,6 +4,7 @@ It is the JSON that Foxglove and Lichtblick export and import: a configuration f
 and a tree that shares out the window.
 """
 
+import json
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -49,20 +50,21 @@ def layout_of(run: Run) -> dict[str, Any]:
         pairs = [(drawn[i], j) for i, j in permutations(range(min(count, 3)), 2)]
         ages = [(f"{a.topic('radio_ages')}.age[{j}]", f"{a.namespace} of robot {j + 1}") for a, j in pairs]
         panels["Plot!ages"] = _plot("Age of what was heard [s]", ages)
-    panels["RawMessages!about"] = _raw(rule_base(next(iter(bases))) if bases else INFO)
-    panels["RawMessages!state"] = _raw(first)
-    return {
-        "configById": panels,
-        "globalVariables": {},
-        "userNodes": {},
-        "playbackConfig": {"speed": 1},
-        "layout": {
-            "direction": "row",
-            "first": _column(["3D!scene", "Plot!track"], 60),
-            "second": _column([name for name in panels if name not in ("3D!scene", "Plot!track")]),
-            "splitPercentage": 50,
-        },
+    panels["RawMessages!about"] = _preset("RawMessages", topicPath=rule_base(next(iter(bases))) if bases else INFO)
+    panels["RawMessages!state"] = _preset("RawMessages", topicPath=first)
+    layout = {
+        "direction": "row",
+        "first": _column(["3D!scene", "Plot!track"], 60),
+        "second": _column([name for name in panels if name not in ("3D!scene", "Plot!track")]),
+        "splitPercentage": 50,
     }
+    return _preset("window", configById=panels, layout=layout)
+
+
+def _preset(kind: str, **settings: Any) -> dict[str, Any]:
+    """A panel of that kind, or the window: what ``panels.json`` always says of it, with these settings."""
+    text = Path(__file__).with_name("panels.json").read_text(encoding="utf-8")
+    return dict(json.loads(text)[kind]) | settings
 
 
 def write_layout(run: Run, path: str | Path) -> None:
@@ -85,27 +87,7 @@ def _scene(robots: list[Names]) -> dict[str, Any]:
         colour = COLORS[i % len(COLORS)]
         topics[names.topic("path")] = {"visible": True, "type": "line", "lineWidth": 0.015, "gradient": [colour] * 2}
         topics[names.topic("odom")] = {"visible": False}
-    return {
-        "followMode": "follow-none",
-        "followTf": MAP,
-        "cameraState": {
-            "perspective": False,
-            "distance": 10,
-            "phi": 0,
-            "thetaOffset": 90,
-            "target": [0, 0, 0],
-            "targetOffset": [0, 0, 0],
-            "targetOrientation": [0, 0, 0, 1],
-            "fovy": 45,
-            "near": 0.1,
-            "far": 1000,
-        },
-        "scene": {"transforms": {"showLabel": False}},
-        "transforms": {},
-        "topics": topics,
-        "layers": {"grid": {"layerId": "foxglove.Grid", "visible": True, "frameId": MAP, "size": 20, "divisions": 20}},
-        "publish": {},
-    }
+    return _preset("3D", followTf=MAP, topics=topics)
 
 
 def _plot(title: str, curves: list[tuple[str, str]], **more: str | dict[str, Any]) -> dict[str, Any]:
@@ -115,19 +97,8 @@ def _plot(title: str, curves: list[tuple[str, str]], **more: str | dict[str, Any
         {"value": value, "label": label, **always, "color": COLORS[k % len(COLORS)]}
         for k, (value, label) in enumerate(curves)
     ]
-    settings: dict[str, Any] = {
-        "paths": paths,
-        "showXAxisLabels": True,
-        "showYAxisLabels": True,
-        "showLegend": True,
-        "legendDisplay": "floating",
-        "showPlotValuesInLegend": False,
-        "isSynced": "xAxisPath" not in more,
-        "xAxisVal": "timestamp",
-        "sidebarDimension": 240,
-        "foxglovePanelTitle": title,
-    }
-    return settings | more
+    synced = {"paths": paths, "isSynced": "xAxisPath" not in more, "foxglovePanelTitle": title}
+    return _preset("Plot", **synced, **more)
 
 
 def _curves(robots: list[Names], fields: tuple[str, ...]) -> list[tuple[str, str]]:
@@ -136,11 +107,6 @@ def _curves(robots: list[Names], fields: tuple[str, ...]) -> list[tuple[str, str
 
 def _path(value: str, label: str) -> dict[str, str]:
     return {"value": value, "label": label, "timestampMethod": "receiveTime"}
-
-
-def _raw(topic: str) -> dict[str, Any]:
-    no_difference = {"diffEnabled": False, "diffMethod": "custom", "diffTopicPath": "", "showFullMessageForDiff": False}
-    return {"topicPath": topic, **no_difference}
 
 
 def _label(names: Names, what: str) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.extras import install_command
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 
 OWN = "fuzzyfleet_msgs"
 DEFINITIONS = Path(__file__).parent / OWN
@@ -22,8 +22,7 @@ class LogError(InputError):
 
 def check_distribution(distribution: str) -> str:
     """``distribution``. Raises LogError for one that is not known."""
-    if distribution not in DISTRIBUTIONS:
-        raise LogError(expected(distribution, DISTRIBUTIONS, "ROS 2 distribution"))
+    check_known(distribution, DISTRIBUTIONS, "ROS 2 distribution", LogError)
     return distribution
 
 

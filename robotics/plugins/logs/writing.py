@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from fuzzy.files.atomic import TargetError, check_folder, check_target, replacing
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.plugins.logs.content import LogRecord, facts, records
 from robotics.plugins.logs.messages import Composer, nanoseconds
 from robotics.plugins.logs.typestore import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, LogError, check_installed, typestore
@@ -38,8 +38,7 @@ def check_rosbag(folder: Path) -> None:
 
 def check_storage(storage: str) -> None:
     """Raise LogError for a storage of rosbag2 folders that there is not."""
-    if storage not in get_args(Storage):
-        raise LogError(expected(storage, get_args(Storage), "storage of a rosbag2 folder"))
+    check_known(storage, get_args(Storage), "storage of a rosbag2 folder", LogError)
 
 
 def write_mcap(

@@ -207,8 +207,7 @@ def _looks(task: Task, count: int) -> tuple[Looks | None, CarriedSensors | None]
     if task.obstacles is None:
         return None, None
     setting = task.scenarios[0].setting
-    carried = dict(setting.sensors[0])
-    sensors = CarriedSensors.opened([carried], 1, [0] * count, setting.period)
+    sensors = CarriedSensors.opened([dict(setting.sensors[0])], 1, [0] * count, setting.period)
     here = Geometry(*(np.zeros((count, *rows.shape[1:]), dtype=rows.dtype) for rows in task.obstacles.rest))
     sizes: Any = np.tile(footprints(setting.robots[:1]), count)
     return sensors.looks(here, Moving.nothing(), sizes, task.sensors), sensors

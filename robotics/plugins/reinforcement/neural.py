@@ -54,8 +54,7 @@ def answer(policy: PolicyColumns, work):  # type: ignore[no-untyped-def]
         z = (work[n] - rest[at + n]) * rest[at + count + n]
         work[n] = min(max(z, -clip), clip)
     at += 2 * count
-    half = len(work) // 2
-    here, there = 0, half
+    here, there = 0, len(work) // 2
     for k in range(layers):
         before, units = int(rest[k]), int(rest[k + 1])
         for u in range(units):

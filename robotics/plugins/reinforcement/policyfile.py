@@ -17,7 +17,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.errors import quoted
 from fuzzy.files.atomic import replacing
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from robotics.laws.law import ControllerError
 from robotics.world.vehicle.plant import Level
 
@@ -147,8 +147,7 @@ def parse_policy(text: str, file: str = "<text>") -> Policy:
 
 
 def _made(table: Mapping[str, Any]) -> Policy:
-    if table["level"] not in get_args(Level):
-        raise ControllerError(expected(str(table["level"]), get_args(Level), "level"))
+    check_known(table["level"], get_args(Level), "level", ControllerError)
     inputs = table["inputs"]
     if not (isinstance(inputs, list) and inputs and all(isinstance(name, str) for name in inputs)):
         raise ControllerError(f"inputs must be names; got {quoted(inputs)}")

@@ -124,8 +124,7 @@ def opened(
 
 def spans(scenario: Scenario) -> np.ndarray:
     """The samples of the episodes of a scenario's robots (SpanColumns, robots) int: J counts from 6 s on."""
-    on = scenario.trajectory.sampled(scenario.times)
-    counted = np.argmax(moves_on(on.v.T, scenario.times), axis=1)
+    counted = np.argmax(moves_on(scenario.trajectory.sampled(scenario.times).v.T, scenario.times), axis=1)
     last = np.full_like(counted, scenario.ticks)
     return np.stack([last, counted, last + 1 - counted])
 

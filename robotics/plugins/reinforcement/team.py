@@ -105,8 +105,7 @@ class TeamEnv(ParallelEnv):
         if seed is not None:
             self.chooser.seed(checked_seed(seed))
         self.seed = self.chooser.next()[1]
-        setting = self.scenario.setting
-        self.k, self.simulation = 0, Simulation(setting, self.law, (self.seed,))
+        self.k, self.simulation = 0, Simulation(self.scenario.setting, self.law, (self.seed,))
         self.notes = reward_observer(self.scenario, level=self.level, reward=self.reward, approach=self.approach).notes
         self.columns = self._columns(self.simulation)
         self.agents = list(self.possible_agents)

@@ -131,8 +131,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise TaskError(f"reset_mask must be {self.num_envs} truth values; got {mask.dtype} {mask.shape}")
-        seeds = _seeds(seed, self.num_envs)
-        for chooser, own in zip(self.choosers, seeds, strict=True):
+        for chooser, own in zip(self.choosers, _seeds(seed, self.num_envs), strict=True):
             if own is not None:
                 chooser.seed(own)
         self._begin(np.flatnonzero(mask), options.get("scenario"))

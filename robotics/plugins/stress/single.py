@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.law import ControllerError, Law
 from robotics.plugins.stress.crossings import crossing_ensemble
@@ -64,8 +64,7 @@ def single_run(
     """
     kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
     kind = kind or "A"
-    if kind not in kinds:
-        raise ScenarioError(f"{stress}: " + expected(str(kind), kinds, "class"))
+    check_known(kind, kinds, "class", ScenarioError, where=stress)
     if stress == "crossing":
         robots = robots or 3
         if moving:

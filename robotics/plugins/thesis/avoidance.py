@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
+from typing import Any
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import label
@@ -15,7 +16,7 @@ from robotics.plugins.thesis import avoidance_runs
 from robotics.plugins.thesis.avoidance_runs import AVOIDANCE_TESTS, CASES, COURSES, CRASH_LAWS, OBSTACLE_LAWS, Results
 from robotics.plugins.thesis.claims import judged
 from robotics.plugins.thesis.figures import plot_turn
-from robotics.plugins.thesis.rows import film_of, run_columns
+from robotics.plugins.thesis.rows import TEXTS, film_of, run_columns
 from robotics.plugins.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
 from robotics.show.figures.meetings import plot_meetings
@@ -56,20 +57,9 @@ CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 def chapter_of(results: Results) -> Chapter:
     """Write the chapter from the results of its experiments."""
     runs = avoidance_runs.runs_of(results)
-    return Chapter(
+    return TEXTS.chapter(
         "avoidance",
-        "Avoidance: other robots, and obstacles that nobody knows (thesis 6)",
-        (
-            "Three robots that shall arrive together would meet on their paths (6.1), or find obstacles on them (6.2, "
-            "6.3). “Literal” laws follow the thesis's rules: who has the higher number stops, the other turns; a robot "
-            "turns away from what its sonars see. Beside them stand right of way, a plan in which no two robots come "
-            "near, and a robot that keeps to the side it chose and follows the wall where that leads nowhere. The last "
-            "table drives three laws through all of it, side by side.",
-            "The thesis's figures and its membership functions are missing: lanes, obstacles and rule bases are "
-            "choices, made once for all laws. Contact is judged by the robots' true rectangles, swept from sample to "
-            "sample. What a run does after a contact is not compared.",
-        ),
-        [_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
+        tables=[_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
         pictures=_pictures(runs),
         claims=judged("avoidance", partial(avoidance_runs.values, results)),
         films=[film_of(runs[key], *key) for key in _played(runs)],
@@ -99,8 +89,7 @@ def _played(runs: Runs) -> list[tuple[str, str]]:
 
 def _tests(runs: Runs) -> Grid:
     return Grid.of(
-        "Tests 1 and 2 of thesis 6.1.3: means of the worst robot with 95 % intervals. Stood: "
-        "the longest stop of robots 1, 2, 3 on the way.",
+        TEXTS.text("avoidance.tests.caption"),
         [runs[key] for key in product(AVOIDANCE_TESTS, CRASH_LAWS)],
         run_columns("test", _TOUCHED, min_distance_m="least distance of centers", **_ARRIVING)
         | {"stood": lambda run: ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))},
@@ -123,23 +112,15 @@ def _crossings(results: Results) -> Grid:
         rates = [rate_of(which) for which in (outcome.collided, outcome.deadlocked, outcome.refused, good)]
         nearest = f"{figures['min_distance_m']:.2f}"
         rows.append((label(law), *(shown(r, "1") for r in rates), nearest, "–" if ratio is None else f"{ratio:.2f}"))
-    head = ("controller", "robots touch", "deadlock", "refused before the start", "arrive together")
-    return Grid(
-        f"The same {figures['runs']} random crossings of three robots each (robotics stress crossing), with Wilson's "
-        f"95 % intervals. Deadlock: not all arrived within {avoidance_runs.FACTOR:g} times the nominal duration; a run "
-        f"may do both. Together: without contact, within {ARRIVAL_SPREAD:g} s.",
-        (*head, "least distance of centers [m]", "median time"),
-        rows,
-    )
+    within = {"factor": avoidance_runs.FACTOR, "spread": ARRIVAL_SPREAD}
+    return TEXTS.grid("avoidance.crossings", rows, runs=figures["runs"], **within)
 
 
 def _courses(runs: Runs) -> Grid:
     order = (*COURSES, *CASES)
     shown_here = [key for key in runs if key[0] in order and key[1] in OBSTACLE_LAWS]
     return Grid.of(
-        "Robots among obstacles, thesis 6.2 and 6.3: means of the worst robot with 95 % "
-        "intervals. Clearance: from the surface of a robot to the nearest obstacle or robot. Off the path: more than "
-        "0.1 m. Left behind: robots that the group went on without in some run, for a while or for good.",
+        TEXTS.text("avoidance.courses.caption"),
         [runs[key] for key in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1]))],
         run_columns(
             "scenario", _TOUCHED, min_clearance_m="least clearance", **_ARRIVING, off_path_s="longest off the path"
@@ -157,42 +138,24 @@ def _left_behind(run: Run) -> str:
 
 
 def _pictures(runs: Runs) -> list[Picture]:
+    plots = {
+        "avoidance-eta": partial(plot_turn, "eta", PAGE_WIDTH),
+        "avoidance-theta": partial(plot_turn, "theta", PAGE_WIDTH),
+        "avoidance-states-crash": partial(plot_states, (CRASH_LAWS[0], CRASH_LAWS[-1])),
+        "avoidance-states-obstacles": partial(plot_states, OBSTACLE_LAWS),
+    }
     return [
-        Picture(
-            "avoidance-eta",
-            "The rule base eta (thesis Figs 6.4, 6.5): the sets of d_ij, and the turn η of (6.4). The thesis's figures "
-            "are missing; the numbers are choices.",
-            "Three triangles over the distance; η falls from 2.4 rad at 0 m to 0 at 0.6 m in a straight line.",
-            partial(plot_turn, "eta", PAGE_WIDTH),
-        ),
-        Picture(
-            "avoidance-theta",
-            "The rule base theta (thesis Figs 6.20, 6.21): the sets of ro, and the turn Θ of (6.7); choices, too.",
-            "Three triangles over the distance; Θ falls from 1.6 rad at 0.15 m to 0 at 0.8 m in a straight line.",
-            partial(plot_turn, "theta", PAGE_WIDTH),
-        ),
-        Picture(
-            "avoidance-states-crash",
-            "What a robot does, and what leads from one to the other (thesis Fig 6.7), from the laws' own tables.",
-            "State diagrams of the thesis's crash avoidance and of right of way: tracking and standing.",
-            partial(plot_states, (CRASH_LAWS[0], CRASH_LAWS[-1])),
-        ),
-        Picture(
-            "avoidance-states-obstacles",
-            "The same among obstacles (thesis Fig 6.26): as printed, and keeping to one side; for both, when the group "
-            "goes on without a robot.",
-            "State diagrams of obstacle avoidance: tracking, avoiding, following the wall, yielding; left behind.",
-            partial(plot_states, OBSTACLE_LAWS),
-        ),
+        *(TEXTS.picture(name, plot) for name, plot in plots.items()),
         side_by_side_picture(runs),
         *(
-            Picture(
+            TEXTS.picture(
                 f"avoidance-meetings-{test}",
-                f"{load_scenario(test).title}, {label(CRASH_LAWS[0])}: where the robots came nearest (thesis "
-                f"{figure}), 3 s before and after. Rectangles: the robots in true size every second, filled when they "
-                "were nearest; the circle's diameter is their distance.",
-                f"The ways of the robots near each other in {test}, magnified.",
                 partial(plot_meetings, runs[test, CRASH_LAWS[0]]),
+                key="avoidance-meetings",
+                title=load_scenario(test).title,
+                law=label(CRASH_LAWS[0]),
+                figure=figure,
+                test=test,
             )
             for test, figure in zip(AVOIDANCE_TESTS, ("Fig 6.10", "Fig 6.15"), strict=True)
         ),
@@ -204,22 +167,14 @@ def _pages(runs: Runs) -> Iterator[Picture]:
     """Two pages a scenario: where robots were, and how they drove."""
     for scenario, (laws, figures) in CHAPTER_FIGURES.items():
         crash, columns = scenario in AVOIDANCE_TESTS, [runs[scenario, law] for law in laws]
-        about = (
-            "Filled: the two robots that came nearest, when they did. Line in the distances: what the law keeps; grey: "
-            "certainly in contact."
-            if crash
-            else "Obstacle: what the sonars of robot 1 read, and how far its rectangle truly was from the nearest one."
-        )
+        about: dict[str, Any] = {
+            "title": load_scenario(scenario).title,
+            "scenario": scenario,
+            "laws": ", ".join(map(label, laws)),
+        }
+        about["about"] = TEXTS.text(f"avoidance-where.{'crash' if crash else 'obstacles'}")
         shown = {row: f"thesis {figure}" for row, figure in figures.items()}
-        where = f"Robots in true size at equal times. {about}"
-        for suffix, rows, what, said in (
-            ("", WHERE, "Trajectories and distances", where),
-            ("-speeds", HOW, "Errors and speeds", "Errors and speeds of the same runs."),
-        ):
+        for suffix, rows, key in (("", WHERE, "avoidance-where"), ("-speeds", HOW, "avoidance-speeds")):
             chosen = [row for row in (CRASH_ROWS if crash else OBSTACLE_ROWS) if row in rows]
-            yield Picture(
-                f"avoidance-{scenario}{suffix}",
-                f"{load_scenario(scenario).title}. {said}",
-                f"{what} over time in {scenario}, a column for each of {', '.join(map(label, laws))}",
-                partial(plot_avoidance, columns, figures=shown, rows=chosen, width=PAGE_WIDTH),
-            )
+            plot = partial(plot_avoidance, columns, figures=shown, rows=chosen, width=PAGE_WIDTH)
+            yield TEXTS.picture(f"avoidance-{scenario}{suffix}", plot, key=key, **about)

@@ -33,6 +33,7 @@ from robotics.plugins.learning.scatter import DRAWS, scatter
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.driving import driven
 from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.plugins.thesis.rows import TABLES, TEXTS
 from robotics.show.figures.formation_run import plot_formation
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
@@ -41,14 +42,9 @@ from robotics.simulation.scenario.reading import load_scenario
 
 _EXPERIMENTS = ("formation-behind", "formation-ahead")
 # The variants: specification (NETWORKS is the folder of the networks just learnt) and title
-VARIANTS = {
-    "formation:networks=NETWORKS,correction=own-pose": "networks, own posture",
-    "formation:networks=NETWORKS,correction=none": "networks, open loop",
-    "formation:networks=thesis,correction=none": "the thesis's systems",
-    "formation-teacher": "analytic law (the teacher)",
-}
+VARIANTS: dict[str, str] = TABLES.table("variants")
 # Table 5.1: the thesis's training errors, in the outputs' units
-THESIS_ERRORS = {"v_l": 7.997e-3, "w_l": 2.011e-3, "v_f": 8.287e-4, "w_f": 2.757e-3}
+THESIS_ERRORS: dict[str, float] = TABLES.table("printed.formation")
 
 
 # The pictures of networks over data: name, the thesis's figures, what the data are, their table and time in _Data
@@ -127,8 +123,7 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
 
 
 def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
-    law = specification.replace("NETWORKS", str(networks))
-    return driven(need, load_scenario(need.on), law, seeds)
+    return driven(need, load_scenario(need.on), specification.replace("NETWORKS", str(networks)), seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
@@ -136,48 +131,23 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
     learnt: dict[str, list[Learnt]]
     learnt = {kind: [results["learnt", kind, output] for output in FORMATION_OUTPUTS] for kind in SETS}
     runs = {(key.on, key.of): run for key, run in results.items() if isinstance(key, Needed)}
-    return Chapter(
+    last = {
+        "literal": _scattered(results["data", "literal"].table),
+        "well-posed": _drawn_afresh(results["fresh",]),
+    }
+    return TEXTS.chapter(
         "formation",
-        "Leader and followers: learning from formation data (thesis 5.2)",
-        (
-            "One network each for the leader's and the followers' linear and angular speed. The search over the "
-            "settings of subtractive clustering takes the best for 8 rules (or as near as any comes); hybrid learning "
-            "then runs for 60 epochs, and the network of least checking error is kept.",
-            "The literal set is the thesis's: 5 formations of 400 samples on the curve, inputs x, y and θ of the "
-            "leader. What the robots shall do depends on where the followers are, which these inputs do not tell. "
-            "Nothing in it is random.",
-            "In the well-posed set the inputs are the leader's lead dx over the followers, the bearing of its path "
-            "half a metre ahead (leader's networks) and the curvature where the followers are (followers' networks); "
-            "samples lie evenly over where leader and followers may be, three in five off the path.",
-        ),
-        [
-            _table_5_1(
-                "literal",
-                learnt["literal"],
-                _scattered(results["data", "literal"].table),
-                f"Last: how far the outputs scatter at equal inputs, Gamma test, mean and range of {DRAWS} draws. A "
-                "smooth function errs by about that on fresh samples; a training error below it tells postures apart "
-                "that are all but equal.",
-            ),
-            _table_5_1(
-                "well-posed",
-                learnt["well-posed"],
-                _drawn_afresh(results["fresh",]),
-                f"Last three: mean and range over {FRESH} sets drawn afresh, of which the networks have seen the "
-                "first; clusters are found again in each with the setting shown, whatever number of rules that gives.",
-            ),
-            _driving(runs),
+        tables=[*(_table_5_1(kind, learnt[kind], last[kind]) for kind in SETS), _driving(runs)],
+        details=_antecedents_and_consequents(learnt["well-posed"]),
+        pictures=[
+            *_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}),
+            *_driving_pictures(runs),
         ],
-        _antecedents_and_consequents(learnt["well-posed"]),
-        [*_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}), *_driving_pictures(runs)],
-        judged("formation", partial(_values, results)),
-        folded="Parameters of the networks, ours and the thesis's",
+        claims=judged("formation", partial(_values, results)),
     )
 
 
-def _table_5_1(
-    kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callable[[Learnt], str]], about_last: str
-) -> Grid:
+def _table_5_1(kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callable[[Learnt], str]]) -> Grid:
     def best(network: Learnt) -> Epoch:
         return network.training.history[network.training.best]
 
@@ -190,7 +160,8 @@ def _table_5_1(
         "learnt, training": lambda network: f"{best(network).train:.2e}",
         "learnt, checking": lambda network: f"{best(network).check:.2e}",
     }
-    caption = f"Table 5.1 beside ours, {kind} set: RMSE in m/s and rad/s. {about_last}"
+    about_last = TEXTS.text(f"formation.table-5-1.{kind}", draws=DRAWS, fresh=FRESH)
+    caption = TEXTS.text("formation.table-5-1.caption", kind=kind, last=about_last)
     return Grid.of(caption, networks, columns | dict(last))
 
 
@@ -223,7 +194,7 @@ def _antecedents_and_consequents(networks: Sequence[Learnt]) -> list[Grid]:
     grids = []
     for network in networks:
         for title, fis in (("ours, trained", network.after), ("thesis", printed[network.output])):
-            caption = f"{network.output}, {title}: antecedents as σ, c (Tables 5.2, 5.3), consequents (5.4, 5.5)."
+            caption = TEXTS.text("formation.parameters.caption", output=network.output, title=title)
             grids.append(parameter_grid(fis, caption))
     return grids
 
@@ -240,73 +211,28 @@ def _driving(runs: dict[tuple[str, str], Run]) -> Grid:
             "followers' lateral error": (lateral[:, 1:].max(axis=1), "m"),
         }
         rows.append((experiment, title, *(shown(mean_of(values), unit) for values, unit in found.values())))
-    return Grid(
-        "The two experiments of 5.2.3 on the full plant, with noise: leader 3 m behind, and 3 m ahead. Means with 95 % "
-        "intervals over the seeds; “never”: not in every run.",
-        ("experiment", "controller", *found),
-        rows,
-    )
+    return Grid(TEXTS.text("formation.driving.caption"), ("experiment", "controller", *found), rows)
 
 
 def _learning_pictures(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data]) -> list[Picture]:
     posed, literal = learnt["well-posed"], data["literal"]
     first, searches = posed[0], {n.output: replace(n.search, wanted=n.trial.rules) for n in posed}
     turns = dict(zip(literal.runs, np.split(literal.table.values[:, [4, 6]].T, len(literal.runs), axis=1), strict=True))
-    return [
-        Picture(
-            "formation-paths",
-            "The formations of the literal set (thesis Fig 5.3): paths, and poses at seven equal times.",
-            "Five panels with the paths of a leader and two followers.",
-            partial(plots.plot_formation_paths, literal.runs, PAGE_WIDTH),
-        ),
-        Picture(
-            "formation-signals",
-            "The leader's posture (left, thesis Fig 5.4) and the velocities of all robots (right, Fig 5.5) in the "
-            "literal set. The lead dx decides, and is no input of it.",
-            "x, y, heading and lead over time on the left, four velocities on the right, five formations each.",
-            partial(plots.plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
-        ),
-        Picture(
-            "formation-rules",
-            "Training error over the number of rules (thesis Fig 5.6), well-posed set: a dot for each setting, a "
-            "line through the best; ring: the one taken.",
-            "Error against number of rules for the four networks, those of speeds left, of turn rates right.",
-            partial(plots.plot_searches, searches, PAGE_WIDTH),
-        ),
-        Picture(
-            "formation-structure",
-            f"The network {first.output} as the layers of ANFIS (thesis Figs 5.7, 5.11); learning does not change it.",
-            f"Inputs, terms, rules, shares, consequents and the output of {first.output}.",
-            partial(plot_structure, first.after),
-        ),
-        Picture(
-            "formation-premises",
-            f"Membership functions of the network {first.output} before and after learning (thesis Fig 5.10).",
-            "Gaussian membership functions of each input, before learning thin, after it wide.",
-            lambda: plot_premises(first.before, first.after, PAGE_WIDTH),
-        ),
-        Picture(
-            "formation-training",
-            "Training and checking error of the four networks over the epochs (thesis Fig 5.13), well-posed set.",
-            "Error curves of hybrid learning, training on the left and checking on the right.",
-            partial(
-                plots.plot_epochs,
-                {network.output: network.training.history for network in posed},
-                {network.output: network.after.outputs[0].unit for network in posed},
-                PAGE_WIDTH,
-            ),
-        ),
-        *(
-            Picture(
-                name,
-                f"The four networks after clustering and after learning, over {where} (thesis {figures}), one "
-                "after another. The networks of the well-posed set were not learnt from these samples.",
-                "Data and networks' outputs: four outputs, literal set left, well-posed set right.",
-                partial(_plot_fits, learnt, data, *fields),
-            )
-            for name, figures, where, fields in _FITS
-        ),
-    ]
+    histories = {network.output: network.training.history for network in posed}
+    units = {network.output: network.after.outputs[0].unit for network in posed}
+    plotted: dict[str, Callable[[], Figure]] = {
+        "formation-paths": partial(plots.plot_formation_paths, literal.runs, PAGE_WIDTH),
+        "formation-signals": partial(plots.plot_formation_signals, literal.runs, turns, PAGE_WIDTH),
+        "formation-rules": partial(plots.plot_searches, searches, PAGE_WIDTH),
+        "formation-structure": partial(plot_structure, first.after),
+        "formation-premises": lambda: plot_premises(first.before, first.after, PAGE_WIDTH),
+        "formation-training": partial(plots.plot_epochs, histories, units, PAGE_WIDTH),
+    }
+    pictures = [TEXTS.picture(name, plot, output=first.output) for name, plot in plotted.items()]
+    for name, figures, where, fields in _FITS:
+        plot = partial(_plot_fits, learnt, data, *fields)
+        pictures.append(TEXTS.picture(name, plot, key="formation-fits", where=where, figures=figures))
+    return pictures
 
 
 def _plot_fits(learnt: Mapping[Any, list[Learnt]], data: Mapping[Any, _Data], table: str, time: str) -> Figure:
@@ -324,12 +250,13 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
     title = next(iter(VARIANTS.values()))
     drawn = {experiment: runs[experiment, title] for experiment in _EXPERIMENTS}
     return [
-        Picture(
+        TEXTS.picture(
             f"{experiment}-1",
-            f"{experiment}: {title} (thesis {figures[experiment]}). Robot 1 leads; its lead is drawn first. Thin "
-            "lines: commands.",
-            f"Paths, lead, distances from path and place, and speeds of three robots in {experiment}.",
             partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
+            key="formation-drive",
+            experiment=experiment,
+            title=title,
+            figures=figures[experiment],
         )
         for experiment, run in drawn.items()
     ]

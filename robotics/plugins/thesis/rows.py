@@ -8,9 +8,14 @@ from robotics.measures.evidence import mean_of
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.show.playback.player import player_fragment
 from robotics.show.report.chapter import Film
+from robotics.show.report.texts import ReportTexts
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
+from robotics.tables.texts import TextFile
+
+TEXTS = ReportTexts("robotics.plugins.thesis")
+TABLES = TextFile("robotics.plugins.thesis", "tables.toml")
 
 
 def mean_cell(run: Run, quantity: str) -> str:

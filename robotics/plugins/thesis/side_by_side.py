@@ -10,6 +10,7 @@ from robotics.measures.arrival import ARRIVAL_SPREAD
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.quantities import measured
 from robotics.plugins.thesis.avoidance_runs import AVOIDANCE_TESTS, COURSES, LATEST, SIDE_BY_SIDE, nominal_time
+from robotics.plugins.thesis.rows import TEXTS
 from robotics.show.figures.avoidance import plot_trajectories
 from robotics.show.report.chapter import Grid, Picture
 from robotics.show.report.wording import shown
@@ -21,35 +22,17 @@ def side_by_side_table(runs: Mapping[tuple[str, str], Run]) -> Grid:
     """The table of SIDE_BY_SIDE on AVOIDANCE_TESTS and COURSES, from the runs by scenario and law."""
     seeds = len(runs[AVOIDANCE_TESTS[0], SIDE_BY_SIDE[0]].seeds)  # of a course there may be more
     rows = [_row(runs[scenario, law], seeds) for scenario in (*AVOIDANCE_TESTS, *COURSES) for law in SIDE_BY_SIDE]
-    return Grid(
-        "Printed rules, one law for robots and obstacles, and a plan side by side. Arrive together: without contact, "
-        f"within {ARRIVAL_SPREAD:g} s of each other and {LATEST:g} times the nominal time, with Wilson's 95 % interval."
-        " Spread and time: means with 95 % intervals over the runs in which all arrive in that time and without "
-        "contact. Clearance: of the worst robot, over all runs. Drives blind: the law senses no obstacles; its "
-        "contacts are counted, and nothing else is asked of it there. Emergency rule: the share of the way on which it "
-        "overrode the law.",
-        (
-            "scenario",
-            "controller",
-            "runs with contact",
-            "arrive together",
-            "spread of arrivals",
-            "time over nominal",
-            "least clearance",
-            "emergency rule",
-        ),
-        rows,
-    )
+    return TEXTS.grid("avoidance.side-by-side", rows, spread=ARRIVAL_SPREAD, latest=LATEST)
 
 
 def side_by_side_picture(runs: Mapping[tuple[str, str], Run]) -> Picture:
     """The trajectories of SIDE_BY_SIDE on the two tests, a row each."""
-    return Picture(
+    return TEXTS.picture(
         "avoidance-side-by-side",
-        f"From above: {'; '.join(load_scenario(test).title for test in AVOIDANCE_TESTS)}. Each under three laws, "
-        "robots in true size at equal times; filled: the two that came nearest, when they did; ⊗: contact.",
-        f"Trajectories on {' and '.join(AVOIDANCE_TESTS)}, a column for each of {', '.join(map(label, SIDE_BY_SIDE))}.",
         partial(plot_trajectories, [[runs[test, law] for law in SIDE_BY_SIDE] for test in AVOIDANCE_TESTS]),
+        titles="; ".join(load_scenario(test).title for test in AVOIDANCE_TESTS),
+        tests=" and ".join(AVOIDANCE_TESTS),
+        laws=", ".join(map(label, SIDE_BY_SIDE)),
     )
 
 

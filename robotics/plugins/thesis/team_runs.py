@@ -17,32 +17,17 @@ from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
 from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
+from robotics.plugins.thesis.rows import TABLES
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.radio.faults import Fault
 
-_GAINS = ("virtual", "thesis", "measured")  # of the virtual structure
 # Scenario and controllers of every experiment; the first is the one that is drawn
-EXPERIMENTS: dict[str, tuple[str, ...]] = {
-    "ahead-and-behind": ("graph-esm", "graph-esm-thesis", "graph-esm-literal"),
-    "concentric-circles": ("virtual-structure-measured", "virtual-structure-thesis"),
-    "crossing-in-turn": ("virtual-structure-measured", "virtual-structure-thesis"),
-    "noisy-position": ("virtual-structure-virtual", "virtual-structure-thesis"),
-    "outage-10s": (*(f"virtual-structure-{k}" for k in _GAINS), "virtual-structure", "cooperation"),
-    "outage-20s": ("virtual-structure-thesis", "virtual-structure"),
-    "unequal-lengths": ("cooperation", "cooperation-literal"),
-    "start-off-paths": ("cooperation", "cooperation-literal"),
-}
+EXPERIMENTS: dict[str, list[str]] = TABLES.table("experiments")
 # Tables 5.7 and 5.8: the controllers, and whether each knows the reference's speed
-DUELS: dict[str, str] = {
-    "virtual-structure-thesis:feed_forward=none": "nonlinear, K 1, 1, 1, without feed-forward",
-    "virtual-structure-thesis": "nonlinear, K 1, 1, 1, with feed-forward",
-    "virtual-structure-virtual": "nonlinear, K 1, 10, 5, with feed-forward",
-    "cooperation-literal": "fuzzy as printed",
-    "cooperation": "fuzzy, corrected",
-}
+DUELS: dict[str, str] = TABLES.table("duels")
 TEAM_TESTS = ("unequal-lengths", "start-off-paths")
 OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")

@@ -13,7 +13,7 @@ from robotics.plugins.thesis import team_runs
 from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.plugins.thesis.recovery import Recovery, Scaling
-from robotics.plugins.thesis.rows import film_of, run_columns
+from robotics.plugins.thesis.rows import TABLES, TEXTS, film_of, run_columns
 from robotics.plugins.thesis.team_runs import DUELS, EXPERIMENTS, OUTAGES, RECOVERERS, TEAM_TESTS, Results
 from robotics.show.figures.run import plot_run
 from robotics.show.figures.states import plot_states
@@ -22,58 +22,22 @@ from robotics.show.report.wording import shown
 from robotics.simulation.scenario.reading import load_scenario
 
 _COLUMNS = ("mean |x_err| [m]", "mean |y_err| [m]", "mean |ψ_err| [rad]", "mean error norm (“MSE”)")
-# Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints: missing
-# points, a mean of absolute values below 0, and for robot 3 an "MSE" of .0056 below its own |x_err| of .2842
-PRINTED_TEAMS = {
-    "unequal-lengths": {
-        "nonlinear": (("080", "116", "150"), (".00013", "0032", "0025"), ("0002", ".0057", ".0055"),
-                      (".0891", ".1345", ".1589")),
-        "fuzzy": ((".0216", ".2408", ".2842"), (".0015", "0016", ".0018"), ("-3.5e-005", "0054", ".27e-005"),
-                  (".0325", ".0493", ".0056")),
-    },
-    "start-off-paths": {
-        "nonlinear": (("0993", "1979", "0084"), (".2920", ".0334", ".0749"), ("2728", "0527", "1106"),
-                      (".4981", ".2309", ".2962")),
-        "fuzzy": (("0.040", ".110", "-0.437"), ("-0.531", "-0.201", "0.592"), ("0.060", ".091", "-0.138"),
-                  ("0.6858", "0.2619", ".8985")),
-    },
-}  # fmt: skip
-_FIGURES = {
-    "ahead-and-behind": "Figs 3.5-3.7",
-    "concentric-circles": "Figs 4.4-4.7",
-    "crossing-in-turn": "Figs 4.8-4.11",
-    "outage-10s": "Figs 4.12-4.15",
-    "outage-20s": "Figs 4.16, 4.17",
-    "unequal-lengths": "Figs 5.26-5.28",
-    "start-off-paths": "Figs 5.29-5.31",
-}
+# Tables 5.7 and 5.8 as printed, the columns x_err, y_err, α and MSE, of robots 1 to 3, with their misprints
+PRINTED_TEAMS = TABLES.table("printed.teams")
 # Runs to play in the report
-FILMS = (
-    ("outage-10s", "virtual-structure-virtual"),
-    ("outage-10s", "virtual-structure"),
-    ("start-off-paths", "cooperation"),
-)
+FILMS: list[tuple[str, str]] = [(on, law) for on, law in TABLES.table("films")]
 
 
 def chapter_of(results: Results) -> Chapter:
     """Write the chapter from the results of its experiments."""
-    return Chapter(
+    return TEXTS.chapter(
         "teams",
-        "Teams: arriving together over a radio (thesis 3, 4, 5.3, 5.4)",
-        (
-            "Three robots follow paths of their own and shall be at the same share of them at any time. Each robot "
-            "knows its own posture and what it hears: a message is at least one period old, and during a failure or "
-            "a delay nothing passes. A failure stops the robot's wheels; a delay lets it hold its last command.",
-            "Progress is measured by where the robots truly are on their paths, not by what their laws believe. "
-            "“As printed” laws are run as the thesis prints them; the others correct what its errata name.",
-        ),
-        [_experiments(results)],
-        [*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
-        _pictures(results),
-        judged("teams", partial(team_runs.values, results)),
-        [film_of(results[Needed(*item, False)], *item) for item in FILMS],
-        [_lead(results, test) for test in TEAM_TESTS],
-        "Tables 5.7 and 5.8, rules, recovery and scaling in numbers",
+        tables=[_experiments(results)],
+        details=[*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
+        pictures=_pictures(results),
+        claims=judged("teams", partial(team_runs.values, results)),
+        films=[film_of(results[Needed(*item, False)], *item) for item in FILMS],
+        leads=[_lead(results, test) for test in TEAM_TESTS],
     )
 
 
@@ -88,24 +52,17 @@ def _table_5_6() -> Grid:
     rows = [
         (str(n), *map(str, pair)) for n, pair in enumerate(zip_longest(printed.rules, driven.rules, fillvalue=""), 1)
     ]
-    caption = "Table 5.6: the rules as printed, and as driven here, where rule 11 lets a robot that faces away turn."
-    return Grid(caption, ("rule", "as printed", "as driven here"), rows)
+    return TEXTS.grid("teams.table-5-6", rows)
 
 
 def _experiments(results: Results) -> Grid:
     return Grid.of(
-        "The experiments of chapters 3, 4 and 5.3 with noise: means over the runs with 95 % intervals, of the worst "
-        "robot each. Arrival: 99.5 % of the path. “never”: in some run a robot does not arrive.",
+        TEXTS.text("teams.experiments.caption"),
         [results[Needed(scenario, law, False)] for scenario, laws in EXPERIMENTS.items() for law in laws],
         run_columns(
             "experiment",
             {"runs": lambda run: str(len(run.seeds))},
-            arrival_time_s="last arrival",
-            arrival_spread_s="spread of arrivals",
-            max_progress_gap="largest s_i − s_j",
-            rms_cross_track_m="RMS cross-track",
-            max_cross_track_m="largest cross-track",
-            min_distance_m="least distance of centers",
+            **TEXTS.table("teams.experiments.columns"),
         ),
     )
 
@@ -124,14 +81,8 @@ def _duel(results: Results, test: str) -> Grid:
         numbers = [", ".join(shown(mean_of(means[:, i, k]), "1") for i in range(3)) for k in range(4)]
         reached = MEASURED_QUANTITIES["path_settling_time_s"].measure(run)
         rows.append((title, *numbers, ", ".join(shown(mean_of(reached[:, i]), "s") for i in range(3))))
-    return Grid(
-        f"Table {_TABLES[test]} beside ours: means over time (5.17) for robots 1, 2, 3, with 95 % intervals over "
-        f"{len(run.seeds)} seeds. All laws are measured against the same timetable, that of the scenario, with the "
-        "same noise. What the thesis calls MSE is the mean error norm, with 1 rad counted as 1 m. Its misprints are "
-        "left as they are.",
-        ("controller", *_COLUMNS, "on the path for good"),
-        rows,
-    )
+    caption = TEXTS.text("teams.duel.caption", table=_TABLES[test], seeds=len(run.seeds))
+    return Grid(caption, ("controller", *_COLUMNS, "on the path for good"), rows)
 
 
 def _recovery(results: Results) -> Grid:
@@ -141,8 +92,7 @@ def _recovery(results: Results) -> Grid:
         return f"{share}, {shown(mean_of(found.deviation), 'm')}"
 
     return Grid.of(
-        "Failure of robot 2 and delay of robot 3 at random times: share of the runs that recover, with Wilson's 95 % "
-        "interval, and the mean of the largest distance from the path. The thesis prints one number: up to 15 s.",
+        TEXTS.text("teams.recovery.caption"),
         RECOVERERS,
         {"controller": label} | {f"{outage:g} s": partial(cell, outage=outage) for outage in OUTAGES},
     )
@@ -150,8 +100,7 @@ def _recovery(results: Results) -> Grid:
 
 def _scaling(results: Results) -> Grid:
     return Grid.of(
-        "Random teams under the waiting virtual structure, each robot hearing all others. This law does not look where "
-        "others are: robots whose paths cross may drive through each other here.",
+        TEXTS.text("teams.scaling.caption"),
         _scalings(results),
         {
             "robots": lambda s: str(s.robots),
@@ -168,30 +117,16 @@ def _scalings(results: Results) -> list[Scaling]:
 
 
 def _pictures(results: Results) -> list[Picture]:
+    recovered = [results["recovery", *key] for key in product(RECOVERERS, OUTAGES)]
+    plots = {
+        "team-states": partial(plot_states, ("cooperation-literal", "cooperation")),
+        "team-recovery": partial(plot_recovery, recovered, PAGE_WIDTH),
+        "team-scaling": partial(plot_scaling, _scalings(results), PAGE_WIDTH),
+    }
     return [
-        *(_page(results, scenario, figures) for scenario, figures in _FIGURES.items()),
+        *(_page(results, scenario, figures) for scenario, figures in TABLES.table("figures").items()),
         *(_errors(results, test) for test in TEAM_TESTS),
-        Picture(
-            "team-states",
-            "What a robot under fuzzy cooperation does, and what leads from one to the other (thesis Fig 5.24), from "
-            "the law's own table: as printed, and repaired.",
-            "State diagrams of fuzzy cooperation: following, waiting, joining the path, arrived.",
-            partial(plot_states, ("cooperation-literal", "cooperation")),
-        ),
-        Picture(
-            "team-recovery",
-            "Recovery from a failure and a delay at random times, with Wilson's 95 % intervals, under the thesis's "
-            "gains, under K 1, 10, 5, and with a watchdog and a waiting clock.",
-            "Share of teams that recover, and distances from the path, over the length of the outage.",
-            partial(plot_recovery, [results["recovery", *key] for key in product(RECOVERERS, OUTAGES)], PAGE_WIDTH),
-        ),
-        Picture(
-            "team-scaling",
-            "Random teams, one a point: spread and delay of the arrivals on a radio that loses messages. Arrivals are "
-            "known to a sample.",
-            "Spread and delay of arrivals over the number of robots for each share of lost messages.",
-            partial(plot_scaling, _scalings(results), PAGE_WIDTH),
-        ),
+        *(TEXTS.picture(name, plot) for name, plot in plots.items()),
     ]
 
 
@@ -199,11 +134,14 @@ def _page(results: Results, scenario: str, figures: str) -> Picture:
     """The page of a scenario's first law, first seed."""
     law = EXPERIMENTS[scenario][0]
     run = results[Needed(scenario, law, False)]
-    return Picture(
+    return TEXTS.picture(
         f"team-{scenario}",
-        f"{load_scenario(scenario).title}: {label(law)} (thesis {figures}).",
-        f"Paths, errors, speeds and differences of progress in {scenario}.",
         partial(plot_run, run.only(run.seeds[0]), width=PAGE_WIDTH),
+        key="team-page",
+        title=load_scenario(scenario).title,
+        law=label(law),
+        figures=figures,
+        scenario=scenario,
     )
 
 
@@ -212,10 +150,11 @@ def _errors(results: Results, test: str) -> Picture:
     for law, title in DUELS.items():
         means = team_runs.mean_errors(results[Needed(test, law, False)])
         found[title] = [[mean_of(means[:, i, k]) for i in range(means.shape[1])] for k in range(means.shape[2])]
-    return Picture(
+    return TEXTS.picture(
         f"team-errors-{test}",
-        f"{load_scenario(test).title}: mean errors (5.17) of robots 1 to 3, with 95 % intervals (thesis Table "
-        f"{_TABLES[test]}; the printed numbers stand beside ours below).",
-        f"Dots with bars for five laws in {test}: mean x, y and heading error and their norm, three robots each.",
         partial(plot_robot_errors, found, (*_COLUMNS[:3], "mean error norm [m, rad]"), PAGE_WIDTH),
+        key="team-errors",
+        title=load_scenario(test).title,
+        table=_TABLES[test],
+        test=test,
     )

@@ -3,7 +3,7 @@
 Everything is driven with noise, by as many seeds as a verdict needs, and without noise where a claim is about an ideal.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -11,6 +11,7 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from robotics.laws.catalogue import CATALOGUE, label, make_controller
@@ -20,7 +21,7 @@ from robotics.plugins.thesis import figures
 from robotics.plugins.thesis.claims import Needed, judged, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
-from robotics.plugins.thesis.rows import mean_cell
+from robotics.plugins.thesis.rows import TABLES, TEXTS, mean_cell
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
@@ -35,19 +36,8 @@ _MODES = ("csm", "assm", "qssm", "esm")
 REALISATIONS = ("torque", "velocity")
 TABLE = "table-2-1"
 # Table 2.1 as printed: means of |x_err| [m], |y_err| [m], |ψ_err| [rad], norm ("MSE"), speed error ("Chatter")
-PRINTED_TRACKING = {
-    "csm": (0.0195, 0.0367, 0.0532, 0.0780, 0.0898),
-    "assm": (0.0089, 0.0180, 0.0579, 0.0682, 0.0352),
-    "qssm": (0.0191, 0.0372, 0.0287, 0.0577, 0.0479),
-    "esm": (0.0100, 0.0324, 0.0154, 0.0418, 0.0233),
-}
-_COLUMNS = (  # of that table
-    "mean_abs_x_error_m",
-    "mean_abs_y_error_m",
-    "mean_abs_heading_error_rad",
-    "mean_error_norm",
-    "mean_speed_error_mps",
-)
+PRINTED_TRACKING = {mode: tuple(row) for mode, row in TABLES.table("printed.tracking").items()}
+_COLUMNS = TABLES.table("columns")  # of that table
 CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
 _STARTS = "random starts"
 ON_THE_SINE = "lyapunov-sine, started on it"
@@ -81,19 +71,8 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
 
 def chapter_of(results: Results) -> Chapter:
     """Write the chapter from the results of its experiments."""
-    return Chapter(
-        "tracking",
-        "One robot: the laws, and what is claimed of them (thesis 2, 5.4)",
-        (
-            "The scenarios above are the thesis's tests of one robot. What it calls “MSE” is the mean error norm, with "
-            "1 rad counted as 1 m; what it calls “Chatter” is the mean speed error. The control laws are shown here "
-            "independently of any run: the sliding modes with the gains named, the fuzzy controller with the rule "
-            "bases of its preset.",
-            "The gains are the thesis's or follow from one design rule. None were searched for on these scenarios.",
-        ),
-        [_table_2_1(results), _origins()],
-        pictures=_pictures(),
-        claims=claims_of(results),
+    return TEXTS.chapter(
+        "tracking", tables=[_table_2_1(results), _origins()], pictures=_pictures(), claims=claims_of(results)
     )
 
 
@@ -117,51 +96,22 @@ def _table_2_1(results: Results) -> Grid:
         run = results[Needed(TABLE, mode, False)]
         ours = (f"{label(mode)}: here", *(mean_cell(run, name) for name in _COLUMNS))
         rows += [(f"{label(mode)}: thesis", *(f"{v:.4f}" for v in printed)), ours]
-    return Grid(
-        f"Table 2.1 beside ours: means over time in {TABLE}, with 95 % intervals over {len(run.seeds)} seeds. The "
-        "thesis's path, speed and noise are not printed: compare the orders, not the sizes.",
-        ("controller", "|x_err| [m]", "|y_err| [m]", "|ψ_err| [rad]", "error norm (“MSE”)", "speed error (“Chatter”)"),
-        rows,
-    )
+    return TEXTS.grid("tracking.table-2-1", rows, table=TABLE, seeds=len(run.seeds))
 
 
 def _origins() -> Grid:
     rows = [(preset.title, name, preset.note) for name, preset in CATALOGUE.items() if preset.kind == "tracking"]
-    return Grid("Where the gains of the tracking laws come from.", ("controller", "name", "origin of its gains"), rows)
+    return TEXTS.grid("tracking.origins", rows)
 
 
 def _pictures() -> list[Picture]:
-    return [
-        Picture(
-            "law-switching",
-            "The push K/Q(S) sign S of the sliding modes over S, with α = 3 s/m (thesis Fig 2.3). Above: the same K; "
-            "below: other K beside the conventional law with the thesis's K = 1. At equal K the exponential law "
-            "never pushes less than the conventional one.",
-            "Curves of the exponential reaching law for several K and μ₀, with steps for the conventional law.",
-            partial(figures.plot_switching, width=PAGE_WIDTH),
-        ),
-        Picture(
-            "law-memberships",
-            "Membership functions of the distance to the target and of its bearing α (thesis Fig 2.19). The thesis's "
-            "figure is missing: the shapes are choices.",
-            "Five overlapping membership functions each of distance and of α.",
-            partial(figures.plot_tracking_memberships, width=PAGE_WIDTH),
-        ),
-        Picture(
-            "law-velocities",
-            "Above: v over the distance and ω over α (thesis Fig 2.20). Below: what x_err does to them; where the "
-            "target lies behind (x_err < 0) rule 11 stops a robot that faces along its path.",
-            "Two curves of the fuzzy controller's speeds, and two contour pictures over x_err.",
-            partial(figures.plot_tracking_velocities, width=PAGE_WIDTH),
-        ),
-        Picture(
-            "law-lateral",
-            "Membership functions of y_err and the turn λ over y_err (thesis Figs 2.23 and 2.24). Of the tracking "
-            "presets only fuzzy-lateral uses λ; the others steer by the bearing, which sees y_err itself.",
-            "Five membership functions of y_err, and λ as a rising curve over y_err.",
-            partial(figures.plot_turn, "lateral", PAGE_WIDTH),
-        ),
-    ]
+    plots: dict[str, Callable[..., Figure]] = {
+        "law-switching": figures.plot_switching,
+        "law-memberships": figures.plot_tracking_memberships,
+        "law-velocities": figures.plot_tracking_velocities,
+        "law-lateral": partial(figures.plot_turn, "lateral"),
+    }
+    return [TEXTS.picture(name, partial(plot, width=PAGE_WIDTH)) for name, plot in plots.items()]
 
 
 # Runs -------------------------------------------------------------------------------------------------------------

@@ -302,8 +302,7 @@ def cut_to_what_robots_can(ax: Axes, run: Run, place: int, channel: str) -> None
     """
     if run.level == "torque":
         return
-    robots = run.about.robots
-    most = 2.0 * max(robot.v_max if channel == "command_1" else robot.w_max for robot in robots)
+    most = 2.0 * max(robot.v_max if channel == "command_1" else robot.w_max for robot in run.about.robots)
     rows = run[channel][place]
     if np.nanmax(np.abs(rows), initial=0.0) > most:
         cut_axis(ax, run.time, rows, *room_for(np.clip(rows, -most, most)))

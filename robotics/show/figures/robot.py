@@ -111,6 +111,5 @@ def drivable(robot: Robot) -> np.ndarray:
     limit = robot.wheel_speed_limit
     v, w = min(v, limit), min(w, limit / half)
     quarter = [(v, min(w, (limit - v) / half)), (min(v, limit - half * w), w)]
-    turned = [(-x, y) for x, y in quarter[::-1]]
-    corners = quarter + turned
+    corners = quarter + [(-x, y) for x, y in quarter[::-1]]
     return np.array([(v, -quarter[0][1]), *corners, *((-x, -y) for x, y in corners)][1:])

@@ -28,10 +28,12 @@ from robotics.show.report.chapter import Chapter, Claim, Front, Picture, Plate
 from robotics.show.report.plates import plates_of
 from robotics.show.report.summarytable import SummaryTable, comparison_leads, shown_metrics, summary_table
 from robotics.show.report.template import program, rendered
+from robotics.show.report.texts import ReportTexts
 from robotics.show.report.wording import reading
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.studies.comparison import Comparison, terms
 
+_TEXTS = ReportTexts("robotics.show.report")
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
@@ -177,15 +179,9 @@ def _leads(found: Sequence[Lead]) -> Picture:
         f"{lead.scenario}: {', '.join(law_title(s.law) for s in lead.standings if s.leads) or 'nobody'}"
         for lead in found
     )
-    return Picture(
-        "verdicts",
-        "Who leads where: the mean of each law over the leader's, with its 95 % interval. "
-        f"{_better(lead.title for lead in found if lead.larger)} A law that touches something in any run does not "
-        "lead.",
-        f"A panel for each scenario, with a row for each law. Leading: {said}.",
-        lambda: plot_leads(found),
-        lambda: plot_leads(found, PAGE_WIDTH, 1),
-    )
+    better = _better(lead.title for lead in found if lead.larger)
+    wide, narrow = partial(plot_leads, found), partial(plot_leads, found, PAGE_WIDTH, 1)
+    return _TEXTS.picture("verdicts", wide, narrow, better=better, leading=said)
 
 
 # What is drawn -------------------------------------------------------------------------------------------------
@@ -210,43 +206,20 @@ def _pictures(comparison: Comparison, scenario: Scenario, slug: str, first: Sequ
         runs = [(name, law) for law in comparison.controllers]  # looked up when the picture's turn comes
         return lambda: plot([comparison.runs[key] for key in runs], looks=looked, width=PAGE_WIDTH, **options)
 
-    who = ", ".join(law_title(controller) for controller in comparison.controllers)
-    several = len(scenario.robots) > 1
     shown = shown_metrics(comparison, scenario, first, scenario.setting.has_others)
-    pictures = [
-        Picture(
-            f"{slug}-metrics",
-            f"Metrics on {name}: a dot for each of the {comparison.counted_runs}, and the mean with its 95 % "
-            f"interval. {_better(metric.title for metric in shown.values() if metric.larger)}",
-            f"Strip charts of {len(shown)} metrics on {name} for {who}; the table above has the same numbers.",
-            partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH),
-        ),
-        Picture(
-            f"{slug}-paths",
-            f"Driven paths on {name}, seed {seed}; below, how far each controller was off the path over time: median "
-            f"and band of {seeds}. ▲, ▼: so far beyond the axis.",
-            f"Top view of the reference and of the paths that {who} drove on {name}, and cross-track errors over time.",
-            drawn(plot_paths),
-        ),
-    ]
+    about: dict[str, Any] = {"name": name, "seed": seed, "seeds": seeds, "count": len(shown)}
+    about |= {"who": ", ".join(map(law_title, comparison.controllers)), "runs": comparison.counted_runs}
+    about["better"] = _better(metric.title for metric in shown.values() if metric.larger)
+
+    def picture(kind: str, draw: Callable[[], Figure], suffix: str = "", of: str = "") -> Picture:
+        return _TEXTS.picture(f"{slug}-{kind}{suffix}", draw, key=kind, of=of, **about)
+
+    metrics = partial(plot_comparison, comparison, name, list(shown), looks=looked, width=PAGE_WIDTH)
+    pictures = [picture("metrics", metrics), picture("paths", drawn(plot_paths))]
     for i, member in enumerate(scenario.robots[:_PER_ROBOT]):
-        suffix, of = (f"-robot-{i + 1}", f", robot {i + 1}") if several else ("", "")
-        pictures += [
-            Picture(
-                f"{slug}-errors{suffix}",
-                f"Tracking errors on {name}{of}, seed {seed}: the true posture against the reference at the same time, "
-                "in the robot's frame.",
-                f"Errors in x, y and heading over time of {who} on {name}{of}.",
-                drawn(plot_errors, robot=i),
-            ),
-            Picture(
-                f"{slug}-speeds{suffix}",
-                f"Speeds on {name}{of}, seed {seed}, with the reference's. Changes: total variation of the demanded "
-                "turn rate a second, without the start. ▲, ▼: so far beyond the axis.",
-                f"Speed, turn rate and demanded turn rate over time of {who} on {name}{of}, one row a controller.",
-                drawn(plot_velocities, robot=i, machine=member.robot),
-            ),
-        ]
+        called = (f"-robot-{i + 1}", f", robot {i + 1}") if len(scenario.robots) > 1 else ("", "")
+        speeds = drawn(plot_velocities, robot=i, machine=member.robot)
+        pictures += [picture("errors", drawn(plot_errors, robot=i), *called), picture("speeds", speeds, *called)]
     return pictures
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities, described, whole
 from fuzzy.shell.progress import Begin
 from robotics.laws.catalogue import located, make_controller, presets
@@ -354,8 +354,7 @@ class StudyPlan:
         if self.tune is None:
             return []
         for i, name in enumerate(self.tune.controllers):
-            if name not in published:
-                raise StudyError(expected(name, published, "controller of the study")).about("tune", "controllers", i)
+            check_known(name, published, "controller of the study", StudyError, "tune", "controllers", i)
         for i, name in enumerate(self.tune.on):
             if name not in {*self.scenarios, *(s.name for s in self.settings)}:
                 known = [s.name for s in self.settings]

@@ -394,8 +394,7 @@ def _written(
     ):  # fmt: skip
         write_json(folder / "configuration.json", configuration, default=shown_gain)
         comparisons, table = _compared(work, watch)
-        parts = [summarise(c.table, c.metrics) for c in comparisons]
-        summary = pd.concat(parts, ignore_index=True)
+        summary = pd.concat([summarise(c.table, c.metrics) for c in comparisons], ignore_index=True)
         write_frame(summary, folder / "summary.csv")
         titles = column_titles(map(str, table), work.metrics)
         about = [{"column": name, "title": title, "unit": unit} for name, (title, unit) in titles.items()]

@@ -138,8 +138,7 @@ class Cost:
         failed = stopped.any(axis=-1)
         if CONTACTS in metrics:
             failed |= (metrics[CONTACTS] > 0).any(axis=-1)
-        total = found.sum(axis=-1)
-        failed |= ~(total < self.failed)
+        failed |= ~(found.sum(axis=-1) < self.failed)
         found[failed] = self.failed / len(names)
         return found
 

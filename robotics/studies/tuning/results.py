@@ -37,8 +37,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
     values = tuned.evaluated.values[tuned.evaluated.best]
     kept = ("law", "scenarios", "seeds", "cost", "evaluations", "seed", "engine", "versions")
     provenance = {key: tuned.about[key] for key in kept}  # the contents of the scenarios are in search.json
-    files = _files(tuned, values)
-    for file, (name, fis) in files.items():
+    for file, (name, fis) in _files(tuned, values).items():
         (folder / file).parent.mkdir(exist_ok=True)
         write_fis(fis, folder / file, _comment(fis, name, tuned, provenance))
     inside = _specification(tuned, specification, values, Path())

@@ -132,8 +132,7 @@ class Watch:
             return self._carried(times, poses, stacked([None]), None)
         circles, bodies, segments, counts = geometry
         world = Geometry(circles[:, None], bodies[:1], segments[:, None], counts[:1])
-        last = Geometry(*(part[-1:] for part in geometry))
-        return self._carried(times, poses, world, last)
+        return self._carried(times, poses, world, Geometry(*(part[-1:] for part in geometry)))
 
     def _carried(
         self, times: np.ndarray, poses: np.ndarray, world: Geometry, last: Geometry | None

@@ -42,8 +42,7 @@ def weights(a: np.ndarray) -> np.ndarray:
     Two neighbours, as in the thesis's teams of three, thus count in full. If the sum of a robot's weights grew with the
     team, coupling over messages that are a period old would be unstable beyond some ten neighbours.
     """
-    heard = a.sum(axis=1, keepdims=True)
-    return np.asarray(a * np.minimum(1.0, 2 / np.maximum(heard, 1.0)))
+    return np.asarray(a * np.minimum(1.0, 2 / np.maximum(a.sum(axis=1, keepdims=True), 1.0)))
 
 
 def laplacian(a: np.ndarray) -> np.ndarray:
