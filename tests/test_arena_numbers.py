@@ -1,6 +1,7 @@
 """What pages say of the arena is what its last run wrote: docs/reference/arena.csv."""
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -24,7 +25,7 @@ NAMES = {
 }
 GIVEN = ":lead=auto,smooth=0.2"
 PAGES = {"README.md": 13, "docs/tutorials/fair-comparison.md": 5}
-ROWS = TABLE.set_index("law")
+ROWS: Any = TABLE.set_index("law")
 
 
 def said(number):

@@ -3,6 +3,7 @@
 import importlib.util
 import re
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -40,7 +41,8 @@ def test_its_figures_are_made_by_its_code():
 
 def test_its_numbers_of_the_arena_are_those_of_the_last_one():
     arena = " ".join(TEXT.partition("# The arena")[2].partition("# Use")[0].split())
-    rows, given = RANKED.set_index(RANKED["law"].str.replace("mppi:.*", "mppi", regex=True)), ":lead=auto,smooth=0.2"
+    rows: Any = RANKED.set_index(RANKED["law"].str.replace("mppi:.*", "mppi", regex=True))
+    given = ":lead=auto,smooth=0.2"
     tuned, distance = rows["tuned_ratio"], 1000 * rows["rms_distance_late_m"]
     published = [rows.loc["fuzzy-correcting", f"published_ratio{end}"] for end in ("", "_low", "_high")]
     for said in (
