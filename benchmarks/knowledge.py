@@ -1,0 +1,81 @@
+"""What knowledge is worth, and what the law: costs over tuned predictive control on scenarios that nobody was tuned on.
+
+    python -m benchmarks.knowledge                  the EtsRo, with lead or low-pass taken away
+    python -m benchmarks.knowledge mir100 --seeds 5
+
+The scenarios are four of each sort that the packaged arena tests on, with numbers from ``--first`` on, which belongs to
+no block of an arena. Intervals are bootstraps over scenarios and seeds.
+"""
+
+import argparse
+import warnings
+from dataclasses import replace
+
+import numpy as np
+
+from robotics.laws.catalogue import make_controller
+from robotics.measures.statistics.aggregates import IQM, UNSEEN_IQM
+from robotics.measures.statistics.bootstrap import contrasts
+from robotics.plugins.arena.description import load_arena
+from robotics.plugins.arena.families import ArenaError
+from robotics.simulation.scenario.description import Scenario
+from robotics.studies.population import simulate_many
+
+LAWS = (
+    "nmpc-tuned",
+    "fuzzy-correcting",
+    "fuzzy-correcting:lead=0",
+    "fuzzy-correcting:smooth=0",
+    "fuzzy-correcting:lead=0,smooth=0",
+    "lyapunov:lead=auto,smooth=0.2",
+    "lyapunov",
+)
+
+
+def scenarios(robot: str, first: int, count: int = 4) -> list[Scenario]:
+    """The scenarios of a robot; a sort that it cannot drive is left out."""
+    arena, found = load_arena("default"), []
+    for family in arena.test:
+        for _ in range(count):
+            try:
+                found.append(replace(family, robot=robot, count=1).scenario(first + len(found), arena.conditions))
+            except ArenaError:
+                break
+    return found
+
+
+def costs(laws: tuple[str, ...], told: list[Scenario], seeds: range) -> np.ndarray:
+    """What each run costs (laws, scenarios, seeds)."""
+    cost, made = load_arena("default").made_cost, [make_controller(law) for law in laws]
+    found = np.empty((len(laws), len(told), len(seeds)))
+    for n, law in enumerate(made):
+        for k, scenario in enumerate(told):
+            with warnings.catch_warnings(action="ignore"):
+                runs = simulate_many(scenario, [law], seeds, keep="metrics", metrics=list(cost.metrics))
+            metrics = {name: runs[name].mean(axis=-1) for name in cost.metrics}
+            found[n, k] = np.ravel(cost.of(metrics, runs.stopped.any(axis=-1)))
+    return found
+
+
+def main() -> None:
+    """Print a row a law."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
+    parser.add_argument("robot", nargs="?", default="etsro")
+    parser.add_argument("--laws", default="", help="specifications, a space between two; the first is the unit")
+    parser.add_argument("--first", type=int, default=7_000_000, help="the first number and seed")
+    parser.add_argument("--seeds", type=int, default=10)
+    given = parser.parse_args()
+    laws = tuple(given.laws.split()) or LAWS
+    told = scenarios(given.robot, given.first)
+    found = costs(laws, told, range(given.first, given.first + given.seeds))
+    ratios = contrasts(found, UNSEEN_IQM, generator=np.random.default_rng(1))[:, 0]
+    each = IQM(found[:, :, None, :])
+    print(f"{given.robot}: {len(told)} scenarios from number {given.first}, {given.seeds} seeds each; over {laws[0]}")
+    for n, law in enumerate(laws):
+        interval = f"{ratios.value[n]:.3f} ({ratios.low[n]:.3f} to {ratios.high[n]:.3f})"
+        fewer = f"less on {(each[n] < each[0]).sum()}"
+        print(f"{law:36} {interval:26} {fewer:12} mean cost {each[n].mean():.3f}")
+
+
+if __name__ == "__main__":
+    main()
