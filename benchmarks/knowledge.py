@@ -34,7 +34,8 @@ LAWS = (
 
 def scenarios(robot: str, first: int, count: int = 4) -> list[Scenario]:
     """The scenarios of a robot; a sort that it cannot drive is left out."""
-    arena, found = load_arena("default"), []
+    arena = load_arena("default")
+    found: list[Scenario] = []
     for family in arena.test:
         for _ in range(count):
             try:
@@ -53,7 +54,7 @@ def costs(laws: tuple[str, ...], told: list[Scenario], seeds: range) -> np.ndarr
             with warnings.catch_warnings(action="ignore"):
                 runs = simulate_many(scenario, [law], seeds, keep="metrics", metrics=list(cost.metrics))
             metrics = {name: runs[name].mean(axis=-1) for name in cost.metrics}
-            found[n, k] = np.ravel(cost.of(metrics, runs.stopped.any(axis=-1)))
+            found[n, k] = np.ravel(cost.of(metrics, np.asarray(runs.stopped.any(axis=-1))))
     return found
 
 
