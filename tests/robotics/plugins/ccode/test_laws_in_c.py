@@ -24,7 +24,7 @@ LAWS: tuple[str, ...] = (
 LAWS += (
     "lqr:lead=0.1,smooth=0.3",
     "fuzzy:smooth=0.1",
-    "esm:lead=auto",
+    "esm:lead=0.05",
     "csm",
     "assm",
     "qssm",
