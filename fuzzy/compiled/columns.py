@@ -56,6 +56,11 @@ class Column:
         """How many rows it is; 0 for the rest of an array."""
         return self.of.size if self.of is not None else 1 if self.width is None else self.width
 
+    @property
+    def open(self) -> bool:
+        """Whether it, or the last column of its part, is the rest of an array."""
+        return any(last.open for last in [*self.of.columns.values()][-1:]) if self.of is not None else self.width == 0
+
     def placed(self, row: int) -> "Column":
         """The same from another row on."""
         found = Column(self.unit, self.meaning, self.width, self.of)
@@ -70,7 +75,7 @@ class Column:
             return self
         if self.of is None and self.width is None:
             return lane.array[self.row]
-        here = lane.array[self.row : self.row + self.rows] if self.rows else lane.array[self.row :]
+        here = lane.array[self.row :] if self.open else lane.array[self.row : self.row + self.rows]
         return here if self.of is None else self.of(here)
 
     def __set__(self, lane: "Columns", value: Any) -> None:
