@@ -13,13 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from robotics.laws.catalogue import make_controller
 from robotics.measures.statistics.aggregates import IQM, UNSEEN_IQM
 from robotics.measures.statistics.bootstrap import contrasts
 from robotics.plugins.arena.description import load_arena
 from robotics.plugins.arena.families import ArenaError
 from robotics.simulation.scenario.description import Scenario
-from robotics.studies.population import simulate_many
+from robotics.studies.tuning.cost import costs_of
 
 LAWS = (
     "nmpc-tuned",
@@ -45,19 +44,6 @@ def scenarios(robot: str, first: int, count: int = 4) -> list[Scenario]:
     return found
 
 
-def costs(laws: tuple[str, ...], told: list[Scenario], seeds: range) -> np.ndarray:
-    """What each run costs (laws, scenarios, seeds)."""
-    cost, made = load_arena("default").made_cost, [make_controller(law) for law in laws]
-    found = np.empty((len(laws), len(told), len(seeds)))
-    for n, law in enumerate(made):
-        for k, scenario in enumerate(told):
-            with warnings.catch_warnings(action="ignore"):
-                runs = simulate_many(scenario, [law], seeds, keep="metrics", metrics=list(cost.metrics))
-            metrics = {name: runs[name].mean(axis=-1) for name in cost.metrics}
-            found[n, k] = np.ravel(cost.of(metrics, np.asarray(runs.stopped.any(axis=-1))))
-    return found
-
-
 def main() -> None:
     """Print a row a law."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
@@ -68,7 +54,9 @@ def main() -> None:
     given = parser.parse_args()
     laws = tuple(given.laws.split()) or LAWS
     told = scenarios(given.robot, given.first)
-    found = costs(laws, told, range(given.first, given.first + given.seeds))
+    seeds, cost = range(given.first, given.first + given.seeds), load_arena("default").made_cost
+    with warnings.catch_warnings(action="ignore"):
+        found = costs_of(cost, told, laws, seeds).sum(axis=-1)
     ratios = contrasts(found, UNSEEN_IQM, generator=np.random.default_rng(1))[:, 0]
     each = IQM(found[:, :, None, :])
     print(f"{given.robot}: {len(told)} scenarios from number {given.first}, {given.seeds} seeds each; over {laws[0]}")

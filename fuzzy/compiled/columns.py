@@ -58,8 +58,8 @@ class Column:
 
     @property
     def open(self) -> bool:
-        """Whether it, or the last column of its part, is the rest of an array."""
-        return any(last.open for last in [*self.of.columns.values()][-1:]) if self.of is not None else self.width == 0
+        """Whether it, or a column of its part, which then is the last, is the rest of an array."""
+        return self.width == 0 if self.of is None else any(column.open for column in self.of.columns.values())
 
     def placed(self, row: int) -> "Column":
         """The same from another row on."""

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.system import Sugeno
+from robotics.laws.knowledge import share_of
 from robotics.laws.rules.situation import SMOOTH_TIME, TURN_TIME
 from robotics.world.paths.posture import wrapped_compiled
 from robotics.world.paths.road import moving
@@ -57,6 +58,7 @@ class AskedColumns(Columns):
     times = several(INPUTS, "s", "from now, of those of a later time")
     given = several(len(OUTPUTS), "", "where it gives each of OUTPUTS; -1: it does not")
     corrects = column("", "1: the velocity of the reference")
+    smoothing = column("1", "of a new error in the smoothed one")
 
 
 class RecalledColumns(Columns):
@@ -78,8 +80,8 @@ class AskingColumns(Columns):
     said = several(len(OUTPUTS), "", "what it gives")
 
 
-def asked_columns(fis: Sugeno, begin: int) -> dict[str, float | Sequence[float]]:
-    """The numbers of :class:`AskedColumns` for a rule base that begins at ``begin``."""
+def asked_columns(fis: Sugeno, begin: int, period: float) -> dict[str, float | Sequence[float]]:
+    """The numbers of :class:`AskedColumns` for a rule base that begins at ``begin``, asked every ``period`` [s]."""
     names, gives = [v.name for v in fis.inputs], [v.name for v in fis.outputs]
     at = [later(name) for name in names]
     places = [SEEN.index(n) if t is None else len(SEEN) + LATER.index(t[0]) for n, t in zip(names, at, strict=True)]
@@ -91,17 +93,18 @@ def asked_columns(fis: Sugeno, begin: int) -> dict[str, float | Sequence[float]]
         "times": [*(0.0 if t is None else t[1] for t in at), *rest],
         "given": [gives.index(name) if name in gives else -1 for name in OUTPUTS],
         "corrects": float(bool(CORRECTIONS & {*gives})),
+        "smoothing": share_of(SMOOTH_TIME, period),
     }
 
 
 @compiled_only
-def see(robot, aim, time, dt, recalled, work):  # type: ignore[no-untyped-def]
+def see(robot, aim, time, ask, recalled, work):  # type: ignore[no-untyped-def]
     """Write what a robot knows of itself and of an aim into ``work.seen``, and remember the smoothed errors."""
     dx, dy = aim.x - robot.x, aim.y - robot.y
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     x_err, y_err = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
     heading_err = wrapped_compiled(aim.heading - robot.heading)
-    share = 1.0 if recalled.started == 0 else 1.0 - math.exp(-dt / SMOOTH_TIME)
+    share = 1.0 if recalled.started == 0 else ask.smoothing
     recalled.started = 1.0
     recalled.x_err += share * (x_err - recalled.x_err)
     recalled.y_err += share * (y_err - recalled.y_err)
@@ -145,17 +148,12 @@ def given_or(said, ask, output, otherwise):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def corrected(said, ask, aim, heading_err, catch_up):  # type: ignore[no-untyped-def]
-    """v [m/s] and ω [rad/s] of a rule base that corrects the velocity of its reference."""
-    v = given_or(said, ask, GIVEN.v, aim.v * math.cos(heading_err)) + given_or(said, ask, GIVEN.dv, 0.0)
-    speed = max(abs(aim.v), min(abs(v), catch_up))  # as in (2.32)
-    w = given_or(said, ask, GIVEN.w, aim.w) + given_or(said, ask, GIVEN.dw, 0.0)
-    return v, w + speed * given_or(said, ask, GIVEN.bend, 0.0)
-
-
-@compiled_only
-def overruled(said, ask, v, w):  # type: ignore[no-untyped-def]
-    """v [m/s] and ω [rad/s] of fuzzy tracking, as a rule base changes them."""
+def answered(said, ask, aim, heading_err, v, w, catch_up):  # type: ignore[no-untyped-def]
+    """v [m/s] and ω [rad/s] of a rule base: what it makes of the reference's velocity, or of that of fuzzy tracking."""
+    if ask.corrects == 1:
+        v, w = aim.v * math.cos(heading_err), aim.w
     v = given_or(said, ask, GIVEN.v, v * given_or(said, ask, GIVEN.speed_factor, 1.0))
-    v = min(v, given_or(said, ask, GIVEN.speed, math.inf))
-    return v, given_or(said, ask, GIVEN.w, w) + given_or(said, ask, GIVEN.turn, 0.0) / TURN_TIME
+    v = min(v + given_or(said, ask, GIVEN.dv, 0.0), given_or(said, ask, GIVEN.speed, math.inf))
+    speed = max(abs(aim.v), min(abs(v), catch_up))  # as in (2.32)
+    w = given_or(said, ask, GIVEN.w, w) + given_or(said, ask, GIVEN.turn, 0.0) / TURN_TIME
+    return v, w + given_or(said, ask, GIVEN.dw, 0.0) + speed * given_or(said, ask, GIVEN.bend, 0.0)

@@ -29,10 +29,9 @@ from robotics.laws.rules.of_reference import (
     AskedColumns,
     AskingColumns,
     RecalledColumns,
+    answered,
     asked_columns,
-    corrected,
     is_of_reference,
-    overruled,
     pick,
     see,
     tell_asked,
@@ -94,27 +93,24 @@ class RulesWork(Columns):
 
 
 @equation
-def drive_by_rules(robot, aim, gain, memory, command, work, time, dt, road, path, rules):  # type: ignore[no-untyped-def]
+def drive_by_rules(robot, aim, gain, memory, command, work, time, road, path, rules):  # type: ignore[no-untyped-def]
     """Ask the rule base, and track for the rest."""
     ask, own, target = gain.ask, work.own, work.tracking.aim
     if ask.corrects == 1:
         target.x, target.y, target.heading, target.v, target.w = aim.x, aim.y, aim.heading, aim.v, aim.w
-        v, w = 0.0, 0.0
+        v, w = 0.0, 0.0  # not asked for
     else:
         target.x, target.y, target.heading, target.v, target.w, target.s = moving(road, path, time + gain.look_ahead)
         v, w, _ = toward(robot, target, math.nan, 0.0, False, gain, rules, work.tracking)
     if ask.count == 0:
         tell_inputs(command.inputs, gain, work.tracking)
     else:
-        see(robot, target, time, dt, memory, own)
+        see(robot, target, time, ask, memory, own)
         for n in range(int(ask.count)):
             own.asked[n] = pick(n, ask, own, time, road, path)
         tell_asked(command.inputs, ask, own)
         evaluate_packed(rules[int(ask.begin) :], own.asked, own.said, work.tracking.rest)
-        if ask.corrects == 1:
-            v, w = corrected(own.said, ask, target, own.seen[HEADING_ERR], gain.catch_up)
-        else:
-            v, w = overruled(own.said, ask, v, w)
+        v, w = answered(own.said, ask, target, own.seen[HEADING_ERR], v, w, gain.catch_up)
         memory.v, memory.w = v, w
     command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
 
@@ -171,7 +167,7 @@ class OwnRules(FuzzyTracking):
         """What fuzzy tracking derives, and how the rule base is asked."""
         begin = sum(map(len, super().rule_rows()))
         nothing = {name: [0] * c.rows if c.width else 0 for name, c in AskedColumns.columns.items()}
-        ask = nothing if self.own is None else asked_columns(self.own.fis, begin)
+        ask = nothing if self.own is None else asked_columns(self.own.fis, begin, setting.period)
         return {**super().derive(setting), "ask": ask}
 
     def rule_rows(self) -> Sequence[np.ndarray]:

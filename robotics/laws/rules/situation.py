@@ -3,7 +3,6 @@
 What it measures, hears and remembers is put into the terms of :mod:`robotics.laws.rules.quantities`.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -13,6 +12,7 @@ import numpy as np
 from robotics.laws.avoidance.echoes import in_own_frame
 from robotics.laws.avoidance.planned_way import PlannedTiming
 from robotics.laws.avoidance.priority import WHEREABOUTS
+from robotics.laws.knowledge import share_of
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     RISE,
@@ -267,7 +267,7 @@ class Situation:
     @cached_property
     def smooth_error(self) -> PostureError:
         """The same, smoothed over SMOOTH_TIME."""
-        before, now, share = self.recall, self.error, 1.0 - math.exp(-self.dt / SMOOTH_TIME)
+        before, now, share = self.recall, self.error, share_of(SMOOTH_TIME, self.dt)
         x, y, heading = (
             np.where(np.isnan(old), new, old + share * (wrapped(new - old) if turns else new - old))
             for old, new, turns in zip((before.x_err, before.y_err, before.heading_err), now, (0, 0, 1), strict=True)

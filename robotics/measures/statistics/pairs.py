@@ -100,4 +100,7 @@ def verdicts(
     found[told & (wide.high < 1)] = "better"
     found[told & (wide.low > 1)] = "worse"
     found[equivalent] = "equivalent"
+    # A scenario on which a law fails may be left out of a resample, but not of the statistic
+    found[np.isinf(narrow.value)] = "worse"
+    found[narrow.value == 0] = "better"
     return found

@@ -188,16 +188,12 @@ class Outcome:
     @cached_property
     def p_values(self) -> np.ndarray:
         """Holm's p-values of the signed-rank test over scenarios between each two tuned laws (laws, laws)."""
-        return holm(signed_rank_p_values(IQM(self.tuned[:, :, None, :])[:, None, :]))
+        return holm(signed_rank_p_values(self.scenario_costs[:, None, :]))
 
     @cached_property
     def verdicts(self) -> np.ndarray:
         """What can be said of the row's law against the column's, tuned (laws, laws)."""
-        found = verdicts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values)
-        fails = np.isinf(self.cost.value)  # on some scenario, which a resample may leave out
-        found[fails[:, None] & ~fails] = "worse"
-        found[~fails[:, None] & fails] = "better"
-        return found
+        return verdicts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws, p_values=self.p_values)
 
     @cached_property
     def improvement(self) -> Interval:
@@ -226,9 +222,14 @@ class Outcome:
         return interval(self.tuned, CVAR, generator=self.generator, draws=self.draws)
 
     @cached_property
+    def scenario_costs(self) -> np.ndarray:
+        """The interquartile mean of each tuned law's cost on each scenario (laws, scenarios)."""
+        return np.asarray(IQM(self.tuned[:, :, None, :]))
+
+    @property
     def mean(self) -> np.ndarray:
         """The arithmetic mean over scenarios of the interquartile mean of each tuned law's cost (laws,)."""
-        return np.asarray(IQM(self.tuned[:, :, None, :]).mean(axis=1))
+        return self.scenario_costs.mean(axis=1)
 
     @cached_property
     def limits(self) -> np.ndarray:

@@ -168,7 +168,7 @@ class _Writer:
             case "limit":
                 return self._gain(path, column, self.limits[column.row])
             case "memory" | "smoothed":
-                return CTerm(f"state->{_field((lane.name, *path) if lane.name == 'smoothed' else path)}", "real")
+                return CTerm(f"state->{_field(path)}", "real")
             case "command":
                 return self._commanded(path)
         return self._entry(CTable(lane.name), lane.first + column.row)
@@ -259,7 +259,7 @@ class _Writer:
         if self.share < 1:
             given: list[Any] = [self.lanes[name] for name in ("command", "aim")]
             given += [self.constant("SMOOTHING 1, of a new correction", self.share), self.limit]
-            given.append(Lane("smoothed", SmoothedColumns))
+            given.append(Lane("smoothed", SmoothedColumns, 0, ("smoothed",)))
             body.say(f"{body.called(self.translator.function(smooth_correction, given), given).text};")
         if self.torque:
             body.say("if (isfinite(output->torque_right) && isfinite(output->torque_left)) return 1;")
