@@ -48,8 +48,10 @@ from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from robotics.laws.knowledge import (
     AUTO,
+    ESTIMATOR,
     LEAD,
     SMOOTH,
+    Estimator,
     KnowledgeColumns,
     Lead,
     SmoothedColumns,
@@ -231,7 +233,7 @@ def equation(law: Callable[..., Any]) -> Any:
     return Equation(law)
 
 
-KNOWLEDGE_FIELDS = ("lead", "smooth")  # of every law with an equation, no gains of the equation itself
+KNOWLEDGE_FIELDS = ("lead", "smooth", "estimator")  # of every law with an equation, no gains of the equation itself
 _hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a law's numbers
 
 
@@ -316,6 +318,7 @@ class EquationLaw(Law[Memory]):
 
     lead: Lead | None = quantity(None, **LEAD)
     smooth: float | None = quantity(None, **SMOOTH)
+    estimator: Estimator | None = quantity(None, **ESTIMATOR)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -328,8 +331,10 @@ class EquationLaw(Law[Memory]):
                 raise ControllerError(f"{name} is nothing for {type(self).__name__}: {why}").about(name)
         for part in fields(self):
             held = getattr(self, part.name, None)
-            if isinstance(held, EquationLaw) and (held.lead is not None or held.smooth is not None):
-                raise ControllerError(f"lead and smooth belong to {type(self).__name__}, not to its part {part.name}")
+            if isinstance(held, EquationLaw):
+                for name in KNOWLEDGE_FIELDS:
+                    if getattr(held, name) is not None:
+                        raise ControllerError(f"{name} belongs to {type(self).__name__}, not to its part {part.name}")
 
     def __init_subclass__(cls) -> None:
         """Drive by a derived class's own ``control`` where it has one, and not by the equation that it inherits."""
@@ -359,7 +364,7 @@ class EquationLaw(Law[Memory]):
         """Why it can have no lead or no low-pass, by "lead" and "smooth"."""
         found = {}
         if not self.has_equation:
-            return dict.fromkeys(KNOWLEDGE_FIELDS, "it drives by a control of its own, in Python")
+            return dict.fromkeys(("lead", "smooth"), "it drives by a control of its own, in Python")
         if self.aims or (self.knows and "reference velocity" not in self.knows):
             found["lead"] = "it does not drive by the velocity of the reference at the present time"
         if self.level == "torque":
@@ -374,7 +379,7 @@ class EquationLaw(Law[Memory]):
         told = setting.knowledge
         ahead, constant = (
             getattr(self if getattr(self, name) is not None else told, name) if name not in self.barred else 0.0
-            for name in KNOWLEDGE_FIELDS
+            for name in ("lead", "smooth")
         )
         ahead = setting.auto_lead(self.level) if ahead == AUTO else ahead
         return [ahead, share_of(constant, setting.period), *velocity_limits(setting.robots)]

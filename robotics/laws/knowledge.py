@@ -15,7 +15,11 @@ goes through a low-pass of first order, exact for a command held over T, that be
 
 It takes white noise of the pose sensor away, by √(share/(2 − share)), and the phase of a delay of about τ_s.
 
-Both are choices: no law of the thesis has them; predictive laws have the one by their model and the other by the
+An estimator joins the pose sensor with odometry, before a law sees the posture: a number is the gain of the
+complementary filter, "kalman" the extended Kalman filter (:mod:`robotics.world.sensing.posture`). Any law can have it,
+of torques and of teams too; it is that of the scenario's sensing unless the law says one.
+
+All are choices: no law of the thesis has them; predictive laws have the one by their model and the other by the
 penalty of changes, so that what a comparison ranks without them is who has them.
 """
 
@@ -28,9 +32,11 @@ from fuzzy.compiled.jit import compiled_only
 from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, quantity
 from robotics.world.paths.road import moving
+from robotics.world.sensing.posture import KALMAN
 from robotics.world.vehicle.plant import LimitColumns, within_limits
 
 Lead = float | Literal["auto"]
+Estimator = float | Literal["kalman"]
 AUTO = "auto"
 # What the fields are, here and of a law
 LEAD: dict[str, Any] = {
@@ -45,6 +51,15 @@ SMOOTH: dict[str, Any] = {
     "least": 0,
     "most": 10,
     "doc": "The time constant of the low-pass through which a law's correction of that velocity goes; 0: none.",
+}
+
+
+ESTIMATOR: dict[str, Any] = {
+    "unit": "1",
+    "above": 0,
+    "most": 1,
+    "word": KALMAN,
+    "doc": 'How pose sensor and odometry are joined: filter_gain of a complementary filter, or "kalman".',
 }
 
 

@@ -129,6 +129,8 @@ class Law(ABC, Generic[Memory]):
     # The gains that name its rule bases, by the task of each; or the parts that have it
     tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
+    estimator: float | str | None = None  # by which its robots join pose sensor and odometry; None: the scenario's
+
     @property
     def learnt_how(self) -> str:
         """How it was learnt, in words; "" if it was not."""

@@ -8,14 +8,14 @@ import numpy as np
 
 from fuzzy.compiled.columns import check
 from robotics.laws.equation import EquationLaw, Known, SeenColumns, Setup, fresh_commands
-from robotics.laws.law import Law, check_needs
+from robotics.laws.law import ControllerError, Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.simulation.lanes import Lanes, PlantLanes, looking
 from robotics.world.environment.collision import footprints
 from robotics.world.radio.channel import Channel
 from robotics.world.radio.faults import Faults, untroubled
 from robotics.world.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
-from robotics.world.sensing.posture import PostureNoise, read_encoders, wheel_errors
+from robotics.world.sensing.posture import PostureNoise, Sensing, SensingError, read_encoders, wheel_errors
 from robotics.world.vehicle import plant as p
 
 
@@ -92,6 +92,7 @@ class PreparedRuns:
         setups, memories = [], []
         for own, law in drivers:
             check_needs(own, law)
+            _sensing(own, law)
             if isinstance(law, EquationLaw) and law.has_equation:
                 memory = law.init(own, len(seeds))
                 setups.append(memory.setup)
@@ -113,13 +114,14 @@ class PreparedRuns:
         seeds = [self.seeds[run % each] for run in range(first, last)]
         generators = [np.random.default_rng(seed) for seed in seeds]
         parameters = self._parameters(first, last)
-        if (errors := wheel_errors(setting.sensing, seeds)) is not None:
+        sensing = _sensing(setting, law)
+        if (errors := wheel_errors(sensing, seeds)) is not None:
             p.ParameterColumns(parameters).odometry.array[...] *= errors
         starts = setting.starts[first:last] if setting.ensemble else setting.starts
         body = self._body(_start(setting, starts, generators), parameters)
         counts = np.zeros((2, runs * robots))
         read_encoders(parameters, body.truth, counts, setting.period, np.empty((2, runs * robots)))
-        noise = PostureNoise.opened(setting.sensing, setting.ticks, generators, seeds)
+        noise = PostureNoise.opened(sensing, setting.ticks, generators, seeds)
         channel = Channel.opened(setting.radio, law.message, robots, seeds, setting.period)
         air = channel.silence(runs, robots)
         known, memory = self._known(first, last, air.heard)
@@ -222,6 +224,17 @@ class PreparedRuns:
         path = setup.path[place]
         own = setup.road, path, column, gains, of - used[0], rules
         return Known(0.0, setting.period, seen, heard, ranges, *own), memory
+
+
+def _sensing(setting: Setting, law: Law[Any]) -> tuple[Sensing, ...]:
+    """How the robots know where they are under a law. Raises ControllerError where its estimator has no pose sensor."""
+    try:
+        return tuple(own.joined_by(law.estimator) for own in setting.sensing)
+    except SensingError:
+        raise ControllerError(
+            f"{setting.name}: estimator of {type(law).__name__} joins a pose sensor with odometry, and there is none; "
+            'accepted with [sensing] posture = "pose"'
+        ).about("estimator") from None
 
 
 def _start(setting: Setting, starts: np.ndarray, generators: Sequence[np.random.Generator]) -> np.ndarray:

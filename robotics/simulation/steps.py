@@ -33,7 +33,7 @@ def sense(k, period, parameters, truth, senses, seen, road, path, references):  
     """
     velocity = seen[VELOCITY : VELOCITY + 2]
     read_encoders(parameters, truth, senses.counts, period, velocity)
-    measure(senses, truth, seen[:VELOCITY], velocity, k, period)
+    measure(senses, parameters, truth, seen[:VELOCITY], velocity, k, period)
     for i in range(seen.shape[1]):
         lane = SeenColumns(seen, i)
         if references.shape[1] > 0:

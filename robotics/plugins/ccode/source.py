@@ -350,7 +350,9 @@ class _Writer:
         said = _TEXTS.table("outputs")
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
         structs = {
-            "input": [f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead)} */" for f in inputs],
+            "input": [
+                f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead, self.law.estimator)} */" for f in inputs
+            ],
             "state": state or [_TEXTS.text("nothing")],
             "output": [f"    {real} {f}; /* {said[f]} */" for f in outputs],
         }
@@ -423,11 +425,13 @@ def _said(column: Column, between: str = ": ") -> str:
     return column.unit + between + column.meaning if column.meaning else column.unit
 
 
-def _input_said(field: str, look_ahead: float, lead: float) -> str:
+def _input_said(field: str, look_ahead: float, lead: float, estimator: float | str | None) -> str:
     """The unit and the meaning of an input."""
     start, _, name = field.rpartition("_")
     if lead > 0 and field in ("at_v", "at_w"):
         return f"{AimColumns.columns[name].unit}, the reference's {lead:g} s from now"
+    if estimator is not None and field in ("x", "y", "heading"):
+        return f"{RobotColumns.columns[name].unit}, measured, joined with odometry by the estimator {estimator}"
     if start == "ahead":
         column = AimColumns.columns[name]
         return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit

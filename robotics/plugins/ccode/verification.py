@@ -101,6 +101,7 @@ class InC(Law[Any]):
     law: Law[Any]
     c: CStep
     kept: dict[str, Any]  # what the steps of the first robot read and said, and the wheels' greatest deviation
+    estimator: float | str | None = None  # the law's: what is in C sees the posture behind it
 
     @property
     def level(self) -> Level:
@@ -174,7 +175,7 @@ def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequenc
         for scenario in scenarios:
             _check_robots(files, scenario)
             steps = {"inputs": [], "outputs": [], "steps": 0, "wheels": 0.0}
-            drives.append(_driven(files.law, InC(files.law, step, steps), scenario, tuple(seeds)))
+            drives.append(_driven(files.law, InC(files.law, step, steps, files.law.estimator), scenario, tuple(seeds)))
         watched = compiler.sanitizes(folder)
         if watched:
             _watched(compiler, folder, files, codes, steps)

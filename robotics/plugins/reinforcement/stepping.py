@@ -81,7 +81,7 @@ def sense_lanes(lanes, chosen):  # type: ignore[no-untyped-def]
         encoders_of(i, body.parameters, body.truth, senses.counts, period, velocity)
     for i in chosen:
         k = lanes.notes.clock[i]
-        measure_of(i, i, 0, senses, body.truth, posture, velocity, k, min(k, drawn - 1), period)
+        measure_of(i, i, 0, senses, body.parameters, body.truth, posture, velocity, k, min(k, drawn - 1), period)
     for i in chosen:
         aim, time = SeenColumns(seen, i).aim, lanes.notes.clock[i] * period
         aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(lanes.road, lanes.notes.robot[i], time)

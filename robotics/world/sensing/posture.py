@@ -1,16 +1,17 @@
 """Posture sensors: the true pose with noise, odometry, and the filter that joins both.
 
 Encoders tell how far each wheel has turned, as a whole number of counts; a robot that has its wheels' or its axle's
-size a little wrong drifts. A pose sensor is noisy but does not drift. The complementary filter predicts by odometry
-and corrects the prediction by a share of its difference from the pose sensor.
+size a little wrong drifts. A pose sensor is noisy but does not drift. A filter predicts by odometry and corrects the
+prediction: the complementary one by a share of its difference from the pose sensor, the extended Kalman filter
+(:mod:`robotics.world.sensing.kalman`) by what the noise and what it has learnt of the wheels make of it.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import pi
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from fuzzy.compiled.jit import compiled_only, without_refcounts
 from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, described, part, quantity
 from robotics.world.random_streams import RELATIVE_STREAM, WHEEL_STREAM
+from robotics.world.sensing.kalman import EstimateColumns, begin, joined
 from robotics.world.vehicle.plant import ParameterColumns, TruthColumns
 
 # Noise is drawn for many periods at a time: fewer calls, in bounded memory
@@ -30,6 +32,8 @@ class SensingError(InputError):
     """A way of sensing that cannot be. The message names the field, its value and what is accepted."""
 
 
+SLIP = 0.0003  # m after 1 m: about what wheels on a hard floor are found to err by [Chong, Kleeman 1997]
+KALMAN: Literal["kalman"] = "kalman"
 # Standard deviations
 _in_m = partial(quantity, 0.0, "m", least=0, most=10)
 _in_rad = partial(quantity, 0.0, "rad", least=0, most=pi)
@@ -41,8 +45,9 @@ class Sensing:
     """The posture sensor of a robot.
 
     ``posture`` "odometry": the posture comes from the encoders alone, beginning where the robot believes to stand
-    (``start``). "pose": it is the true pose with white noise, drawn afresh every period; with a ``filter_gain`` below 1
-    a complementary filter predicts by odometry and corrects by that share.
+    (``start``). "pose": it is the true pose with white noise, drawn afresh every period; an ``estimator`` "kalman", or
+    the complementary filter with a ``filter_gain`` below 1, joins it with odometry. The Kalman filter knows what is
+    told here of noise, wheels and axle.
 
     Raises:
         SensingError: Fields that do not suit each other.
@@ -61,6 +66,12 @@ class Sensing:
     filter_gain: float = quantity(
         1.0, "1", above=0, most=1, doc="The share by which a filter corrects odometry by the pose sensor; 1: no filter."
     )
+    estimator: Literal["complementary", "kalman"] = described(
+        "How a pose sensor and odometry are joined: by filter_gain, or by an extended Kalman filter.", "complementary"
+    )
+    slip: float = quantity(
+        SLIP, "sqrt(m)", least=0, most=0.1, doc="What a Kalman filter takes a wheel's way to err by after 1 m, in m."
+    )
     wheel_error: float = _relative(doc="The relative standard deviation, over seeds, of the radii odometry assumes.")
     axle_error: float = _relative(doc="The relative standard deviation, over seeds, of the axle odometry assumes.")
     start_position: float = _in_m(doc="The standard deviation, over seeds, of the true start from the believed one.")
@@ -68,15 +79,40 @@ class Sensing:
 
     def __post_init__(self) -> None:
         check_quantities(self, SensingError)
-        own: dict[str, float | None] = {"position_noise": 0, "heading_noise": 0, "relative_noise": 0, "filter_gain": 1}
-        own |= {"noise_start": 0, "noise_end": None}
+        own: dict[str, float | str | None] = {
+            "position_noise": 0,
+            "heading_noise": 0,
+            "relative_noise": 0,
+            "filter_gain": 1,
+        }
+        own |= {"noise_start": 0, "noise_end": None, "estimator": "complementary", "slip": SLIP}
         for name, default in own.items():
             if self.posture == "odometry" and getattr(self, name) != default:
                 raise SensingError(f'{name} belongs to posture = "pose"; odometry has its own')
+        if self.estimator == KALMAN and self.filter_gain != 1:
+            raise SensingError('filter_gain belongs to estimator = "complementary"; the other makes its own')
         if self.noise_end is not None and self.noise_end <= self.noise_start:
             raise SensingError(
                 f"noise_end must be > noise_start, {self.noise_start:g} s; got {self.noise_end:g}"
             ).about("noise_end")
+
+    def joined_by(self, estimator: float | str | None) -> "Sensing":
+        """The same with another filter.
+
+        Args:
+            estimator: The ``filter_gain`` of a complementary filter, or "kalman"; None: as it is.
+
+        Raises:
+            SensingError: There is no pose sensor.
+        """
+        if estimator is None:
+            return self
+        kalman = estimator == KALMAN
+        return replace(
+            self,
+            estimator=KALMAN if kalman else "complementary",
+            filter_gain=1.0 if kalman else cast(float, estimator),
+        )
 
 
 # The noise of the thesis's laboratory, which it does not print: assumed wherever a scenario is to have some
@@ -91,7 +127,9 @@ class Senses(NamedTuple):
     relative: Floats1  # (robots,) 1: standard deviation of x and y as a share of each
     since: Floats1  # (robots,) s: the noise begins
     until: Floats1  # (robots,) s: the noise ends
-    gain: Floats1  # (robots,) 1: of the filter; 1 where there is none
+    gain: Floats1  # (robots,) 1: of the complementary filter; 1 where there is none, 0 of a Kalman filter
+    spread: Floats2  # (3, robots) 1, 1, √m: of wheels and of axle, and the slip, as a Kalman filter takes them
+    estimate: Floats2  # (EstimateColumns, lanes), or no lanes: no robot has a Kalman filter
     counts: Floats2  # (2, lanes): of the encoders in the last period
     draws: Floats4  # (runs, periods, 3, robots): normal numbers; no periods: there is no such noise
     relative_draws: Floats4  # likewise, of the relative noise
@@ -135,7 +173,9 @@ class PostureNoise:
             np.array([s.relative_noise for s in sensing], dtype=float),
             np.array([s.noise_start for s in sensing], dtype=float),
             np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing], dtype=float),
-            np.array([s.filter_gain for s in sensing], dtype=float),
+            np.array([0.0 if s.estimator == KALMAN else s.filter_gain for s in sensing], dtype=float),
+            np.array([[s.wheel_error, s.axle_error, s.slip] for s in sensing], dtype=float).T.copy(),
+            np.zeros((EstimateColumns.size, counts.shape[1] * any(s.estimator == KALMAN for s in sensing))),
             counts,
             none,
             none,
@@ -196,11 +236,12 @@ def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore
 
 
 @without_refcounts
-def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
+def measure(senses, parameters, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
     """Measure all postures in period ``k``: by odometry, or the truth with noise, filtered where there is a filter.
 
     Args:
         senses: The sensors.
+        parameters: The plant's (ParameterColumns, lanes).
         truth: The plant's state (TruthColumns, lanes).
         posture: Those of the period before, where the new ones are written (3, lanes): x [m], y [m], heading [rad].
         velocity: v [m/s] and ω [rad/s] since then, by the encoders (2, lanes).
@@ -209,11 +250,13 @@ def measure(senses, truth, posture, velocity, k, dt):  # type: ignore[no-untyped
     """
     robots, place = len(senses.posed), k - senses.drawn
     for i in range(truth.shape[1]):
-        measure_of(i, i // robots, i % robots, senses, truth, posture, velocity, k, place, dt)
+        measure_of(i, i // robots, i % robots, senses, parameters, truth, posture, velocity, k, place, dt)
 
 
 @compiled_only
-def measure_of(i, run, robot, senses, truth, posture, velocity, k, place, dt):  # type: ignore[no-untyped-def]
+def measure_of(  # type: ignore[no-untyped-def]
+    i, run, robot, senses, parameters, truth, posture, velocity, k, place, dt
+):
     """Do the same for one lane, a ``robot`` of a ``run``, by the draws at ``place``."""
     here = TruthColumns(truth, i)
     if not senses.posed[robot]:
@@ -230,7 +273,19 @@ def measure_of(i, run, robot, senses, truth, posture, velocity, k, place, dt):  
             y += senses.draws[run, place, 1, robot] * senses.noise[1, robot]
             heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
     gain = senses.gain[robot]
-    if gain < 1 and k > 0:
+    if gain == 0:
+        noise, relative = senses.noise, senses.relative[robot]
+        variance = noise[0, robot] ** 2 + (relative * x) ** 2, noise[1, robot] ** 2 + (relative * y) ** 2
+        variances = variance[0], variance[1], noise[2, robot] ** 2
+        estimate = EstimateColumns(senses.estimate, i)
+        if k == 0:
+            begin(estimate, variances, senses.spread[0, robot], senses.spread[1, robot])
+        else:
+            half = ParameterColumns(parameters, i).odometry.half_axle
+            ways = (velocity[0, i] + half * velocity[1, i]) * dt, (velocity[0, i] - half * velocity[1, i]) * dt
+            before = posture[0, i], posture[1, i], posture[2, i]
+            x, y, heading = joined(estimate, before, ways, half, senses.spread[2, robot], (x, y, heading), variances)
+    elif gain < 1 and k > 0:
         forward, turn = velocity[0, i] * dt, velocity[1, i] * dt
         middle = posture[2, i] + turn / 2
         px, py = posture[0, i] + forward * math.cos(middle), posture[1, i] + forward * math.sin(middle)

@@ -154,7 +154,7 @@ def test_a_law_that_cannot_have_it_says_why(specification: str, why: str) -> Non
 
 
 def test_it_is_no_matter_of_a_part() -> None:
-    with pytest.raises(ControllerError, match="belong to SlidingMode, not to its part outer"):
+    with pytest.raises(ControllerError, match="lead belongs to SlidingMode, not to its part outer"):
         SlidingMode(outer=Lyapunov(lead=0.1))
     assert make_controller("esm:lead=0.1").lead == 0.1  # type: ignore[attr-defined]
     with pytest.raises(TypeError, match=r"Mine\.lead: every law has a gain of that name"):

@@ -43,7 +43,7 @@ def _compiler():
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize("spec", ["fuzzy", "pid", "lyapunov:lead=auto,smooth=0.2"])
+@pytest.mark.parametrize("spec", ["fuzzy", "pid", "lyapunov:lead=auto,smooth=0.2", "lyapunov:estimator=kalman"])
 def test_the_c_drives_the_same_run(tmp_path, spec):
     scenario = robotics.load_scenario("table-2-1")  # its posture is measured with noise
     proof = verify_c_law(write_c_law(spec, scenario, tmp_path), [scenario], seeds=[1, 2])
