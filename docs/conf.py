@@ -37,6 +37,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+nb_output_stderr = "warn"  # a warning of a cell ends a build with -W
 # Kernels of this build talk to it alone: that their sockets are not encrypted need not be said for each page.
 os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
 kernel_settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"

@@ -29,7 +29,8 @@ ALL_CORE_TESTS = {package: [f"tests/{package}", f"--ignore=tests/{package}/plugi
 LEFT = """
 import contextlib, importlib, io, json, pkgutil, sys
 
-package, plugin, *users = sys.argv[1:]
+package, plugin, users, *tests = sys.argv[1:]
+users = users.split()
 module = importlib.import_module(package)
 for found in pkgutil.walk_packages(module.__path__, f"{package}."):
     if not found.name.startswith(f"{package}.plugins.") and not found.name.endswith("__main__"):
@@ -48,7 +49,10 @@ with open(module.__file__ + "i") as stub:
 main = importlib.import_module(f"{package}.commands.application").main
 with contextlib.redirect_stdout(io.StringIO()) as shown:
     assert main(["--help"]) == 0
-print(json.dumps([lost, shown.getvalue()]))
+print(json.dumps([lost, shown.getvalue()]), flush=True)
+import pytest
+
+sys.exit(pytest.main(tests))
 """
 QUIET = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "-m", "not long and not browser"]
 
@@ -127,7 +131,9 @@ DEAR = [pytest.param(*each, marks=() if each[1] == "mamdani" else pytest.mark.lo
 @pytest.mark.parametrize(("package", "plugin"), DEAR)
 def test_the_core_stands_without(package, plugin, tmp_path):
     tree = tree_without(package, [plugin], tmp_path)
-    lost, shown = json.loads(run_in(tree, "-c", LEFT, package, plugin, *users_of(package, plugin)))
+    users = " ".join(users_of(package, plugin))
+    said = run_in(tree, "-c", LEFT, package, plugin, users, *QUIET, "--noconftest", *CORE_TESTS[package])
+    lost, shown = json.loads(said.partition("\n")[0])
     module = f"{package}.plugins.{plugin}"
     for name, sentence in lost.items():
         assert sentence == f"{package}.{name} needs the plug-in {module}, which is not installed"
@@ -140,7 +146,6 @@ def test_the_core_stands_without(package, plugin, tmp_path):
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     for name in set(project["entry-points"]["fuzzyfleet.commands"]) - set(left):
         assert name.rpartition(".")[2] not in listed
-    run_in(tree, "-m", "pytest", *QUIET, "--noconftest", *CORE_TESTS[package])
 
 
 @pytest.mark.long  # a minute each

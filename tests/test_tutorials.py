@@ -1,4 +1,4 @@
-"""The tutorials and other pages that are notebooks: their cells use public names, and run without a warning."""
+"""The tutorials and other pages that are notebooks: their cells, which `make docs` runs, use public names."""
 
 import ast
 import importlib
@@ -50,15 +50,6 @@ def test_what_the_text_claims_is_asserted(name):
     ]
     assert len(asserts) >= CLAIMS[name]
     assert not [ast.unparse(node) for node in asserts if not any(isinstance(n, ast.Name) for n in ast.walk(node))]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("page", PAGES, ids=named)
-def test_cells_run(page, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {"__name__": "__main__"}
-    for cell in cells(page):
-        exec(compile(cell, named(page), "exec"), names)
 
 
 def test_every_tutorial_is_a_notebook_in_the_list():

@@ -4,11 +4,15 @@ Memberships stay ordered and covering, for they do not move one by one: the plac
 the universe of discourse into gaps, and a search stretches or shrinks each gap. Where two terms met or overlapped they
 still do. Widths and slopes scale with the universe about them, and within WIDEN besides.
 
+A search moves what its data weigh. A rule that hardly acts in them, or only beside a stronger one, can be given any
+number; :meth:`SystemSpace.unreached` tells what parameters are of such rules, or of gaps that the data do not cross.
+
 Consequents keep their sign, or where they are 0 stay near it, unless :attr:`SystemSpace.reach` says how far they go. A
 system that answers to the left as to the right (:mod:`fuzzy.tuning.mirror`) keeps that symmetry, unless it is told not
 to.
 """
 
+import warnings
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,6 +20,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from fuzzy.inference import infer
 from fuzzy.membershipfunction import MembershipFunction
 from fuzzy.naming import check_known
 from fuzzy.rule import Rule
@@ -29,6 +34,8 @@ MOVED: tuple[Movable, ...] = ("memberships", "consequents")  # by default
 STRETCH = 4.0  # by which a gap may grow or shrink against the others
 WIDEN = 1.5  # by which a width or a slope may change besides
 _SMALLEST = 0.1  # of the greatest number alike: how far a consequent may move at least
+ACTING = 0.5  # of the firing strengths of the rules for an output: more than all others together
+SEEN = 0.002  # of the data: what is there at all
 _NEAR = 1e-9  # of the universe: places that are the same
 _KEPT, LEFT_OUT = "kept", "left out"
 
@@ -66,6 +73,21 @@ class SystemSpace:
             for parameter in part.parameters
         )
 
+    def unreached(self, x: np.ndarray) -> tuple[str, ...]:
+        """The names of the parameters of which data say too little, by the inputs ``x`` (points, inputs).
+
+        Those are the numbers of rules of which none outweighs all others (ACTING) on a share SEEN of the points, widths
+        of terms that are not at ACTING there, and gaps with no such share beyond both ends.
+        """
+        with warnings.catch_warnings(action="ignore"):  # of points outside the universe
+            reach = _Reach.of(self.fis, np.asarray(x, dtype=float))
+        return tuple(
+            self.prefix + parameter.name
+            for part in self._parts
+            for parameter, is_reached in zip(part.parameters, part.reached(reach), strict=True)
+            if not is_reached
+        )
+
     def made(self, values: Sequence[float] | np.ndarray) -> Sugeno:
         """The system that ``values`` (parameters,) make; those of the start make one that is equal to the start.
 
@@ -80,6 +102,27 @@ class SystemSpace:
             part.put(draft, [float(v) for v in values[first : first + count]])
             first += count
         return draft.system()
+
+
+@dataclass(frozen=True)
+class _Reach:
+    """Where data lie, and which rules they let act."""
+
+    fis: Sugeno
+    x: np.ndarray  # (points, inputs)
+    memberships: tuple[np.ndarray, ...]  # of each input (points, terms)
+    rules: frozenset[int]  # that outweigh all others somewhere
+
+    @classmethod
+    def of(cls, fis: Sugeno, x: np.ndarray) -> "_Reach":
+        found = infer(fis, x)
+        rules = set()
+        for variable in fis.outputs:
+            own = [n for n, rule in enumerate(fis.rules) if variable.name in dict(rule.then)]
+            firing = found.firing[:, own]
+            most = firing >= ACTING * np.maximum(firing.sum(axis=1, keepdims=True), 1e-300)
+            rules |= {n for n, share in zip(own, most.mean(axis=0), strict=True) if share >= SEEN}
+        return cls(fis, x, found.memberships, frozenset(rules))
 
 
 @dataclass
@@ -112,6 +155,10 @@ class _Part:
     parameters: tuple[SearchParameter, ...]
 
     def put(self, draft: _Draft, values: list[float]) -> None:
+        raise NotImplementedError
+
+    def reached(self, reach: _Reach) -> list[bool]:
+        """Whether data tell something of each parameter."""
         raise NotImplementedError
 
 
@@ -211,6 +258,16 @@ class _Memberships(_Part):
         for name, term in terms.items():
             terms[name] = _moved(term, self.edges, edges, wider[name])
 
+    def reached(self, reach: _Reach) -> list[bool]:
+        x, terms = reach.x[:, self.place], list(reach.fis.inputs[self.place].terms)
+        # At the universe's own ends a point within the gap is enough
+        beyond = np.concatenate([self.edges[1:2], self.edges[1:-1], self.edges[-2:-1]])
+        below, above = (np.mean(x[:, None] <= beyond, axis=0), np.mean(x[:, None] >= beyond, axis=0))
+        crossed = (below[:-1] >= SEEN) & (above[1:] >= SEEN)
+        full = dict(zip(terms, (reach.memberships[self.place] >= ACTING).mean(axis=0) >= SEEN, strict=True))
+        gaps = [any(crossed[k] for k in group) for group in self.groups[1:]]
+        return gaps + [any(full[name] for name in names) for names in self.widths]
+
 
 def _edges(variable: Variable) -> np.ndarray:
     """The ends of the universe of discourse, and within it the places at which terms begin, peak and end."""
@@ -283,6 +340,10 @@ class _Consequent(_Part):
             else:
                 terms[name] = replace(term, slopes=tuple(numbers[:-1]), constant=numbers[-1])
 
+    def reached(self, reach: _Reach) -> list[bool]:
+        output = reach.fis.outputs[self.output].name
+        return [any(dict(reach.fis.rules[rule].then).get(output) in self.names for rule in reach.rules)]
+
 
 def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndarray | None) -> Iterator[_Part]:
     variable = fis.outputs[output]
@@ -337,27 +398,32 @@ def _term_images(fis: Sugeno, output: int, mirror: Mirror | None) -> dict[str, s
 
 
 @dataclass(frozen=True)
-class _Weight(_Part):
+class _OfRules(_Part):
+    """A parameter of a rule, and of its mirror image."""
+
     orbit: tuple[int, ...]
 
+    def reached(self, reach: _Reach) -> list[bool]:
+        return [not reach.rules.isdisjoint(self.orbit)]
+
+
+@dataclass(frozen=True)
+class _Weight(_OfRules):
     def put(self, draft: _Draft, values: list[float]) -> None:
         for rule in self.orbit:
             draft.rules[rule] = replace(draft.rules[rule], weight=values[0])
 
 
 @dataclass(frozen=True)
-class _OnOff(_Part):
-    orbit: tuple[int, ...]
-
+class _OnOff(_OfRules):
     def put(self, draft: _Draft, values: list[float]) -> None:
         for rule in self.orbit:
             draft.kept[rule] = values[0] == 0
 
 
 @dataclass(frozen=True)
-class _Choice(_Part):
+class _Choice(_OfRules):
     output: str
-    orbit: tuple[int, ...]
     taken: tuple[tuple[str, ...], ...]  # a choice: the term of each rule of the orbit
 
     def put(self, draft: _Draft, values: list[float]) -> None:
@@ -382,4 +448,4 @@ def _choices(fis: Sugeno, output: int, orbits: list[tuple[int, ...]], mirror: Mi
         parameter = SearchParameter(
             name=f"rule {_numbers(orbit)}.{variable.name}", start=float(terms.index(start)), choices=tuple(terms)
         )
-        yield _Choice((parameter,), variable.name, orbit, taken)
+        yield _Choice((parameter,), orbit, variable.name, taken)

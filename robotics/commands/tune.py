@@ -148,6 +148,7 @@ def _as_json(found: "Tuned", result: str, folder: Path, checked: "list[Unseen]",
         "after": found.after,
         "evaluations": found.evaluations,
         "parameters": len(found.space.parameters),
+        "held": list(found.space.held),
         "result": result,
         "unseen": [one.row() for one in checked],
         "folder": str(folder),
@@ -162,6 +163,9 @@ def _print(found: "Tuned", result: str, folder: Path, checked: "list[Unseen]", s
         f"{result}\n  mean cost on the tuning runs: {shown(found.before)} before, {shown(found.after)} after "
         f"{found.evaluations} evaluations of {len(found.space.parameters)} parameters, {seconds:.0f} s"
     )
+    if found.space.held:
+        names = ", ".join(found.space.held)
+        print(f'  held, since the tuning runs say nothing of it (unreached = "move" in FILE.toml moves it): {names}')
     for one in checked:
         print(f"  {one.sentence()}")
     if found.about["engine"] == "pareto":

@@ -1,6 +1,7 @@
 """The answer of an arena in ten sentences at most, made of its numbers: for whoever chooses a controller tomorrow."""
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +18,17 @@ from robotics.plugins.arena.outcome import Outcome
 MOST_SENTENCES = 10  # sentences
 _FEW = 6  # laws that a sentence lists
 _TIMES = 2.0  # from here on a cost is "2.9 times as much", below "8 % more"
-_KNOWN = {"lead": "its feed-forward read ahead", "smooth": "a low-pass of its correction"}
+_KNOWN = {
+    "lead": "its feed-forward read ahead",
+    "smooth": "a low-pass of its correction",
+    "estimator": "a Kalman filter of its pose",
+}
 _CHEAP = 0.1  # of the leader's computing time
+
+
+def _parts(known: Collection[str]) -> str:
+    """Parts of knowledge in words."""
+    return listed([_KNOWN[part] for part in KNOWLEDGE_FIELDS if part in known])
 
 
 def answer(outcome: Outcome) -> list[str]:
@@ -142,26 +152,32 @@ class _Said:
         return [f"{head}{text}."]
 
     def knowledge(self) -> list[str]:
-        """What a lead and a low-pass are worth, of laws that take part with and without, and the law among equals."""
-        known = [{*KNOWLEDGE_FIELDS} & {*gains_of(made)} for made in self.of.made]
+        """What each part of knowledge is worth, of laws that take part with and without, and the law among equals.
+
+        Equals are those laws that have the same parts, where most have.
+        """
+        known = [frozenset({*KNOWLEDGE_FIELDS} & {*gains_of(made)}) for made in self.of.made]
         bare = [
             with_gains(made, dict.fromkeys(said)) if said else made
             for made, said in zip(self.of.made, known, strict=True)
         ]
         worth = []
         for k in self.finite:
-            without = next((n for n in self.finite if not known[n] and known[k] and self.of.made[n] == bare[k]), None)
-            if without is not None:
-                name = " and ".join(_KNOWN[part] for part in KNOWLEDGE_FIELDS if part in known[k])
+            fewer = [n for n in self.finite if known[n] < known[k] and bare[n] == bare[k]]
+            if fewer:
+                without = min(fewer, key=lambda n: len(known[n]))
                 short = self.title(without)
-                worth.append(f"with {name} {short} {compared(self.of.pairs[k, without])}")
-        alike = [k for k in self.finite if known[k] == {*KNOWLEDGE_FIELDS}]
+                worth.append(f"with {_parts(known[k] - known[without])} {short} {compared(self.of.pairs[k, without])}")
+        same = Counter(known[k] for k in self.finite if known[k])
+        most = max(same, key=lambda parts: (same[parts], len(parts)), default=frozenset[str]())
+        alike = [k for k in self.finite if known[k] == most]
         if not worth:
             return []
         text = f"What a law is given counts: {listed(worth[:_FEW])}"
         if len(alike) > 1:
             ratio = self.of.pairs[alike[-1], alike[0]]
-            text += f"; among the {_number(len(alike))} laws with both, {self.title(alike[-1])}, the last, "
+            text += f"; among the {_number(len(alike))} laws with {('it', 'both', 'all three')[len(most) - 1]}, "
+            text += f"{self.title(alike[-1])}, the last, "
             text += f"{compared(ratio, self.title(alike[0]))}"
         return [text + "."]
 

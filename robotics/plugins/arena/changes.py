@@ -8,6 +8,7 @@ from robotics.simulation.scenario.description import Scenario
 
 _SHARE = 0.2  # by which a robot's numbers differ from what is believed
 _TIMES = 2  # by which latency and noise do
+_WRONG = 0.01  # standard deviation of the wheels and the axle that odometry assumes, over seeds
 # The whole robot's mass, with the inertia that goes with it
 _MASS = ("body_mass", "body_inertia", "wheel_mass", "wheel_inertia", "wheel_spin_inertia")
 
@@ -36,6 +37,10 @@ def _noise(scenario: Scenario) -> Changed:
     return replace(scenario, sensing=replace(sensing, **noise)), None
 
 
+def _encoders(scenario: Scenario) -> Changed:
+    return replace(scenario, sensing=replace(scenario.sensing, wheel_error=_WRONG, axle_error=_WRONG)), None
+
+
 CHANGES: Mapping[str, Callable[[Scenario], Changed]] = {
     "mass +20 %": _robot(1 + _SHARE, *_MASS),
     "mass -20 %": _robot(1 - _SHARE, *_MASS),
@@ -45,6 +50,7 @@ CHANGES: Mapping[str, Callable[[Scenario], Changed]] = {
     "friction -20 %": _robot(1 - _SHARE, "friction_torque"),
     f"latency ×{_TIMES}": _latency,
     f"noise ×{_TIMES}": _noise,
+    f"encoders ±{_WRONG:.0%}": _encoders,
 }
 
 

@@ -22,7 +22,7 @@ from robotics.plugins.arena.families import ArenaError, Conditions, Family
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.tuning.cost import COST_TERMS, Cost, Term
 from robotics.studies.tuning.space import PARTS, PARTS_MOVED, LawSpace, NothingMovesError
-from robotics.studies.tuning.tune import CHOOSING, TESTING, TUNING
+from robotics.studies.tuning.tune import CHOOSING, TESTING, TUNING, reached
 from robotics.tables.build import Builder, Keys
 from robotics.tables.files import TomlFiles
 from robotics.tables.text import parse_table, reading
@@ -88,7 +88,7 @@ class Arena:
                 raise ArenaError(expected(part, PARTS, "part that can move")).about("move")
         for i, law in enumerate(self.laws):
             try:
-                self.space(law)
+                self._movable(law)
             except InputError as error:
                 raise ArenaError(f"laws: {error}").about("laws", i) from None
         if len(self.untuned) == len(self.laws):
@@ -109,15 +109,27 @@ class Arena:
 
     def space(self, law: str) -> LawSpace | None:
         """What may move of ``law``, a specification, by the one rule for all; None: it takes part as published."""
+        if law not in self._spaces:
+            whole = self._movable(law)
+            self._spaces[law] = whole and reached(whole, self.scenarios("tune"), [self.tuning_seed(0)])
+        return self._spaces[law]
+
+    def _movable(self, law: str) -> LawSpace | None:
+        """The same with what no tuning run reaches."""
         try:
             return LawSpace(self.law(law), self.move)
         except NothingMovesError:
             return None
 
     @cached_property
+    def _spaces(self) -> dict[str, LawSpace | None]:
+        """What may move, by law, as far as it was asked for."""
+        return {}
+
+    @cached_property
     def untuned(self) -> tuple[str, ...]:
         """The laws of which nothing moves: they take part as published."""
-        return tuple(law for law in self.laws if self.space(law) is None)
+        return tuple(law for law in self.laws if self._movable(law) is None)
 
     def budget(self, law: str) -> int:
         """How many candidates each search of ``law``, a specification, tries: 0 where nothing of it moves."""

@@ -36,7 +36,7 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.studies.tuning.cost import COST_TERMS, Cost, Term
 from robotics.studies.tuning.file import load_tuning
 from robotics.studies.tuning.space import PARTS, LawSpace
-from robotics.studies.tuning.tune import TUNING, tune, with_noise
+from robotics.studies.tuning.tune import TUNING, reached, tune, with_noise
 from robotics.studies.tuning.unseen import compared
 
 OFFERED_ENGINES = ("cmaes", "random")
@@ -224,7 +224,8 @@ def search_best(task: TuneTask, report: Report) -> dict[str, Any]:
 
 
 def _searched(task: TuneTask, report: Report) -> dict[str, Any]:
-    space, scenarios = task.space(), task.chosen()
+    scenarios = task.chosen()
+    space = reached(task.space(), scenarios, range(TUNING, TUNING + task.runs))
     about = {"parameters": len(space.parameters), "courses": [_course(s) for s in scenarios]}
     report("start", about | {"paths": [_path(s, space.law) for s in scenarios]})
     teller = _Teller(task, space, scenarios, report)

@@ -14,7 +14,7 @@ from robotics.laws.law import Law
 from robotics.laws.specification import Specification
 from robotics.measures.registry import ALL_METRICS
 from robotics.studies.tuning.cost import COST_TERMS, FAILED_COST, Cost, Term
-from robotics.studies.tuning.space import PARTS, PARTS_MOVED, Bound, LawSpace
+from robotics.studies.tuning.space import PARTS, PARTS_MOVED, Bound, LawSpace, Unreached
 from robotics.tables.build import Builder
 from robotics.tables.files import TomlFiles
 from robotics.tables.keys import Key, KeyTable, first_line, keys_of, table_of
@@ -37,6 +37,10 @@ class TuningFile:
     )
     fixed: tuple[str, ...] = described("Parameters that do not move.", (), example=["v.Zero"])
     symmetric: bool = described("Whether a rule base that answers to both sides alike keeps doing so.", True)
+    unreached: Unreached = described(
+        "Whether what the tuning runs say nothing of is held, or moves: rules that never outweigh all others.",
+        "hold",
+    )
     failed: float = quantity(
         FAILED_COST,
         "1",
@@ -55,7 +59,14 @@ class TuningFile:
     def space(self, law: Law[Any]) -> LawSpace:
         """What of a law may move. Raises TuningError for what the law does not have."""
         return LawSpace(
-            law, self.move, self.gains, self.rule_bases, dict(self.bounds or {}), self.fixed, self.symmetric
+            law,
+            self.move,
+            self.gains,
+            self.rule_bases,
+            dict(self.bounds or {}),
+            self.fixed,
+            self.symmetric,
+            self.unreached,
         )
 
     def made_cost(self) -> Cost:

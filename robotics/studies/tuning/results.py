@@ -46,6 +46,7 @@ def write_tuned(tuned: Tuned, specification: str, folder: Path) -> str:
         "before": tuned.before,
         "after": tuned.after,
         "evaluations": tuned.evaluations,
+        "held": list(tuned.space.held),  # what the runs say nothing of
         "parameters": dict(zip([p.name for p in tuned.space.parameters], _shown(tuned, values), strict=True)),
         "provenance": provenance,
     }

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property
 from math import inf
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from robotics.laws.law import Law
 TENFOLD = 10.0  # by which a gain may change, up and down
 PARTS: tuple[str, ...] = ("gains", *MOVABLE)
 PARTS_MOVED: tuple[str, ...] = ("gains", *MOVED)  # by default
+Unreached = Literal["hold", "move"]
 FORMATION = "formation"  # the task of several systems together
 
 
@@ -63,6 +64,8 @@ class LawSpace:
         bounds: By parameter.
         fixed: Parameters that do not move.
         symmetric: Whether a rule base that answers to both sides alike keeps doing so.
+        unreached: Whether a search holds ("hold") or moves ("move") what the runs that it tunes on say nothing of.
+        held: What it holds for that reason.
 
     Raises:
         TuningError: A part, a gain or a rule base that the law does not have.
@@ -76,6 +79,8 @@ class LawSpace:
     bounds: Mapping[str, Bound] = field(default_factory=dict)
     fixed: Collection[str] = ()
     symmetric: bool = True
+    unreached: Unreached = "hold"
+    held: Collection[str] = ()
 
     def __post_init__(self) -> None:
         for part in self.move:
@@ -95,7 +100,21 @@ class LawSpace:
     @cached_property
     def parameters(self) -> tuple[SearchParameter, ...]:
         """What may move, each with its name, start and bounds: the gains first."""
-        return tuple(self._bounded(p) for p in self._unfixed if p.name not in self.fixed)
+        return tuple(self._bounded(p) for p in self._unfixed if p.name not in self.fixed and p.name not in self.held)
+
+    def holding_unreached(self, asked: Mapping[str, np.ndarray]) -> "LawSpace":
+        """The same, with what the runs of a search say nothing of held: see :meth:`SystemSpace.unreached`.
+
+        Args:
+            asked: The inputs (points, inputs) that the rule bases had in these runs, by their names.
+        """
+        held = [name for task, space in self._systems.items() for name in space.unreached(asked[task])]
+        return replace(self, unreached="move", held=[name for name in held if name not in self.bounds])
+
+    @cached_property
+    def systems(self) -> tuple[str, ...]:
+        """The names of the rule bases that may move."""
+        return tuple(self._systems)
 
     @cached_property
     def _unfixed(self) -> tuple[SearchParameter, ...]:

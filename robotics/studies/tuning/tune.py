@@ -24,6 +24,7 @@ from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
 from robotics.laws.catalogue import as_law, files_of
 from robotics.laws.law import ControllerError, Law
+from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.conditions import noises
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario
@@ -40,6 +41,7 @@ TESTING = 3_000_000  # the first seed of the runs that nothing was tuned on
 RUNS = 20  # that a candidate's cost is the mean of
 _EVALUATIONS = 1000  # of the cost, at most
 _SEED = 1  # of the search
+_LOOKED_AT = 4  # seeds, to find where rule bases are asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +119,8 @@ def tune(
     """Tune a law: look for the gains, and the rule bases, with which it costs least in the closed loop.
 
     Args:
-        law: The law, or its specification, or a :class:`LawSpace`, which says what may move.
+        law: The law, or its specification, or a :class:`LawSpace`, which says what may move. What the runs say nothing
+            of is held (:func:`reached`), unless the space says that it moves.
         scenarios: Scenarios, their names, or files.
         specification: That of the law, where a :class:`LawSpace` is given.
         runs: How many seeds each candidate drives on each scenario, the same for all.
@@ -152,6 +155,7 @@ def tune(
     if runs < 1:
         raise TuningError(f"runs must be a whole number >= 1; got {runs}")
     seeds = range(first_seed, first_seed + runs)
+    space = reached(space, found, seeds)
     if pareto and len(cost.objectives) != 2:
         raise TuningError(
             f"a front is looked for between two objectives; the cost has {', '.join(cost.objectives)}: give each term "
@@ -178,6 +182,25 @@ def tune(
     except SearchInterrupt as stop:
         raise TuningInterrupt(Tuned(space, cost, stop.found, about)) from None
     return Tuned(space, cost, evaluated, about)
+
+
+def reached(space: LawSpace, scenarios: Sequence[Scenario], seeds: Sequence[int]) -> LawSpace:
+    """The same space with what the runs of its law say nothing of held, unless it says that this moves.
+
+    A few seeds tell where rule bases are asked; the law is as it is before the search.
+    """
+    if space.unreached == "move" or not space.systems:
+        return space
+    law, few = space.law, list(seeds)[:_LOOKED_AT]
+    with warnings.catch_warnings(action="ignore"):  # the rule base may be asked outside of its universe
+        runs = [simulate(scenario, law, few) for scenario in scenarios]
+    asked, first = {}, 0
+    for name, fis in law.fuzzy_systems.items():
+        count = len(fis.inputs)
+        rows = [run.inputs[:, first : first + count] for run in runs if run.inputs is not None]
+        points = np.concatenate([np.moveaxis(part, 1, -1).reshape(-1, count) for part in rows])
+        asked[name], first = points[np.isfinite(points).all(axis=1)], first + count
+    return space.holding_unreached(asked)
 
 
 def _evaluate(

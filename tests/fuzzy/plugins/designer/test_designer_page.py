@@ -39,10 +39,11 @@ def first_tab(context, server):
 
 
 @pytest.fixture
-def tab(first_tab, folder):
+def tab(first_tab, folder, server):
     """The tab, with the design as the file was written first."""
     page = first_tab.page
     page.set_viewport_size({"width": 1600, "height": 1000})
+    first_tab.open(server.url)  # a test before may have left another file, variable or small picture
     write_fis(tipper(), folder / "tipper.fis")
     page.evaluate("document.querySelector('.said[role=status]').textContent = ''")
     menu(page, "Revert to the saved file")

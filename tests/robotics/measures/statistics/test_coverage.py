@@ -124,7 +124,7 @@ def test_of_a_thousand_experiments_over_scenarios_95_percent_hold_the_truth(scen
     assert 93 <= held_of_others(1000, 2, scenarios=scenarios, draws=1000) <= 97
 
 
-MANY = [("iqm", 200), ("scenario-iqm", 200), ("paired", 200), ("profile", 200)]
+MANY = [("iqm", 60), ("scenario-iqm", 60), ("paired", 60), ("profile", 60)]
 FEW = [(name, 30) for name in ("iqm", "scenario-iqm", "mean", "cvar", "paired", "profile")]
 
 
