@@ -23,6 +23,7 @@ from robotics.plugins.arena.description import BLOCKS, Arena, load_arena
 from robotics.plugins.arena.entrants import sort_of, terms_of
 from robotics.plugins.arena.figures import Entrant, Standings
 from robotics.plugins.arena.outcome import Outcome
+from robotics.plugins.arena.presets import write_presets
 from robotics.plugins.arena.running import drive_arena
 from robotics.plugins.arena.work import plain, tuned
 from robotics.show.report.chapter import Chapter, Front, Grid, Picture
@@ -88,6 +89,7 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     """
     write_tables(outcome, folder)
     specifications = write_laws(outcome, folder)
+    write_presets(outcome, specifications, folder / "presets")
     chapters = arena_chapters(outcome, specifications)
     head = ranking(outcome)
     pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
@@ -430,12 +432,13 @@ def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
 
 
 def write_tables(outcome: Outcome, folder: Path) -> None:
-    """Write results.csv, summary.csv, pairs.csv, budgets.csv and robustness.csv."""
+    """Write results.csv, summary.csv, pairs.csv, budgets.csv, scenarios.csv and robustness.csv."""
     tables = {
         "results": results_table(outcome),
         "summary": summary_table(outcome),
         "pairs": pairs_table(outcome),
         "budgets": _crossed(outcome, "evaluations", outcome.budgets, "cost", outcome.curves),
+        "scenarios": scenarios_table(outcome),
         "robustness": _crossed(outcome, "change", CHANGES, "ratio", outcome.robustness, failed=outcome.robust_failures),
     }
     for name, table in tables.items():
@@ -449,6 +452,13 @@ def _crossed(
     rows = pd.MultiIndex.from_product([outcome.laws, values], names=["law", name])
     cells = {called: found.value, "low": found.low, "high": found.high, **more}
     return pd.DataFrame({column: array.ravel() for column, array in cells.items()}, rows).reset_index()
+
+
+def scenarios_table(outcome: Outcome) -> pd.DataFrame:
+    """A row a law, a column a scenario of the test: the interquartile mean of the tuned law's cost."""
+    names = [scenario.name for scenario in outcome.arena.scenarios("test")]
+    found = pd.DataFrame(outcome.scenario_costs, outcome.laws, names).rename_axis("law").iloc[outcome.order]
+    return found.reset_index()
 
 
 def results_table(outcome: Outcome) -> pd.DataFrame:
