@@ -21,11 +21,13 @@ it calls, has changed (:mod:`fuzzy.compiled.jit`). All arrays are columns, a lan
 of one run, and no lane reads what another one writes in the same period.
 """
 
+import dis
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from threading import Lock
+from types import FunctionType
 from typing import Any, ClassVar, Literal, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -238,6 +240,18 @@ _hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a la
 
 
 @cache
+def check_helpers(function: Callable[..., Any]) -> None:
+    """Raise ControllerError where an equation calls a function of Python, which is not compiled with it."""
+    for step in dis.get_instructions(function):
+        if step.opname == "LOAD_GLOBAL" and isinstance(function.__globals__.get(step.argval), FunctionType):
+            name = step.argval
+            raise ControllerError(
+                f"{function.__code__.co_filename}: {function.__qualname__} calls {name}, a function of Python; put "
+                "@compiled_only of fuzzy.compiled.jit above it, so that it is compiled too"
+            )
+
+
+@cache
 def gain_columns(law: "type[EquationLaw]") -> type[Columns]:
     """The numbers of a law that its equation reads as ``gain``: fields of its dataclass, and those of ``derived``.
 
@@ -429,6 +443,7 @@ class EquationLaw(Law[Memory]):
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
+        check_helpers(inspect.getattr_static(type(self), "equation").function)
         rows = self.begin(setting, runs)
         lanes = runs * len(setting.robots)
         rows = np.asarray(rows, dtype=float).reshape(len(rows), lanes)

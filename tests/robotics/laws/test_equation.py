@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzy.compiled.columns import ColumnError, Columns, column
-from robotics.laws.catalogue import CATALOGUE, make_controller
+from robotics.laws.catalogue import CATALOGUE, gains_of, make_controller
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.lyapunov import Lyapunov
@@ -114,3 +114,36 @@ class Later(TrackingPID):
 def test_a_derived_law_with_a_gain_more_drives_as_before():
     mine, its = (simulate(SCENARIO, law, (1,)).samples for law in (Later(), TrackingPID()))
     assert mine.tobytes() == its.tobytes()
+
+
+def test_a_helper_that_is_not_compiled_is_a_sentence(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from robotics.laws.equation import EquationLaw, equation\n"
+        "def base(x):\n    return 2 * x\n"
+        "@dataclass(frozen=True, kw_only=True, eq=False)\n"
+        "class Mine(EquationLaw):\n"
+        "    @equation\n"
+        "    def equation(robot, aim):\n"
+        "        return base(aim.v), aim.w\n"
+    )
+    with pytest.raises(
+        ControllerError, match=r"mine\.py: Mine\.equation calls base, a function of Python; put @compil"
+    ):
+        simulate(load_scenario("lyapunov-sine"), f"{tmp_path / 'mine.py'}:Mine")
+
+
+def test_a_field_that_is_no_law_is_no_part(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "from dataclasses import dataclass, field\n"
+        "from robotics.laws.catalogue import make_controller\n"
+        "from robotics.laws.equation import EquationLaw, equation\n"
+        "@dataclass(frozen=True, kw_only=True, eq=False)\n"
+        "class Mine(EquationLaw):\n"
+        "    rules: object = field(default_factory=lambda: make_controller('fuzzy').fuzzy_systems['tracking'])\n"
+        "    @equation\n"
+        "    def equation(robot, aim):\n"
+        "        return aim.v, aim.w\n"
+    )
+    law = make_controller(f"{tmp_path / 'mine.py'}:Mine")
+    assert gains_of(law)["rules"].name == "tracking"
