@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, Law
+from robotics.laws.rules.of_reference import CORRECTIONS
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import at_goal
 from robotics.measures.contacts import can_touch
@@ -28,6 +30,8 @@ from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import State, drive, simulate
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.environment.swept import Watch
+from robotics.world.paths.posture import wrapped
+from robotics.world.paths.road import rows_at
 from robotics.world.vehicle.plant import TruthColumns
 
 DISTURBANCE_STREAM = 8  # of a seed's random streams: see robotics.world.random_streams
@@ -41,6 +45,8 @@ LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's com
     "v": lambda c: c.v,
     "w": lambda c: c.w,
     "speed": lambda c: c.v,
+    "dv": lambda c: c.v,  # less the reference's velocity, which the rule base corrects
+    "dw": lambda c: c.w,
 }
 
 
@@ -159,7 +165,7 @@ def demonstrate(
         setting, pushes = disturbed(setting, seeds, disturbance)
         tandem = replace(tandem, pushes=pushes)
     tandem = replace(tandem, every=_EVERY)
-    taken = _Taken(setting, len(seeds))
+    taken = _Taken(setting, len(seeds), _lead_of(tandem.pupil, setting))
     for state in drive(setting, tandem, seeds):
         taken.look(state, outputs)
         if taken.done:
@@ -168,6 +174,12 @@ def demonstrate(
         for _ in seeds:
             advance()
     return taken.samples(np.asarray(seeds), number), taken.outcome
+
+
+def _lead_of(pupil: Law[Any], setting: Setting) -> np.ndarray:
+    """How far ahead [s] a pupil reads the velocity that it corrects (robots,)."""
+    told = pupil.knowledge_rows(setting)[0] if isinstance(pupil, EquationLaw) and pupil.has_equation else 0.0
+    return np.broadcast_to(told, len(setting.robots))
 
 
 def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tuple[Setting, np.ndarray]:
@@ -194,8 +206,8 @@ def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tup
 class _Taken:
     """The samples taken so far of one drive, and what became of its runs."""
 
-    def __init__(self, setting: Setting, runs: int) -> None:
-        self.setting = setting
+    def __init__(self, setting: Setting, runs: int, lead: np.ndarray) -> None:
+        self.setting, self._lead = setting, lead
         paths = setting.references.joined
         self._lengths = paths.lengths
         self._goals = paths.at(paths.lengths)
@@ -247,13 +259,25 @@ class _Taken:
         there = there & (state.time > self.setting.references.ends / 2)
         self._arrivals = np.where(there & np.isinf(self._arrivals), state.time, self._arrivals)
         if state.k % _EVERY == 0:
-            said = np.stack([self._possible(name, LABELS[name](memory.said)) for name in outputs], axis=-1)
+            said = np.stack([self._label(name, memory.said, state) for name in outputs], axis=-1)
             held_back = memory.said.v < HELD_BACK * state.reference.v
             self._keep(memory, np.broadcast_to(said, (*self._arrivals.shape, len(outputs))), held_back)
 
+    def _label(self, output: str, said: Command, state: State) -> np.ndarray:
+        """What the rule base should have said for the teacher's command."""
+        wish = self._possible(output, LABELS[output](said))
+        if output not in CORRECTIONS:
+            return wish
+        road = self.setting.references.road
+        times = state.time + np.resize(self._lead, len(road.lengths))
+        v, w = rows_at(road, times)[3:5].reshape(2, -1, len(self._lead))
+        if output == "dw":
+            return np.asarray(wish - w)
+        return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
+
     def _possible(self, output: str, said: np.ndarray) -> np.ndarray:
         """What the teacher said, brought down to what the robots can do, which is all that it comes to."""
-        most = np.array([r.w_max if output == "w" else r.v_max for r in self.setting.robots])
+        most = np.array([r.w_max if output in ("w", "dw") else r.v_max for r in self.setting.robots])
         return np.asarray(np.clip(said, -most, most))
 
     def _keep(self, memory: TandemMemory, said: np.ndarray, held_back: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
 from robotics.plugins.learning.demonstrations import LABELS, ImitationTask
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
-COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s"}
+COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s", "dv": "m/s", "dw": "rad/s"}
 
 
 class ImitationError(InputError):
@@ -29,7 +29,9 @@ class ImitationPlan:
     teacher: str  # a controller's specification
     courses: tuple[ImitationTask, ...]
     inputs: tuple[str, ...] = described("Inputs: quantities of docs/reference/quantities.md.")
-    outputs: tuple[str, ...] = described("Outputs: v, w, or speed for at most.", ("v", "w"))
+    outputs: tuple[str, ...] = described(
+        "Outputs: v, w, or speed for at most; dv, dw: the correction of the reference's velocity.", ("v", "w")
+    )
     into: str = described("The law that drives by the rule base, and its gain that names it.", "fuzzy:rule_base")
     seeds: tuple[int, ...] = tuple(range(12))
     rules: int = whole(12, least=1, most=30, doc="Number of rules.")

@@ -4,7 +4,7 @@ A law is a pure function of what the robots see and of its memory, so a second l
 drives; its own memory goes on in step. Each law's robots talk to each other on one radio, under names of their own.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ class TandemMemory(NamedTuple):
 
     teacher: Any
     pupil: Any
+    asked: Any
     period: int  # the number of the next one
     said: Command | None  # by the teacher; none before the first period
     known: np.ndarray  # the inputs of the pupil's rule base (runs, robots, inputs), of pairs (..., others, inputs)
@@ -39,11 +40,17 @@ class TeacherAndPupil(Law[TandemMemory]):
     driver: Driver = "teacher"
     every: int = 1  # periods from one look at the rule base's inputs to the next
     pushes: np.ndarray | None = None  # (periods, 2, runs, robots) m/s and rad/s; the last one holds on
+    asked: Any = field(init=False, repr=False)  # the pupil without what it is given: tells the inputs of its rule base
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.pupil, OwnRules) and self.pupil.own is not None:
-            object.__setattr__(self, "pupil", InterpretedRules.of(self.pupil))
+        asked = self.pupil
+        if isinstance(asked, OwnRules) and asked.own is not None:
+            asked = InterpretedRules.of(replace(asked, lead=None, smooth=None))
+            if not self.pupil.corrects:
+                object.__setattr__(self, "pupil", asked)
+        object.__setattr__(self, "asked", asked)
+        object.__setattr__(self, "estimator", self.pupil.estimator)
 
     @property
     def message(self) -> tuple[str, ...]:
@@ -77,22 +84,24 @@ class TeacherAndPupil(Law[TandemMemory]):
 
     def init(self, setting: Setting, runs: int) -> TandemMemory:
         """Begin with the memories of both. Raises what they raise."""
-        return TandemMemory(
-            self.teacher.init(setting, runs), self.pupil.init(setting, runs), 0, None, np.empty(0), None
-        )
+        asked = self.asked.init(setting, runs)
+        pupil = asked if self.pupil is self.asked else self.pupil.init(setting, runs)
+        return TandemMemory(self.teacher.init(setting, runs), pupil, asked, 0, None, np.empty(0), None)
 
     def control(self, seen: Observation, memory: TandemMemory, dt: float) -> tuple[Command, TandemMemory]:
         """Ask both laws, and command what the driving one says."""
         mine, theirs = _share(seen, "pupil", self.pupil), _share(seen, "teacher", self.teacher)
-        pupil: Any = self.pupil
         known, unheard = memory.known, memory.unheard
         if memory.period % self.every == 0:
-            situation = pupil.situation(mine, memory.pupil, dt)
-            base = pupil.rule_bases[self.learns]
+            situation = self.asked.situation(mine, memory.asked, dt)
+            base = self.asked.rule_bases[self.learns]
             known = base.known(situation)
             unheard = ~situation.seen.heard.hears | np.isnan(situation.others.gap) if base.of_pairs else None
         said, teacher_memory = self.teacher.control(theirs, memory.teacher, dt)
-        done, pupil_memory = self.pupil.control(mine, memory.pupil, dt)
+        done, asked_memory = self.asked.control(mine, memory.asked, dt)
+        pupil_memory = asked_memory
+        if self.pupil is not self.asked:
+            done, pupil_memory = self.pupil.control(mine, memory.pupil, dt)
         command = said if self.driver == "teacher" else done
         told = (("teacher", said.message or {}), ("pupil", done.message or {}))
         message = {f"{who}.{name}": value for who, values in told for name, value in values.items()}
@@ -100,7 +109,9 @@ class TeacherAndPupil(Law[TandemMemory]):
         if self.pushes is not None and self.level == "velocity":
             v, w = self.pushes[min(memory.period, len(self.pushes) - 1)]
             command = command._replace(first=command.first + v, second=command.second + w)
-        return command, TandemMemory(teacher_memory, pupil_memory, memory.period + 1, said, known, unheard)
+        return command, TandemMemory(
+            teacher_memory, pupil_memory, asked_memory, memory.period + 1, said, known, unheard
+        )
 
 
 def _share(seen: Observation, who: Driver, law: Law[Any]) -> Observation:

@@ -113,6 +113,29 @@ def test_the_table_holds_what_the_teacher_would_do(learnt):
     np.testing.assert_allclose(v, v_d * np.cos(heading) + x, atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:input 'target_v' is constant")
+def test_a_correction_is_what_the_teacher_adds_to_the_velocity_that_it_reads_ahead():
+    """Of (2.30) and (2.32) what is left: x_e, and v_d (10 y_e + 5 sin ψ_e), of a reference with one speed."""
+    course = replace(
+        BEND, robots=tuple(replace(r, timing=replace(r.timing, x_rate=None, speed=0.3)) for r in BEND.robots)
+    )
+    plan = lesson(
+        teacher="lyapunov:lead=auto",
+        courses=(scenario_course(course),),
+        inputs=TRACKING[:4],
+        outputs=("dv", "dw"),
+        into="fuzzy:lead=auto,smooth=0.2,rule_base",
+        options=anfis.Options(epochs=0, ridge=1e-5),
+    )
+    found = imitate(plan)
+    x, y, heading, v_d, dv, dw = found.table()[1][:, 3:].T
+    under_way = v_d == v_d.max()  # not after the path's end, of which the lead knows before
+    np.testing.assert_allclose(dv[under_way], x[under_way], atol=1e-9)
+    np.testing.assert_allclose(dw[under_way], (v_d * (10 * y + 5 * np.sin(heading)))[under_way], atol=1e-9)
+    assert under_way.sum() > 100
+    assert [(v.name, v.unit) for v in found.system.outputs] == [("dv", "m/s"), ("dw", "rad/s")]
+
+
 def test_two_laws_in_tandem_change_nothing_for_the_one_that_drives():
     """Both tell the other robots what they tell them alone."""
     scenario = load_scenario("three-cross")
