@@ -1,7 +1,7 @@
 """What knowledge is worth, and what the law: costs over tuned predictive control on scenarios that nobody was tuned on.
 
     python -m benchmarks.knowledge                  the EtsRo, with lead or low-pass taken away
-    python -m benchmarks.knowledge mir100 --seeds 5
+    python -m benchmarks.knowledge mir100 --seeds 5 --wrong 0.01
 
 The scenarios are four of each sort that the packaged arena tests on, with numbers from ``--first`` on, which belongs to
 no block of an arena. Intervals are bootstraps over scenarios and seeds.
@@ -28,6 +28,9 @@ LAWS = (
     "fuzzy-correcting:lead=0,smooth=0",
     "lyapunov:lead=auto,smooth=0.2",
     "lyapunov",
+    "fuzzy-correcting:estimator=kalman",
+    "lyapunov:lead=auto,smooth=0.2,estimator=kalman",
+    "nmpc-tuned:estimator=kalman",
 )
 
 
@@ -44,6 +47,14 @@ def scenarios(robot: str, first: int, count: int = 4) -> list[Scenario]:
     return found
 
 
+def under(scenario: Scenario, wrong: float, noise: float, latency: float) -> Scenario:
+    """The scenario with encoders that are wrong, more noise or a later command."""
+    own = scenario.sensing
+    louder = {name: noise * getattr(own, name) for name in ("position_noise", "heading_noise")}
+    sensing = replace(own, wheel_error=wrong, axle_error=wrong, **louder)
+    return replace(scenario, sensing=sensing, latency=round(latency * scenario.latency, 9))
+
+
 def main() -> None:
     """Print a row a law."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
@@ -51,9 +62,12 @@ def main() -> None:
     parser.add_argument("--laws", default="", help="specifications, a space between two; the first is the unit")
     parser.add_argument("--first", type=int, default=7_000_000, help="the first number and seed")
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--wrong", type=float, default=0.0, help="spread of the wheels and axles that odometry assumes")
+    parser.add_argument("--noise", type=float, default=1.0, help="times the noise of the pose sensor")
+    parser.add_argument("--latency", type=float, default=1.0, help="times the latency, of which laws are told")
     given = parser.parse_args()
     laws = tuple(given.laws.split()) or LAWS
-    told = scenarios(given.robot, given.first)
+    told = [under(s, given.wrong, given.noise, given.latency) for s in scenarios(given.robot, given.first)]
     seeds, cost = range(given.first, given.first + given.seeds), load_arena("default").made_cost
     with warnings.catch_warnings(action="ignore"):
         found = costs_of(cost, told, laws, seeds).sum(axis=-1)

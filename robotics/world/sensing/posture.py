@@ -33,6 +33,7 @@ class SensingError(InputError):
 
 
 SLIP = 0.0003  # m after 1 m: about what wheels on a hard floor are found to err by [Chong, Kleeman 1997]
+SURE = 0.02  # how well a Kalman filter takes wheels and axle to be known at best: one that is surer never learns them
 KALMAN: Literal["kalman"] = "kalman"
 # Standard deviations
 _in_m = partial(quantity, 0.0, "m", least=0, most=10)
@@ -47,7 +48,7 @@ class Sensing:
     ``posture`` "odometry": the posture comes from the encoders alone, beginning where the robot believes to stand
     (``start``). "pose": it is the true pose with white noise, drawn afresh every period; an ``estimator`` "kalman", or
     the complementary filter with a ``filter_gain`` below 1, joins it with odometry. The Kalman filter knows what is
-    told here of noise, wheels and axle.
+    told here of noise, wheels and axle, and begins with a spread of 2 % of these at least.
 
     Raises:
         SensingError: Fields that do not suit each other.
@@ -174,7 +175,7 @@ class PostureNoise:
             np.array([s.noise_start for s in sensing], dtype=float),
             np.array([np.inf if s.noise_end is None else s.noise_end for s in sensing], dtype=float),
             np.array([0.0 if s.estimator == KALMAN else s.filter_gain for s in sensing], dtype=float),
-            np.array([[s.wheel_error, s.axle_error, s.slip] for s in sensing], dtype=float).T.copy(),
+            np.array([[max(s.wheel_error, SURE), max(s.axle_error, SURE), s.slip] for s in sensing]).T.copy(),
             np.zeros((EstimateColumns.size, counts.shape[1] * any(s.estimator == KALMAN for s in sensing))),
             counts,
             none,
