@@ -44,7 +44,7 @@ def test_a_table_of_the_arena_holds_the_numbers_of_its_last_run(page):
     found = [[part.strip() for part in line.strip().strip("|").split("|")] for line in lines if line.startswith("| ")]
     rows = [row for row in found if row[0] in NAMES]
     assert len(rows) == PAGES[page]
-    for name, bare, untuned, tuned in rows:
+    for name, bare, untuned, tuned, *filtered in rows:
         law = NAMES[name]
         if bare:
             ratio = ROWS.loc[law, "tuned_ratio"]
@@ -54,6 +54,9 @@ def test_a_table_of_the_arena_holds_the_numbers_of_its_last_run(page):
             assert (untuned, tuned) == (cell(given, "published"), cell(given, "tuned"))
         else:
             assert given == law != "fuzzy-correcting"
+        for kalman in filtered:
+            more = [f"{given}{mark}estimator=kalman" for mark in ",:"]
+            assert kalman == next((cell(one, "tuned") for one in more if one in ROWS.index), "")
 
 
 def test_what_the_readme_says_beside_its_table_is_of_the_same_run():

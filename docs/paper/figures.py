@@ -17,7 +17,7 @@ import fuzzy
 import robotics
 
 ARENA = Path(__file__).parent.parent / "reference" / "arena.csv"
-GIVEN = {"lead=": "lead", "smooth=": "low-pass"}
+GIVEN = {"lead=": "lead", "smooth=": "low-pass", "estimator=": "Kalman filter"}
 NAMES = {
     "fuzzy-correcting": "fuzzy, nine rules",
     "mppi": "MPPI",

@@ -47,6 +47,7 @@ LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's com
     "speed": lambda c: c.v,
     "dv": lambda c: c.v,  # less the reference's velocity, which the rule base corrects
     "dw": lambda c: c.w,
+    "bend": lambda c: c.w,  # likewise, over the speed by which it is multiplied
 }
 
 
@@ -165,7 +166,7 @@ def demonstrate(
         setting, pushes = disturbed(setting, seeds, disturbance)
         tandem = replace(tandem, pushes=pushes)
     tandem = replace(tandem, every=_EVERY)
-    taken = _Taken(setting, len(seeds), _lead_of(tandem.pupil, setting))
+    taken = _Taken(setting, len(seeds), tandem.pupil)
     for state in drive(setting, tandem, seeds):
         taken.look(state, outputs)
         if taken.done:
@@ -206,8 +207,9 @@ def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tup
 class _Taken:
     """The samples taken so far of one drive, and what became of its runs."""
 
-    def __init__(self, setting: Setting, runs: int, lead: np.ndarray) -> None:
-        self.setting, self._lead = setting, lead
+    def __init__(self, setting: Setting, runs: int, pupil: Law[Any]) -> None:
+        self.setting, self._lead = setting, _lead_of(pupil, setting)
+        self._catch_up = getattr(pupil, "catch_up", 0.0)
         paths = setting.references.joined
         self._lengths = paths.lengths
         self._goals = paths.at(paths.lengths)
@@ -273,11 +275,14 @@ class _Taken:
         v, w = rows_at(road, times)[3:5].reshape(2, -1, len(self._lead))
         if output == "dw":
             return np.asarray(wish - w)
+        if output == "bend":
+            speed = np.maximum(np.abs(v), np.minimum(np.abs(said.v), self._catch_up))
+            return np.asarray((wish - w) / np.where(speed > 0, speed, np.nan))
         return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
 
     def _possible(self, output: str, said: np.ndarray) -> np.ndarray:
         """What the teacher said, brought down to what the robots can do, which is all that it comes to."""
-        most = np.array([r.w_max if output in ("w", "dw") else r.v_max for r in self.setting.robots])
+        most = np.array([r.w_max if output in ("w", "dw", "bend") else r.v_max for r in self.setting.robots])
         return np.asarray(np.clip(said, -most, most))
 
     def _keep(self, memory: TandemMemory, said: np.ndarray, held_back: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
 from robotics.plugins.learning.demonstrations import LABELS, ImitationTask
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
-COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s", "dv": "m/s", "dw": "rad/s"}
+COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s", "dv": "m/s", "dw": "rad/s", "bend": "1/m"}
 
 
 class ImitationError(InputError):
@@ -30,7 +30,7 @@ class ImitationPlan:
     courses: tuple[ImitationTask, ...]
     inputs: tuple[str, ...] = described("Inputs: quantities of docs/reference/quantities.md.")
     outputs: tuple[str, ...] = described(
-        "Outputs: v, w, or speed for at most; dv, dw: the correction of the reference's velocity.", ("v", "w")
+        "Outputs: v, w, or speed for at most; dv, dw, bend: what corrects the reference's velocity.", ("v", "w")
     )
     into: str = described("The law that drives by the rule base, and its gain that names it.", "fuzzy:rule_base")
     seeds: tuple[int, ...] = tuple(range(12))
