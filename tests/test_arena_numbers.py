@@ -6,6 +6,13 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from robotics.laws.equation import KNOWLEDGE_FIELDS
+from robotics.laws.specification import Specification
+from robotics.laws.tuned import tuned_from
+from robotics.measures.statistics.aggregates import IQM
+from robotics.plugins.arena.description import load_arena
+from robotics.studies.tuning.cost import costs_of
+
 ROOT = Path(__file__).parent.parent
 TABLE = pd.read_csv(ROOT / "docs" / "reference" / "arena.csv")
 NAMES = {
@@ -67,7 +74,10 @@ def test_what_the_readme_says_beside_its_table_is_of_the_same_run():
     assert f"(Lyapunov: {said(ratio['lyapunov'])}, with it alone {said(ratio['lyapunov:lead=auto'])})" in text
     given = [f"{law}{GIVEN}" for law in ("lqr", "pdc", "lyapunov")]
     assert ROWS.loc[[*given], "tuned_ratio_high"].max() < 0.85
-    assert ROWS.loc["fuzzy-correcting", "published_ratio_high"] < ROWS.loc["fuzzy-correcting", "tuned_ratio"]
+    filtered = [*(f"{law}:estimator=kalman" for law in ("nmpc", "fuzzy-correcting")), f"lqr{GIVEN},estimator=kalman"]
+    filtered.append("mppi:samples=500,steps=28,step=0.1,estimator=kalman")
+    assert 1.03 < ratio[filtered].max() / ratio[filtered].min() < 1.07
+    assert 0.45 < ratio[filtered].min() < ratio[filtered].max() < 0.55
     assert list(ratio.index).index("fuzzy") == len(ratio) - 2
     assert ratio[["lyapunov", "lqr", "pid", "pdc"]].min() > 2
     assert not ROWS["failed"].any()
@@ -77,3 +87,25 @@ def test_the_arena_of_the_file_is_the_packaged_one():
     import robotics
 
     assert set(TABLE["law"]) == set(robotics.load_arena("default").laws)
+
+
+SORTS = 8  # of scenarios, four draws each
+PRESETS = [name for name, about in tuned_from().items() if about not in ("cooperation", "virtual-structure-virtual")]
+
+
+@pytest.mark.parametrize("preset", [pytest.param(p, marks=pytest.mark.long if "mp" in p else ()) for p in PRESETS])
+def test_a_preset_costs_what_the_arena_has_found(preset):
+    """The first scenarios of two sorts; gains have six digits in the preset, and a switching law shows it."""
+    costs = pd.read_csv(ROOT / "docs" / "reference" / "arena-scenarios.csv", index_col="law")
+    arena = load_arena("default")
+    (law,) = (law for law in costs.index if named(law) == preset)
+    for place in (4, 24):
+        scenario = arena.scenarios("test")[place]
+        found = costs_of(arena.made_cost, [scenario], [preset], arena.seeds("test", arena.testing_runs)).sum(axis=-1)
+        assert IQM(found[:, :, None, :])[0, 0] == pytest.approx(costs.loc[law, scenario.name], rel=0.02)
+
+
+def named(law):
+    """The name of the preset of an arena's law."""
+    about = Specification.of(law)
+    return "-".join([about.name, *(part for part in KNOWLEDGE_FIELDS if f"{part}=" in about.gains), "tuned"])

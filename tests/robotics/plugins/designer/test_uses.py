@@ -27,9 +27,11 @@ def made(inputs: str, outputs: str, name: str = "mine") -> Sugeno:
 PACKAGED = {
     "tracking": ("fuzzy", "tracking", "fuzzy-off-path"),
     "tracking-literal": ("fuzzy", "tracking", "fuzzy-off-path"),
-    "tracking-tuned": ("fuzzy", "tracking", "fuzzy-off-path"),
+    "fuzzy-tuned": ("fuzzy", "tracking", "fuzzy-off-path"),
     "tracking-cooperation-tuned": ("fuzzy", "tracking", "fuzzy-off-path"),
     "correcting": ("fuzzy-correcting", "own", "fuzzy-off-path"),
+    "fuzzy-correcting-tuned": ("fuzzy-correcting", "own", "fuzzy-off-path"),
+    "fuzzy-correcting-estimator-tuned": ("fuzzy-correcting", "own", "fuzzy-off-path"),
     "cooperation": ("fuzzy-team", "cooperation", "wait-for-one"),
     "crash": ("fuzzy-team", "crash", "three-cross"),
     "obstacles": ("fuzzy-team", "obstacles", "obstacles-on-two-paths"),
@@ -52,7 +54,7 @@ def test_every_packaged_rule_base_has_a_place() -> None:
         assert [use.law for use in uses_of(network)] == ["formation"]
 
 
-OTHERS = ("tracking-literal", "tracking-tuned", "tracking-cooperation-tuned")  # of the same variables as tracking
+OTHERS = ("tracking-literal", "fuzzy-tuned", "tracking-cooperation-tuned")  # of the same variables as tracking
 
 
 @pytest.mark.parametrize("name", [name for name in PACKAGED if name not in OTHERS])
