@@ -379,7 +379,7 @@ def gain_fields(law: type[Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for f in sorted((f for f in fields(law) if f.init), key=lambda f: f.name in KNOWLEDGE_FIELDS):
         part = None if f.default_factory is MISSING else f.default_factory()
-        if isinstance(part, Law):
+        if is_dataclass(part) and hasattr(part, "idle"):  # a law, or what it is made of; a system is a gain
             inner = gain_fields(type(part)).items()
             found |= {f"{f.name}.{name}": own for name, own in inner if name not in KNOWLEDGE_FIELDS}
         else:
