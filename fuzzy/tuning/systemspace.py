@@ -35,7 +35,7 @@ STRETCH = 4.0  # by which a gap may grow or shrink against the others
 WIDEN = 1.5  # by which a width or a slope may change besides
 _SMALLEST = 0.1  # of the greatest number alike: how far a consequent may move at least
 ACTING = 0.5  # of the firing strengths of the rules for an output: more than all others together
-SEEN = 0.002  # of the data: what is there at all
+PRESENT = 0.002  # of the data: what is there at all
 _NEAR = 1e-9  # of the universe: places that are the same
 _KEPT, LEFT_OUT = "kept", "left out"
 
@@ -76,7 +76,7 @@ class SystemSpace:
     def unreached(self, x: np.ndarray) -> tuple[str, ...]:
         """The names of the parameters of which data say too little, by the inputs ``x`` (points, inputs).
 
-        Those are the numbers of rules of which none outweighs all others (ACTING) on a share SEEN of the points, widths
+        Those are the numbers of rules of which none outweighs all others (ACTING) on a share PRESENT of the points, widths
         of terms that are not at ACTING there, and gaps with no such share beyond both ends.
         """
         with warnings.catch_warnings(action="ignore"):  # of points outside the universe
@@ -121,7 +121,7 @@ class _Reach:
             own = [n for n, rule in enumerate(fis.rules) if variable.name in dict(rule.then)]
             firing = found.firing[:, own]
             most = firing >= ACTING * np.maximum(firing.sum(axis=1, keepdims=True), 1e-300)
-            rules |= {n for n, share in zip(own, most.mean(axis=0), strict=True) if share >= SEEN}
+            rules |= {n for n, share in zip(own, most.mean(axis=0), strict=True) if share >= PRESENT}
         return cls(fis, x, found.memberships, frozenset(rules))
 
 
@@ -263,8 +263,8 @@ class _Memberships(_Part):
         # At the universe's own ends a point within the gap is enough
         beyond = np.concatenate([self.edges[1:2], self.edges[1:-1], self.edges[-2:-1]])
         below, above = (np.mean(x[:, None] <= beyond, axis=0), np.mean(x[:, None] >= beyond, axis=0))
-        crossed = (below[:-1] >= SEEN) & (above[1:] >= SEEN)
-        full = dict(zip(terms, (reach.memberships[self.place] >= ACTING).mean(axis=0) >= SEEN, strict=True))
+        crossed = (below[:-1] >= PRESENT) & (above[1:] >= PRESENT)
+        full = dict(zip(terms, (reach.memberships[self.place] >= ACTING).mean(axis=0) >= PRESENT, strict=True))
         gaps = [any(crossed[k] for k in group) for group in self.groups[1:]]
         return gaps + [any(full[name] for name in names) for names in self.widths]
 

@@ -98,7 +98,7 @@ def _comment(fis: Sugeno, task: str, tuned: Tuned, about: Mapping[str, Any]) -> 
     first, last = about["seeds"]
     return "\n".join(
         [
-            f"{fis.name}: the rule base {task} of {about['law']}, tuned through the closed loop",
+            f"{fis.name}: the rule base {task} of {about['law']}, tuned through the closed loop.",
             f"Scenarios: {', '.join(about['scenarios'])}; seeds {first} to {last}",
             f"Cost: {terms}; failed runs {tuned.cost.failed:g}",
             f"Mean cost on these runs: {tuned.before:.6g} before, {tuned.after:.6g} after",
