@@ -4,8 +4,9 @@
     python -m benchmarks.learntrules --rules 4 --evaluations 300
 
 The teacher drives one scenario of each sort that the packaged arena tunes on and a fast one, half of the runs
-disturbed; what was learnt is then tuned on others of these sorts. All is judged as in ``benchmarks.knowledge``: on scenarios with
-numbers from 7,000,000 on, over the cost of the hand-written rules with the same lead, low-pass and Kalman filter.
+disturbed; what was learnt is then tuned on others of these sorts. All is judged as in ``benchmarks.knowledge``: on
+scenarios with numbers from 7,000,000 on, over the cost of the hand-written rules with the same lead, low-pass and
+Kalman filter.
 """
 
 import argparse

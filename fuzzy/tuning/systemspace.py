@@ -76,8 +76,8 @@ class SystemSpace:
     def unreached(self, x: np.ndarray) -> tuple[str, ...]:
         """The names of the parameters of which data say too little, by the inputs ``x`` (points, inputs).
 
-        Those are the numbers of rules of which none outweighs all others (ACTING) on a share PRESENT of the points, widths
-        of terms that are not at ACTING there, and gaps with no such share beyond both ends.
+        Those are the numbers of rules of which none outweighs all others (ACTING) on a share PRESENT of the points,
+        widths of terms that are not at ACTING there, and gaps with no such share beyond both ends.
         """
         with warnings.catch_warnings(action="ignore"):  # of points outside the universe
             reach = _Reach.of(self.fis, np.asarray(x, dtype=float))
