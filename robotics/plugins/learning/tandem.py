@@ -46,8 +46,8 @@ class TeacherAndPupil(Law[TandemMemory]):
         super().__post_init__()
         asked = self.pupil
         if isinstance(asked, OwnRules) and asked.own is not None:
-            asked = InterpretedRules.of(replace(asked, lead=None, smooth=None))
-            if not self.pupil.corrects:
+            corrects, asked = asked.corrects, InterpretedRules.of(replace(asked, lead=None, smooth=None))
+            if not corrects:
                 object.__setattr__(self, "pupil", asked)
         object.__setattr__(self, "asked", asked)
         object.__setattr__(self, "estimator", self.pupil.estimator)
