@@ -443,7 +443,8 @@ class EquationLaw(Law[Memory]):
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
-        check_helpers(inspect.getattr_static(type(self), "equation").function)
+        if hasattr(type(self).equation, "compile"):  # not under NUMBA_DISABLE_JIT
+            check_helpers(inspect.getattr_static(type(self), "equation").function)
         rows = self.begin(setting, runs)
         lanes = runs * len(setting.robots)
         rows = np.asarray(rows, dtype=float).reshape(len(rows), lanes)

@@ -32,7 +32,7 @@ class SensingError(InputError):
     """A way of sensing that cannot be. The message names the field, its value and what is accepted."""
 
 
-SLIP = 0.0003  # m after 1 m: about what wheels on a hard floor are found to err by [Chong, Kleeman 1997]
+SLIP = 0.0003  # m after 1 m: a choice. The wheels of the simulator do not slip; those of robots do, and more
 SURE = 0.02  # how well a Kalman filter takes wheels and axle to be known at best: one that is surer never learns them
 KALMAN: Literal["kalman"] = "kalman"
 # Standard deviations
