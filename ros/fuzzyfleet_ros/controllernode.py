@@ -66,6 +66,11 @@ class Controller(Node):
         self._open()
         if self.task:
             self._take(self.task)
+        if self.law.estimator is not None:
+            self.get_logger().warning(
+                f"estimator={self.law.estimator} is of the simulator's pose sensor; here the odometry topic should "
+                "come from a filter, such as that of robot_localization"
+            )
         self.get_logger().info(f"{values['law']} drives {self.resolve_topic_name(values['cmd_vel_topic'])}")
 
     # What comes and goes -----------------------------------------------------------------------------------------

@@ -79,7 +79,7 @@ def test_every_law_of_velocities_drives_alone_as_in_the_simulator(name):
     told, driven = shortened(name, 12), 0
     for law in presets():
         made = make_controller(law)
-        if made.level == "torque":
+        if made.level == "torque" or made.estimator is not None:  # a robot's pose comes filtered by its topic
             continue
         try:
             run = simulate(told, law, [1])
