@@ -6,11 +6,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from robotics.laws.equation import KNOWLEDGE_FIELDS
-from robotics.laws.specification import Specification
 from robotics.laws.tuned import tuned_from
 from robotics.measures.statistics.aggregates import IQM
 from robotics.plugins.arena.description import load_arena
+from robotics.plugins.arena.presets import preset_name
 from robotics.studies.tuning.cost import costs_of
 
 ROOT = Path(__file__).parent.parent
@@ -98,14 +97,8 @@ def test_a_preset_costs_what_the_arena_has_found(preset):
     """The first scenarios of two sorts; gains have six digits in the preset, and a switching law shows it."""
     costs = pd.read_csv(ROOT / "docs" / "reference" / "arena-scenarios.csv", index_col="law")
     arena = load_arena("default")
-    (law,) = (law for law in costs.index if named(law) == preset)
+    (law,) = (law for law in costs.index if preset_name(law) == preset)
     for place in (4, 24):
         scenario = arena.scenarios("test")[place]
         found = costs_of(arena.made_cost, [scenario], [preset], arena.seeds("test", arena.testing_runs)).sum(axis=-1)
         assert IQM(found[:, :, None, :])[0, 0] == pytest.approx(costs.loc[law, scenario.name], rel=0.02)
-
-
-def named(law):
-    """The name of the preset of an arena's law."""
-    about = Specification.of(law)
-    return "-".join([about.name, *(part for part in KNOWLEDGE_FIELDS if f"{part}=" in about.gains), "tuned"])

@@ -6,6 +6,7 @@
 import importlib.util
 import json
 import re
+import tomllib
 import warnings
 from collections import Counter
 from collections.abc import Iterator
@@ -227,6 +228,16 @@ def test_every_link_leads_somewhere() -> None:
             if not target.is_file() or (place and target in pages and unquote(place) not in pages[target].names):
                 broken.append(f"{file.relative_to(SITE)}: {address}")
     assert broken == []
+
+
+@made
+@pytest.mark.long
+def test_every_example_of_the_gallery_shows_as_many_pictures_as_are_told_in_words() -> None:
+    told = tomllib.loads((DOCS.parent / "examples" / "alt.toml").read_text(encoding="utf-8"))
+    pages = {file.stem: file.read_text(encoding="utf-8") for file in (SITE / "gallery").rglob("plot_*.html")}
+    assert {name: len(words) for name, words in told.items()} == {
+        name: text.count('class = "sphx-glr-single-img"') for name, text in pages.items()
+    }
 
 
 @made

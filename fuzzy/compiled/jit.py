@@ -18,7 +18,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from types import CodeType, EllipsisType, ModuleType
+from types import CodeType, EllipsisType, FunctionType, ModuleType
 from typing import Any
 from uuid import uuid4
 
@@ -154,11 +154,16 @@ class KernelCache(FunctionCache):
                 yield file, match[1]
 
 
+class NotCompiledError(TypeError):
+    """Compiled code that calls a function of Python. The message names the file, both functions and what to write."""
+
+
 def fingerprint(compiled: Dispatcher) -> str:
     """A digest of all that Numba makes a function's machine code of, but the types of its arguments.
 
     Raises:
-        TypeError: The function, or one that it calls, names something whose changes cannot be seen.
+        NotCompiledError: The function, or one that it calls, calls a function of Python.
+        TypeError: It names something else whose changes cannot be seen.
     """
     number = {compiled: 0}  # the functions in the order in which they are met, which is how they are told apart
     parts: list[Any] = [_VERSIONS, [_value(function.__code__, {}) for function in LOWERING]]
@@ -176,6 +181,8 @@ def _description(compiled: Dispatcher, number: dict[Dispatcher, int]) -> Any:
     try:
         parts = [_value(v, number) for v in (function.__code__, cells, function.__defaults__, options)]
         return [function.__module__, *parts, *_named(function, number)]  # machine code imports the module by its name
+    except NotCompiledError:
+        raise
     except TypeError as error:
         raise TypeError(f"{function.__module__}.{function.__qualname__} cannot be kept on disk: {error}") from None
 
@@ -188,6 +195,11 @@ def _named(function: Any, number: dict[Dispatcher, int]) -> Iterator[Any]:
         except TypeError:
             # A column may bear the name of something that the function does not use.
             if any(s.opname == "LOAD_GLOBAL" and s.argval == name for s in dis.get_instructions(function)):
+                if isinstance(value, FunctionType):
+                    raise NotCompiledError(
+                        f"{function.__code__.co_filename}: {function.__qualname__} calls {name}, a function of Python; "
+                        "put @compiled_only of fuzzy.compiled.jit above it, so that it is compiled too"
+                    ) from None
                 raise
 
 

@@ -21,13 +21,11 @@ it calls, has changed (:mod:`fuzzy.compiled.jit`). All arrays are columns, a lan
 of one run, and no lane reads what another one writes in the same period.
 """
 
-import dis
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from threading import Lock
-from types import FunctionType
 from typing import Any, ClassVar, Literal, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -44,7 +42,7 @@ from fuzzy.compiled.columns import (
     several,
     within,
 )
-from fuzzy.compiled.jit import fingerprint, kernel, types, without_refcounts
+from fuzzy.compiled.jit import NotCompiledError, fingerprint, kernel, types, without_refcounts
 from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
@@ -235,20 +233,9 @@ def equation(law: Callable[..., Any]) -> Any:
     return Equation(law)
 
 
-KNOWLEDGE_FIELDS = ("lead", "smooth", "estimator")  # of every law with an equation, no gains of the equation itself
+_IN_THE_LOOP = ("lead", "smooth")  # what is done about the equation; the estimator is before it
+KNOWLEDGE_FIELDS = (*_IN_THE_LOOP, "estimator")  # of every law with an equation, no gains of the equation itself
 _hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a law's numbers
-
-
-@cache
-def check_helpers(function: Callable[..., Any]) -> None:
-    """Raise ControllerError where an equation calls a function of Python, which is not compiled with it."""
-    for step in dis.get_instructions(function):
-        if step.opname == "LOAD_GLOBAL" and isinstance(function.__globals__.get(step.argval), FunctionType):
-            name = step.argval
-            raise ControllerError(
-                f"{function.__code__.co_filename}: {function.__qualname__} calls {name}, a function of Python; put "
-                "@compiled_only of fuzzy.compiled.jit above it, so that it is compiled too"
-            )
 
 
 @cache
@@ -278,8 +265,14 @@ def command_columns(law: "type[EquationLaw]") -> type[Columns]:
 
 @cache
 def compiled(each: Any) -> Any:
-    """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only."""
-    return pointed(each, EQUATION_TYPE.args)
+    """The machine code of an equation's loop, which then takes the types of EQUATION_TYPE only.
+
+    Raises ControllerError where the equation calls a function of Python.
+    """
+    try:
+        return pointed(each, EQUATION_TYPE.args)
+    except NotCompiledError as error:
+        raise ControllerError(str(error)) from None
 
 
 @cache
@@ -378,7 +371,7 @@ class EquationLaw(Law[Memory]):
         """Why it can have no lead or no low-pass, by "lead" and "smooth"."""
         found = {}
         if not self.has_equation:
-            return dict.fromkeys(("lead", "smooth"), "it drives by a control of its own, in Python")
+            return dict.fromkeys(_IN_THE_LOOP, "it drives by a control of its own, in Python")
         if self.aims or (self.knows and "reference velocity" not in self.knows):
             found["lead"] = "it does not drive by the velocity of the reference at the present time"
         if self.level == "torque":
@@ -393,7 +386,7 @@ class EquationLaw(Law[Memory]):
         told = setting.knowledge
         ahead, constant = (
             getattr(self if getattr(self, name) is not None else told, name) if name not in self.barred else 0.0
-            for name in ("lead", "smooth")
+            for name in _IN_THE_LOOP
         )
         ahead = setting.auto_lead(self.level) if ahead == AUTO else ahead
         return [ahead, share_of(constant, setting.period), *velocity_limits(setting.robots)]
@@ -443,8 +436,6 @@ class EquationLaw(Law[Memory]):
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
-        if hasattr(type(self).equation, "compile"):  # not under NUMBA_DISABLE_JIT
-            check_helpers(inspect.getattr_static(type(self), "equation").function)
         rows = self.begin(setting, runs)
         lanes = runs * len(setting.robots)
         rows = np.asarray(rows, dtype=float).reshape(len(rows), lanes)

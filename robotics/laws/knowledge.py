@@ -16,8 +16,8 @@ goes through a low-pass of first order, exact for a command held over T, that be
 It takes white noise of the pose sensor away, by √(share/(2 − share)), and the phase of a delay of about τ_s.
 
 An estimator joins the pose sensor with odometry, before a law sees the posture: a number is the gain of the
-complementary filter, "kalman" the extended Kalman filter (:mod:`robotics.world.sensing.posture`). Any law can have it,
-of torques and of teams too; it is that of the scenario's sensing unless the law says one.
+complementary filter, "kalman" the extended Kalman filter (:mod:`robotics.world.sensing.posture`). Any law can have it
+by the scenario's sensing, and a law with an equation, of torques too, may say its own.
 
 All are choices: no law of the thesis has them; predictive laws have the one by their model and the other by the
 penalty of changes, so that what a comparison ranks without them is who has them.

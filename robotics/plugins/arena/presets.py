@@ -12,6 +12,13 @@ from robotics.laws.specification import Specification
 from robotics.plugins.arena.outcome import Outcome
 
 
+def preset_name(law: str) -> str:
+    """The name of the preset of an arena's law: that in the catalogue, and what of knowledge it takes part with."""
+    entered = Specification.of(law)
+    known = [part for part in KNOWLEDGE_FIELDS if f"{part}=" in entered.gains]
+    return "-".join([entered.name, *known, "tuned"])
+
+
 def write_presets(outcome: Outcome, specifications: Sequence[str], folder: Path) -> None:
     """Write presets.toml, and for every rule base that it names NAME.fis; laws in files of the user's own are left out.
 
@@ -31,8 +38,7 @@ def write_presets(outcome: Outcome, specifications: Sequence[str], folder: Path)
         entered, chosen = Specification.of(entry.law), Specification.of(text)
         if entered.name not in presets():
             continue
-        known = [part for part in KNOWLEDGE_FIELDS if f"{part}=" in entered.gains]
-        name = "-".join([entered.name, *known, "tuned"])
+        name = preset_name(entry.law)
         said = note.format(arena.budget(entry.law))
         said += "" if entry.by else ": no search found better gains than the published ones"
         gains = []

@@ -155,12 +155,12 @@ def tune(
     if runs < 1:
         raise TuningError(f"runs must be a whole number >= 1; got {runs}")
     seeds = range(first_seed, first_seed + runs)
-    space = reached(space, found, seeds)
     if pareto and len(cost.objectives) != 2:
         raise TuningError(
             f"a front is looked for between two objectives; the cost has {', '.join(cost.objectives)}: give each term "
             "one of two"
         )
+    space = reached(space, found, seeds)
     about = _about(space, law if isinstance(law, str) else specification, found, seeds, cost) | {
         "evaluations": evaluations,
         "seed": seed,
@@ -187,7 +187,8 @@ def tune(
 def reached(space: LawSpace, scenarios: Sequence[Scenario], seeds: Sequence[int]) -> LawSpace:
     """The same space with what the runs of its law say nothing of held, unless it says that this moves.
 
-    A few seeds tell where rule bases are asked; the law is as it is before the search.
+    A few seeds tell where rule bases are asked; the law is as it is before the search. Of a law that does not tell what
+    it asks them (``Command.inputs``) nothing is held.
     """
     if space.unreached == "move" or not space.systems:
         return space
@@ -200,6 +201,8 @@ def reached(space: LawSpace, scenarios: Sequence[Scenario], seeds: Sequence[int]
         rows = [run.inputs[:, first : first + count] for run in runs if run.inputs is not None]
         points = np.concatenate([np.moveaxis(part, 1, -1).reshape(-1, count) for part in rows])
         asked[name], first = points[np.isfinite(points).all(axis=1)], first + count
+    if not all(points.any() for points in asked.values()):  # inputs that are not told are recorded as 0
+        return space
     return space.holding_unreached(asked)
 
 

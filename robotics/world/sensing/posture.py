@@ -84,9 +84,12 @@ class Sensing:
             "position_noise": 0,
             "heading_noise": 0,
             "relative_noise": 0,
+            "noise_start": 0,
+            "noise_end": None,
             "filter_gain": 1,
+            "estimator": "complementary",
+            "slip": SLIP,
         }
-        own |= {"noise_start": 0, "noise_end": None, "estimator": "complementary", "slip": SLIP}
         for name, default in own.items():
             if self.posture == "odometry" and getattr(self, name) != default:
                 raise SensingError(f'{name} belongs to posture = "pose"; odometry has its own')
@@ -275,9 +278,8 @@ def measure_of(  # type: ignore[no-untyped-def]
             heading += senses.draws[run, place, 2, robot] * senses.noise[2, robot]
     gain = senses.gain[robot]
     if gain == 0:
-        noise, relative = senses.noise, senses.relative[robot]
-        variance = noise[0, robot] ** 2 + (relative * x) ** 2, noise[1, robot] ** 2 + (relative * y) ** 2
-        variances = variance[0], variance[1], noise[2, robot] ** 2
+        noise, share = senses.noise[:, robot], senses.relative[robot]
+        variances = noise[0] ** 2 + (share * x) ** 2, noise[1] ** 2 + (share * y) ** 2, noise[2] ** 2
         estimate = EstimateColumns(senses.estimate, i)
         if k == 0:
             begin(estimate, variances, senses.spread[0, robot], senses.spread[1, robot])

@@ -18,6 +18,7 @@ import robotics
 from fuzzy.tuning.parameter import TuningError
 from robotics.commands.application import main
 from robotics.laws.catalogue import CATALOGUE, gains_of, located, make_controller
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.studies.tuning.cost import Cost, Term, costs_of
 from robotics.studies.tuning.file import TuningFile, load_tuning, parse_tuning
 from robotics.studies.tuning.space import Bound, LawSpace
@@ -237,6 +238,23 @@ def test_a_function_of_a_file_beside_the_tuning_is_found(tmp_path):
     cost = load_tuning(tmp_path / "mine.toml").made_cost()
     found = tune("lyapunov", [SINE], runs=1, evaluations=5, cost=cost)
     assert math.isfinite(found.after)
+
+
+class Silent(FuzzyTracking):
+    """A law that does not tell what it asks its rule base."""
+
+    def control(self, seen, memory, dt):
+        command, memory = super().control(seen, memory, dt)
+        return command._replace(inputs=None), memory
+
+    has_equation = False
+
+
+def test_of_a_law_that_does_not_tell_its_inputs_nothing_is_held():
+    law = make_controller("fuzzy")
+    assert tune(law, [SINE], runs=1, evaluations=2).space.held
+    silent = Silent()
+    assert not tune(silent, [SINE], runs=1, evaluations=2).space.held
 
 
 # The command ----------------------------------------------------------------------------------------------------
