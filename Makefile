@@ -86,12 +86,16 @@ test: $(VENV)/.development lint-style ## lint, types and tests: the gate of ever
 test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/plugins/designer/test_jupyterlab.py
 
-# A browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
+# The site is made beside the long tests, which often wait; what looks at it comes after both. A browser test that fails
+# is run once more by itself; skipped and flaky tests are named at the end.
 check-all: $(VENV)/.everything ## make test, the site, the tests marked long, and every random case
 	@rm -f $(NOTES) && touch $(NOTES)
 	@$(MAKE) --no-print-directory test NOTED='$(AGAIN)'
-	@$(MAKE) --no-print-directory docs
-	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis'; tested=$$?; $(BIN)/python -m tests.again $(NOTES); exit $$tested
+	@$(MAKE) --no-print-directory docs > $(VENV)/docs.log 2>&1 & docs=$$!; \
+	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis' --ignore=tests/test_site.py; tested=$$?; \
+	wait $$docs; made=$$?; cat $(VENV)/docs.log; \
+	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis' tests/test_site.py; seen=$$?; \
+	$(BIN)/python -m tests.again $(NOTES); exit $$((tested | made | seen))
 
 lint: $(VENV)/.development ## what the tools say: ruff, mypy, prettier, eslint
 	@$(MAKE) --no-print-directory lint-style

@@ -11,7 +11,8 @@ DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(
     page
     for page in DOCS.rglob("*.md")
-    if "_build" not in page.parts and page.read_text(encoding="utf-8").startswith("---\nfile_format: mystnb\n")
+    if not {"_build", "gallery", "made"} & set(page.relative_to(DOCS).parts)
+    and page.read_text(encoding="utf-8").startswith("---\nfile_format: mystnb\n")
 )
 CELL = re.compile(r"^```\{code-cell\} python\n(?:---\n.*?\n---\n|(?:^:[^\n]*\n)*)(.*?)^```$", re.MULTILINE | re.DOTALL)
 PACKAGES = ("anfis", "fuzzy", "robotics")

@@ -2,16 +2,14 @@
 
 import json
 import math
-import os
 import random
-import signal
-import subprocess
-import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 import robotics
@@ -25,6 +23,7 @@ from robotics.studies.tuning.space import Bound, LawSpace
 from robotics.studies.tuning.tune import CHOOSING, TESTING, TUNING, TuningInterrupt, tune
 from robotics.studies.tuning.unseen import compared
 from robotics.world.sensing.posture import LABORATORY
+from tests.robotics.commands.warmstart import Warm, wait_until
 
 SINE = replace(robotics.load_scenario("lyapunov-sine"), duration=4.0, sensing=LABORATORY)
 QUICK = Cost(terms=(Term(metric="rms_cross_track_m", scale=0.01), Term(metric="w_variation_radps2")))
@@ -334,36 +333,26 @@ def folder_bytes(folder: Path):
     return {p.name: p.read_bytes() for p in sorted(folder.iterdir()) if p.name != ".lock"}
 
 
-def killed_at_random(scenario, tmp_path, moments, evaluations, seconds):
-    """The folder of a search that was killed at random moments, and that of one that nothing disturbed."""
-    command = [sys.executable, "-m", "robotics", "tune", "fuzzy", scenario, "--seeds", "2"]
-    command += ["--evaluations", str(evaluations), "--check-seeds", "0", "-q"]
-    subprocess.run([*command, "-o", str(tmp_path / "whole")], check=True, capture_output=True)
-    wait, killed = random.Random(1), 0
-    for _ in range(moments):
-        process = subprocess.Popen([*command, "-o", str(tmp_path / "killed")], stdout=subprocess.DEVNULL)
-        deadline = time.monotonic() + 60
-        history = tmp_path / "killed" / "history.csv"
-        before = history.stat().st_mtime if history.exists() else 0.0
-        while not (history.exists() and history.stat().st_mtime > before) and process.poll() is None:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-        time.sleep(wait.uniform(0, seconds))
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGKILL)
-            killed += 1
-        process.wait()
-    assert killed > 0
-    subprocess.run([*command, "-o", str(tmp_path / "killed")], check=True, capture_output=True)
-    return folder_bytes(tmp_path / "killed"), folder_bytes(tmp_path / "whole")
-
-
 @pytest.mark.long
 def test_a_search_that_is_killed_at_twenty_moments_ends_with_the_same_bytes(scenario, tmp_path):
-    killed, whole = killed_at_random(scenario, tmp_path, 20, 2400, 0.1)
-    assert killed.keys() == whole.keys()
-    for name, content in whole.items():
-        assert killed[name] == content, name
+    told = ["tune", "fuzzy", scenario, "--seeds", "2", "--evaluations", "2400", "--check-seeds", "0", "-q"]
+    assert main([*told, "-o", str(tmp_path / "whole")]) == 0
+    wait, killed = random.Random(1), 0
+    history = tmp_path / "killed" / "history.csv"
+    warm = Warm(tmp_path, scenario)
+    with warm.process:
+        for _ in range(20):
+            before = history.stat().st_mtime_ns if history.exists() else 0
+            child = warm.start([*told, "-o", str(tmp_path / "killed")])
+            wait_until(lambda before=before: history.exists() and history.stat().st_mtime_ns > before, child.is_running)
+            time.sleep(wait.uniform(0, 0.1))
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
+            killed += warm.end()[0] != 0
+        warm.process.stdin.close()
+    assert killed > 10
+    assert main([*told, "-o", str(tmp_path / "killed")]) == 0
+    assert folder_bytes(tmp_path / "killed") == folder_bytes(tmp_path / "whole")
 
 
 def test_a_search_that_was_killed_goes_on(scenario, tmp_path):
