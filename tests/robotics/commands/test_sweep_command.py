@@ -17,7 +17,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.studies import executors
-from tests.robotics.commands.warmstart import PATIENCE, Warm, landed, wait_for_the_end_of, wait_until
+from tests.robotics.commands.warmstart import PATIENCE, Warm, dask_cluster, landed, wait_for_the_end_of, wait_until
 
 SCENARIO = """
 duration = 1.0
@@ -199,37 +199,8 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(place, tmp_path, warm, options, n
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """A Dask scheduler and two worker processes on this machine: the scheduler's address."""
-    folder = tmp_path_factory.mktemp("cluster")
-    about = folder / "scheduler.json"
-    python, quiet = [sys.executable, "-m"], dict[str, Any](stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    alone = ["--no-dashboard", "--scheduler-file", str(about)]
-    members = [
-        subprocess.Popen(
-            [*python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *alone], **quiet
-        )
-    ]
-    try:
-        wait_until(about.exists, lambda: members[0].poll() is None)
-        worker = [
-            *python,
-            "distributed.cli.dask_worker",
-            *alone,
-            "--host",
-            "127.0.0.1",
-            "--nthreads",
-            "1",
-            "--no-nanny",
-        ]
-        members += [
-            subprocess.Popen([*worker, "--local-directory", str(folder / name)], **quiet) for name in ("one", "two")
-        ]
-        yield json.loads(about.read_text(encoding="utf-8"))["address"]
-    finally:
-        for member in members:
-            member.kill()
-        for member in members:
-            member.wait(timeout=PATIENCE)
+    with dask_cluster(tmp_path_factory.mktemp("cluster")) as address:
+        yield address
 
 
 @pytest.mark.long

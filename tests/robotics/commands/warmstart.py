@@ -5,7 +5,8 @@ import select
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from typing import Any
 
 import psutil
 
@@ -83,3 +84,23 @@ def ended(process):
 def wait_for_the_end_of(processes):
     assert len(processes) > 0
     wait_until(lambda: all(map(ended, processes)), lambda: True)
+
+
+@contextmanager
+def dask_cluster(folder):
+    """A Dask scheduler and two worker processes on this machine: the scheduler's address."""
+    about = folder / "scheduler.json"
+    python, quiet = [sys.executable, "-m"], dict[str, Any](stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    shared = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(about)]
+    members = [subprocess.Popen([*python, "distributed.cli.dask_scheduler", "--port", "0", *shared], **quiet)]
+    try:
+        wait_until(about.exists, lambda: members[0].poll() is None)
+        worker = [*python, "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", *shared]
+        for name in ("one", "two"):
+            members.append(subprocess.Popen([*worker, "--local-directory", str(folder / name)], **quiet))
+        yield json.loads(about.read_text(encoding="utf-8"))["address"]
+    finally:
+        for member in members:
+            member.kill()
+        for member in members:
+            member.wait(timeout=PATIENCE)
