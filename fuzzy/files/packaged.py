@@ -11,10 +11,11 @@ folder without .fis: ``tracking``, ``formation/v_l``.
 
 import os
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.files.fislines import LINE_END
 from fuzzy.naming import expected

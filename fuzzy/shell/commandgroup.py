@@ -18,6 +18,7 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperGroup
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Application
 
@@ -38,8 +39,6 @@ class CommandGroup(TyperGroup):
     @cached_property
     def _places(self) -> dict[str, tuple[str, Any]]:
         """The heading of every command, by its name, and the entry point of a plug-in's."""
-        from importlib.metadata import entry_points  # for which a command of its own need not wait
-
         places: dict[str, Any] = {module.replace("_", "-"): (heading, None) for module, heading in self.own.items()}
         points = entry_points(group=COMMAND_GROUP) if self.program else ()
         for point in sorted(points, key=lambda each: (_package(each) != _OWN, each.name, each.value)):

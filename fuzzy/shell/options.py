@@ -24,6 +24,7 @@ import typer
 from typer.core import TyperCommand
 from typer.models import OptionInfo
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 
 
@@ -105,8 +106,6 @@ class FieldOptions:
     @cached_property
     def _parts(self) -> "Sequence[FieldOptions]":
         """Those of the dataclasses that entry points name; of one that cannot be imported a warning says so."""
-        from importlib.metadata import entry_points  # for which most commands need not wait
-
         found = []
         for point in sorted(entry_points(group=self.added), key=lambda each: each.name) if self.added else ():
             part = FieldOptions(point.value)

@@ -2,10 +2,11 @@
 
 import shlex
 import sys
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
 from fuzzy.naming import expected

@@ -7,9 +7,9 @@ import ast
 import tomllib
 from collections.abc import Callable, Collection
 from importlib import resources
-from importlib.metadata import entry_points
 
 from fuzzy.commands.completion import completed, last_of_list
+from fuzzy.entrypoints import entry_points
 from robotics.tables.files import names_in
 
 

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache, partial
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted

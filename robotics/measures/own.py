@@ -7,13 +7,13 @@ gives the same table whatever was called before.
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import check_known, expected

@@ -8,7 +8,6 @@ import asyncio
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from importlib.metadata import entry_points
 from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from anfis.plugins.designer.task import (
     task_of,
     train_task,
 )
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data

@@ -5,7 +5,6 @@ import itertools
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -14,6 +13,7 @@ from weakref import WeakKeyDictionary
 from nicegui import background_tasks, ui
 from nicegui.elements.mixins.text_element import TextElement
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
 from fuzzy.plugins.designer.bridge import Bridge, Shared

@@ -1,11 +1,11 @@
 """Files of plans, whatever their kind: told apart by their keys, and drawn in text before anything runs."""
 
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import entry_points
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.words import counted
 from robotics.show.report.plan import StudyPlan, load_study, study_names

@@ -9,9 +9,9 @@ The value is a function without arguments that gives a sequence of :class:`fuzzy
 """
 
 from collections.abc import Sequence
-from importlib.metadata import entry_points
 from typing import NamedTuple
 
+from fuzzy.entrypoints import entry_points
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.starts.packaged import packaged_starts
 from fuzzy.plugins.designer.starts.start import Start, StartError
