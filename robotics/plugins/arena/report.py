@@ -37,7 +37,6 @@ from robotics.studies.tuning.cost import Term
 from robotics.studies.tuning.results import write_tuned
 
 PAGE_FILE = "arena.html"
-WIDE = 6.3  # inches: the one look has columns of numbers beside it
 _FORMATS = ("png", "svg", "pdf")
 _TEXTS = ReportTexts("robotics.plugins.arena")
 
@@ -147,9 +146,7 @@ def entrants(outcome: Outcome) -> list[Entrant]:
 
 def standings(outcome: Outcome) -> Standings:
     """What the one look shows."""
-    cost = outcome.arena.made_cost
-    place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), len(cost.terms) - 1)
-    effort = outcome.term_means("tuned")[place]
+    effort = outcome.term_means("tuned")[-1] if outcome.effort is None else outcome.effort
     return Standings(
         entrants(outcome),
         outcome.titles[outcome.reference],
@@ -157,13 +154,12 @@ def standings(outcome: Outcome) -> Standings:
         outcome.tuned_ratio,
         outcome.failures,
         np.where(np.isfinite(effort), effort, np.nan),
-        "effort\n[rad/s²]",
         np.array([outcome.computing[law] for law in outcome.laws]),
         np.array([float(len(entry.parameters)) for entry in outcome.entries]),
     )
 
 
-def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
+def plot_arena(outcome: Outcome, width: float = figures.WIDTH) -> Figure:
     """Draw what came of an arena in one look: the laws from the least tuned cost down, as published and tuned.
 
     Beside the costs stand what a law asks for and how many runs it failed.
@@ -180,7 +176,7 @@ def ranking(outcome: Outcome) -> Picture:
     found, arena = standings(outcome), outcome.arena
     return _TEXTS.picture(
         "ranking",
-        partial(figures.plot_ranking, found, WIDE),
+        partial(figures.plot_ranking, found),
         reference=found.reference,
         scenarios=len(arena.scenarios("test")),
         runs=arena.testing_runs,
@@ -291,7 +287,7 @@ def _costs(outcome: Outcome) -> Chapter:
     laws, pairs = entrants(outcome), np.ix_(order, order)
     ordered = [laws[k] for k in order]
     improvement = partial(figures.plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs])
-    profiles = partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]")
+    profiles = partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles)
     shown = [_TEXTS.picture("improvement", improvement), _TEXTS.picture("profiles", profiles, reference=unit)]
     return _TEXTS.chapter("costs", tables=[grid, parts], details=[per], pictures=[*shown, *_front(outcome)])
 
