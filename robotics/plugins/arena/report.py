@@ -229,8 +229,8 @@ def _terms(outcome: Outcome) -> Chapter:
     conditions, cost = arena.conditions, arena.made_cost
 
     def cells(k: int) -> Iterator[str]:
-        entry, terms = outcome.entries[k], terms_of(outcome.made[k])
-        yield from (terms.level, terms.knows, str(len(entry.parameters)))
+        entry = outcome.entries[k]
+        yield from (*terms_of(outcome.made[k]), str(len(entry.parameters)))
         yield f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published"
         yield microseconds(outcome.computing[entry.law])
 
