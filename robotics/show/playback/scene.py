@@ -46,7 +46,7 @@ class Scene:
 
     def __init__(self, film: Replay, speed: float, dpi: float) -> None:
         left, right, bottom, top = film.bounds
-        around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.robots)
+        around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.run.about.robots)
         margin = 0.03 * max(right - left, top - bottom) + around
         wide = DOUBLE - _LEFT - _RIGHT
         high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
@@ -60,12 +60,12 @@ class Scene:
         ax.set(xlabel="x [m]", ylabel="y [m]")
         chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
         robots, few = len(film.x), len(film.x) <= FEW_ROBOTS
-        sizes = np.array([(robot.length, robot.width) for robot in film.robots])
+        sizes = np.array([(robot.length, robot.width) for robot in film.run.about.robots])
         least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
         # Among obstacles a robot that is drawn too large would seem to touch them.
         enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (sizes[:, 0].min() * scale))
         colors = [COLORS[i % len(COLORS)] for i in range(robots)]
-        for nodes in film.paths:
+        for nodes in film.run.paths:
             quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
             ax.plot(*strided(*nodes), **quiet, zorder=1)
         _draw_chart(chart, film, colors)
@@ -162,8 +162,8 @@ def _leaves(figure: Figure) -> list[Artist]:
 
 def _wheels(scene: Scene, side: int) -> np.ndarray:
     """The outlines (robots, 4, 2) of the right (-1) or left (1) wheels in the robots' frames [m], as drawn."""
-    radius = np.array([robot.wheel_radius for robot in scene.film.robots])[:, None]
-    half = np.array([robot.half_axle for robot in scene.film.robots])[:, None]
+    radius = np.array([robot.wheel_radius for robot in scene.film.run.about.robots])[:, None]
+    half = np.array([robot.half_axle for robot in scene.film.run.about.robots])[:, None]
     ahead, aside = radius * [-1, 1, 1, -1], side * half + 0.2 * radius * [-1, -1, 1, 1]
     return np.asarray(scene.enlarged * np.stack([ahead, aside], axis=-1))
 
