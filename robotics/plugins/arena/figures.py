@@ -534,8 +534,7 @@ def _end_matrix(ax: Axes, image: AxesImage, laws: Sequence[Entrant], label: str,
     bar.set_label(label, fontsize=7)
     ax.grid(visible=False)
     ax.tick_params(length=0)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
     for lines, count in ((ax.axvline, ax.get_xlim()[1]), (ax.axhline, ax.get_ylim()[0])):
         for k in range(int(count + 0.5) + 1):
             lines(k - 0.5, color="white", linewidth=0.8)

@@ -382,15 +382,10 @@ def scenarios_table(outcome: Outcome) -> pd.DataFrame:
 
 def results_table(outcome: Outcome) -> pd.DataFrame:
     """A row a run of the test, as published and tuned: its metrics, and whether the robot was stopped."""
-    names, parts = [scenario.name for scenario in outcome.arena.scenarios("test")], []
-    for entry in outcome.entries:
-        for part, table in entry.runs.items():
-            own = table.drop(columns="candidate")
-            own["scenario"] = [names[k] for k in own["scenario"]]
-            own.insert(0, "gains", part)
-            own.insert(0, "law", entry.law)
-            parts.append(own)
-    return pd.concat(parts, ignore_index=True)
+    names = [scenario.name for scenario in outcome.arena.scenarios("test")]
+    runs = {(entry.law, part): table for entry in outcome.entries for part, table in entry.runs.items()}
+    found = pd.concat(runs, names=["law", "gains"]).reset_index(["law", "gains"]).drop(columns="candidate")
+    return found.assign(scenario=[names[k] for k in found["scenario"]]).reset_index(drop=True)
 
 
 def summary_table(outcome: Outcome) -> pd.DataFrame:
