@@ -26,11 +26,16 @@ class Reweighted:
 
     @property
     def swapped(self) -> np.ndarray:
-        """How many pairs of laws stand the other way round than in the first case: (cases,), Kendall's distance."""
-        first, second = np.triu_indices(self.values.shape[1], k=1)
-        ranks = np.argsort(self.order, axis=1)
-        ahead = ranks[:, first] < ranks[:, second]
-        return np.asarray((ahead != ahead[0]).sum(axis=1))
+        """How many pairs of laws stand the other way round than in the first case: (cases,)."""
+        return swapped_pairs(self.order)
+
+
+def swapped_pairs(orders: np.ndarray) -> np.ndarray:
+    """How many pairs stand the other way round than in the first of the orders (cases, laws): Kendall's distance."""
+    first, second = np.triu_indices(orders.shape[1], k=1)
+    ranks = np.argsort(orders, axis=1)
+    ahead = ranks[:, first] < ranks[:, second]
+    return np.asarray((ahead != ahead[0]).sum(axis=1))
 
 
 def reweighted(

@@ -1,7 +1,7 @@
 """The answer of an arena in ten sentences at most, made of its numbers: for whoever chooses a controller tomorrow."""
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from robotics.laws.catalogue import gains_of, law_title, with_gains
 from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import MARGIN
+from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.entrants import Sort, sort_of
 from robotics.plugins.arena.outcome import Outcome
@@ -236,11 +237,9 @@ class _Said:
 
     def effort(self) -> list[str]:
         """Who turns the least, and what it costs."""
-        cost = self.of.arena.made_cost
-        place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), None)
-        if place is None:
+        effort = self.of.effort
+        if effort is None:
             return []
-        effort = self.of.term_means("tuned")[place]
         least = min(self.finite, key=lambda k: float(effort[k]))
         first = self.finite[0]
         own = f"{effort[first]:.2g} rad/s²"
@@ -271,16 +270,16 @@ class _Said:
     def stands(self) -> str:
         """Whether the ranking hangs on the engine or on the cost's weights."""
         of = self.of
-        orders = [list(np.argsort(costs, kind="stable")) for costs in of.by_engine]
+        orders = np.argsort(of.by_engine, axis=1, kind="stable")
         if len(orders) < 2:
             text = "Only one engine searched"
-        elif all(order == orders[0] for order in orders):
+        elif (orders == orders[0]).all():
             text = "Both engines rank the laws alike" if len(orders) == 2 else "All engines rank the laws alike"
         else:
-            pairs = _swaps(orders[0], orders[1])
-            same = all(order[0] == orders[0][0] for order in orders)
+            pairs, same = int(swapped_pairs(orders)[1]), (orders[:, 0] == orders[0, 0]).all()
             text = f"The engines differ in {_number(pairs)} pair{'s' * (pairs != 1)} of laws"
-            text += ", not in who leads" if same else f": {listed(self._leads(orders))}"
+            leads = zip(of.arena.engines, self.titles(orders[:, 0]), strict=True)
+            text += ", not in who leads" if same else f": {listed(f'by {name} {law} leads' for name, law in leads)}"
         weights = of.reweighted
         if not weights.changed.any():
             return text + "; with any weight of the cost halved or doubled the order stays."
@@ -290,10 +289,6 @@ class _Said:
         text += f"pair{'s' * (most != 1)}"
         led = f"and {listed(self.titles(sorted(first)), 'or')} may lead then" if first else "not who leads"
         return f"{text}, {led}."
-
-    def _leads(self, orders: Sequence[Sequence[int]]) -> list[str]:
-        names = self.of.arena.engines
-        return [f"by {name} {self.title(order[0])} leads" for name, order in zip(names, orders, strict=True)]
 
     def robustness(self) -> list[str]:
         """Which change hurts the most, and whom the least."""
@@ -368,9 +363,3 @@ def _number(count: int) -> str:
 
 def _runs(count: int) -> str:
     return f"{_number(count)} run{'s' * (count != 1)}"
-
-
-def _swaps(first: Sequence[int], second: Sequence[int]) -> int:
-    """How many pairs stand the other way round in two orders: Kendall's distance."""
-    place = {k: n for n, k in enumerate(second)}
-    return sum(place[a] > place[b] for n, a in enumerate(first) for b in first[n + 1 :])

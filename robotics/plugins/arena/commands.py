@@ -3,7 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
@@ -55,8 +55,9 @@ def arena(
         raise InputError(f"give --full or {file}, not both")
     from fuzzy.compiled.threads import processors
     from robotics.commands.compare import split_controllers
+    from robotics.plugins.arena.answer import answer
     from robotics.plugins.arena.description import load_arena, with_laws
-    from robotics.plugins.arena.report import run_arena
+    from robotics.plugins.arena.report import PAGE_FILE, pairs_table, run_arena, summary_table
     from robotics.studies.executors import workers_at
 
     plan = load_arena(FULL if full else file)
@@ -79,38 +80,29 @@ def arena(
             )
     except KeyboardInterrupt:
         interrupted(f"what is done is in {folder}; the same command goes on from there")
+    page, sentences = folder / PAGE_FILE, answer(outcome)
     if json:
-        print_json(_as_json(outcome, folder))
+        print_json(
+            {
+                "answer": sentences,
+                "laws": summary_table(outcome).to_dict(orient="records"),
+                "pairs": pairs_table(outcome).to_dict(orient="records"),
+                "computing_us": dict(outcome.computing),
+                "machine": outcome.machine,
+                "page": str(page),
+                "versions": versions(),
+            }
+        )
     else:
-        _print(outcome, folder)
+        _print(outcome)
+        print("", *sentences, page, sep="\n")
 
 
-def _as_json(outcome: "Outcome", folder: Path) -> dict[str, Any]:
-    from robotics.plugins.arena.answer import answer
-    from robotics.plugins.arena.report import PAGE_FILE, pairs_table, summary_table
-
-    return {
-        "answer": answer(outcome),
-        "laws": summary_table(outcome).to_dict(orient="records"),
-        "pairs": pairs_table(outcome).to_dict(orient="records"),
-        "computing_us": dict(outcome.computing),
-        "machine": outcome.machine,
-        "page": str(folder / PAGE_FILE),
-        "versions": versions(),
-    }
-
-
-def _print(outcome: "Outcome", folder: Path) -> None:
-    from robotics.plugins.arena.answer import answer
-    from robotics.plugins.arena.report import PAGE_FILE
-
+def _print(outcome: "Outcome") -> None:
+    """Print the costs of every law, as published and tuned, with their intervals."""
     unit = outcome.titles[outcome.reference]
     print(f"{'':28} {'published':>10} {'tuned':>10}  {'95 %':>17}  failed   (cost over that of {unit}, tuned)")
     for k in outcome.order:
         before, after, rate = outcome.published_ratio, outcome.tuned_ratio, outcome.failures.value[k]
         ends = f"{after.low[k]:.3g} to {after.high[k]:.3g}"
         print(f"{outcome.titles[k]:28} {before.value[k]:10.3g} {after.value[k]:10.3g}  {ends:>17}  {100 * rate:5.2g} %")
-    print()
-    for sentence in answer(outcome):
-        print(sentence)
-    print(folder / PAGE_FILE)

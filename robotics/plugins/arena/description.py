@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, whole
 from fuzzy.tuning.engines import ENGINES
 from robotics.laws.catalogue import as_law, located
@@ -81,11 +81,9 @@ class Arena:
             if name in ("laws", "engines") and len({*values}) < len(values):
                 raise ArenaError(f"{name}: one of {', '.join(values)} is given twice").about(name)
         for engine in self.engines:
-            if engine not in ENGINES:
-                raise ArenaError(expected(engine, ENGINES, "engine")).about("engines")
+            check_known(engine, ENGINES, "engine", ArenaError, "engines")
         for part in self.move:
-            if part not in PARTS:
-                raise ArenaError(expected(part, PARTS, "part that can move")).about("move")
+            check_known(part, PARTS, "part that can move", ArenaError, "move")
         for i, law in enumerate(self.laws):
             try:
                 self._movable(law)
@@ -93,11 +91,10 @@ class Arena:
                 raise ArenaError(f"laws: {error}").about("laws", i) from None
         if len(self.untuned) == len(self.laws):
             raise ArenaError(f"laws: none has anything that moves, of {', '.join(self.move)}").about("laws")
-        if self.reference and self.reference not in self.laws:
-            raise ArenaError(expected(self.reference, self.laws, "law of the arena")).about("reference")
+        if self.reference:
+            check_known(self.reference, self.laws, "law of the arena", ArenaError, "reference")
         for law in self.exceptions:
-            if law not in self.laws:
-                raise ArenaError(expected(law, self.laws, "law of the arena")).about("exceptions", law)
+            check_known(law, self.laws, "law of the arena", ArenaError, "exceptions", law)
         if self.repeats * self.runs > MOST_SEEDS:
             raise ArenaError(f"repeats times runs must be <= {MOST_SEEDS}; got {self.repeats * self.runs}").about(
                 "repeats"
@@ -214,8 +211,7 @@ def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Pa
     with reading(text, file, ArenaError) as table:
         made: Arena = _BUILDER.build(Arena, _alike(table), (), ("like",), name=name, folder=folder)
         for n, term in enumerate(made.cost):
-            if term.metric not in ALL_METRICS:
-                raise ArenaError(expected(term.metric, ALL_METRICS, "metric")).about("cost", n, "metric")
+            check_known(term.metric, ALL_METRICS, "metric", ArenaError, "cost", n, "metric")
     return made
 
 
@@ -224,8 +220,7 @@ def _alike(table: dict[str, Any]) -> dict[str, Any]:
     like = table.pop("like", None)
     if like is None:
         return table
-    if like not in arena_names():
-        raise ArenaError(f"like: {expected(str(like), arena_names(), 'arena')}").about("like")
+    check_known(like, arena_names(), "arena", ArenaError, "like", where="like")
     return {**_alike(parse_table(_FILES.find(like).text, f"{like}.toml", ArenaError)), **table}
 
 

@@ -1,7 +1,7 @@
 """The laws of an arena as their makers know them: what sort they are, what they know, at which level they command."""
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from robotics.laws.law import Law
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
@@ -27,14 +27,7 @@ def sort_of(law: Law[Any]) -> Sort:
     return _SORTS.get(type(law)) or vars(type(law)).get("sort_of_law") or ("fuzzy" if law.fuzzy_systems else "other")
 
 
-class EntryTerms(NamedTuple):
-    """The terms on which a law takes part, in words."""
-
-    level: str
-    knows: str
-
-
-def terms_of(law: Law[Any]) -> EntryTerms:
-    """What a law commands, and what it uses beside its robot's measured posture."""
+def terms_of(law: Law[Any]) -> tuple[str, str]:
+    """At which level a law commands, and what it uses beside its robot's measured posture, in words."""
     said = [*law.knows, *filter(None, [law.learnt_how])]
-    return EntryTerms("wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated")
+    return "wheel torques" if law.level == "torque" else "velocities", ", ".join(said) or "not stated"

@@ -3,36 +3,35 @@
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
+from matplotlib.cbook import pts_to_poststep
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, NullLocator
 
 from fuzzy.figures.drawing import COLORS, LINES, figure_of, number, styled_figure, text_width
 from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.ranking import pareto_front
-from robotics.show.figures.drawing import PlotError, few_ticks, panel_grid
+from robotics.plugins.arena.entrants import Sort
+from robotics.show.figures.drawing import PlotError, few_ticks, panel_grid, write_log_ticks
 
-_WIDTH = 6.3  # inches: 16 cm, the text of a printed page
+WIDTH = 6.3  # inches: 16 cm, the text of a printed page
 _MOST = 20.0  # times the reference's cost: what is more is written at the edge
 _GAP = 0.1  # inches between columns of text
+_FORMS = (("as published", "white"), ("tuned", "0.35"))  # of a law, and how its marks are filled
 _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
 _RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 _BUDGETS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # evaluations at which there may be a tick
 _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
 # From good over nothing to bad, blue and orange as in the series
 _SCALE = LinearSegmentedColormap.from_list("cost", DIVERGING)
-
-Family = Literal["fuzzy", "lyapunov", "geometric", "linear", "predictive", "other"]
 
 
 class _Look(NamedTuple):
@@ -41,7 +40,7 @@ class _Look(NamedTuple):
     marker: str
 
 
-_FAMILIES: dict[Family, _Look] = {
+_FAMILIES: dict[Sort, _Look] = {
     "fuzzy": _Look("fuzzy", COLORS[0], "o"),
     "lyapunov": _Look("Lyapunov, sliding mode", COLORS[1], "s"),
     "geometric": _Look("geometric", COLORS[2], "^"),
@@ -56,7 +55,7 @@ class Entrant:
     """A law as pictures name and colour it."""
 
     title: str  # short: at most some 22 characters
-    family: Family = "other"
+    family: Sort
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +67,12 @@ class Standings:
     published: Interval  # (laws,), cost over the reference's, with the gains as published
     tuned: Interval  # (laws,), likewise tuned; infinite: fails
     failures: Interval  # (laws,), share of the tuned law's runs that failed, 0 to 1
-    effort: np.ndarray  # (laws,), of the tuned law
-    effort_title: str  # with its unit: "effort\n[rad/s²]"
+    effort: np.ndarray  # (laws,) [rad/s²], of the tuned law
     computing: np.ndarray  # (laws,) [µs], of one period
     numbers: np.ndarray  # (laws,), how many numbers were tuned
 
 
-def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
+def plot_ranking(standings: Standings, width: float = WIDTH) -> Figure:
     """Draw the one look: laws from the least tuned cost down, as published and tuned, beside what they ask for.
 
     Hollow marks are costs as published, filled ones tuned, each with its 95 % interval, over the reference's tuned
@@ -109,7 +107,7 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
         ax.axvline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
         left = min(0.9, float(known.min()) / 1.1)
         ax.set(xscale="log", xlim=(left, right))
-        _write_ticks(ax.xaxis, _round_ticks(left, right))
+        write_log_ticks(ax.xaxis, _round_ticks(left, right))
         ax.set_xlabel(f"cost [tuned {standings.reference} = 1], logarithmic\n← better")
         ranks = [str(row + 1) if np.isfinite(tuned.value[law]) else "–" for row, law in enumerate(order)]
         ax.set_yticks(range(len(laws)), [f"{laws[law].title}  {rank}" for law, rank in zip(order, ranks, strict=True)])
@@ -117,7 +115,7 @@ def plot_ranking(standings: Standings, width: float = _WIDTH) -> Figure:
         ax.set_ylim(len(laws) - 0.5, -0.5)
         ax.grid(visible=False, axis="y")
         _write_columns(beside, columns)
-        _legend(figure, laws, (("as published", "white"), ("tuned", "0.35")))
+        _legend(figure, laws, _FORMS)
         return figure
 
 
@@ -158,7 +156,7 @@ def _columns(standings: Standings, order: np.ndarray) -> list[tuple[float, str, 
     """What each law asks for: failures, effort, computing time, tuned numbers; with where a column ends, in inches."""
     columns = [
         ("failed\n[%]", [_percent(standings.failures[law]) for law in order]),
-        (standings.effort_title, [*map(_few, standings.effort[order])]),
+        ("effort\n[rad/s²]", [*map(_few, standings.effort[order])]),
         ("computing\n[µs]", [*map(_few, standings.computing[order])]),
         ("numbers\ntuned", [*map(_few, standings.numbers[order])]),
     ]
@@ -189,21 +187,18 @@ def _percent(share: Interval) -> str:
     return f"{_few(100 * float(share.value))} (≤ {_few(100 * float(share.high))})"
 
 
-def plot_budget(
-    laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval, cost: str = "cost of the best so far [1]"
-) -> Figure:
+def plot_budget(laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval) -> Figure:
     """Draw the cost of the best so far over the number of evaluations, a line a law with a band over the repeats.
 
     Args:
         laws: The laws.
         budgets: The numbers of evaluations (budgets,), growing.
         curves: Median and range over repeats (laws, budgets), of :meth:`robotics.plugins.arena.outcome.Outcome.curves`.
-        cost: What the axis of costs says, with its unit in brackets.
 
     Raises PlotError where no law has a finite cost at the end.
     """
     _some_finite(curves.value[:, -1])
-    with styled_figure(_WIDTH, 3.4) as figure:
+    with styled_figure(WIDTH, 3.4) as figure:
         ax = figure.subplots()
         for law, line, own in zip(laws, _lines(laws), range(len(laws)), strict=True):
             color = _FAMILIES[law.family].color
@@ -212,9 +207,9 @@ def plot_budget(
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
         low, high = _room(curves)
         ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
-        ax.set(yscale="log", ylim=(low, high), ylabel=f"{cost}, logarithmic")
-        _write_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
-        _write_ticks(ax.yaxis, _round_ticks(low, high))
+        ax.set(yscale="log", ylim=(low, high), ylabel="cost of the best so far [1], logarithmic")
+        write_log_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
+        write_log_ticks(ax.yaxis, _round_ticks(low, high))
         _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
         _legend(figure, laws, lines=True)
         return figure
@@ -260,19 +255,8 @@ def _write_at_ends(ax: Axes, laws: Sequence[Entrant], values: np.ndarray, height
     at = np.where(np.isfinite(values), (np.log(np.where(np.isfinite(values), values, 1.0)) - low) / (high - low), 1.0)
     placed = _apart(np.clip(at, 0.0, 1.0), 0.115 / height)
     for law, own, where, value in zip(laws, at, placed, values, strict=True):
-        color = _FAMILIES[law.family].color
-        ax.annotate(
-            law.title if np.isfinite(value) else f"{law.title}: fails",
-            xy=(1.0, min(own, 1.0)),
-            xytext=(1.045, where),
-            xycoords="axes fraction",
-            textcoords="axes fraction",
-            fontsize=6.5,
-            color=color,
-            va="center",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 0},
-        )
+        words = "" if np.isfinite(value) else ": fails"
+        _write_name(ax, law, (1.0, min(own, 1.0)), (1.045, where), words, {"shrinkA": 1, "shrinkB": 0})
 
 
 def _apart(places: np.ndarray, gap: float) -> np.ndarray:
@@ -280,19 +264,15 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
 
     It is the least-squares fit of growing numbers, by pooling those that violate the order [Ayer 1955].
     """
-    order = np.argsort(places, kind="stable")
-    groups: list[tuple[float, int]] = []  # the mean of places less their share of gaps, and how many they are
-    for k, place in enumerate(places[order]):
-        groups.append((place - k * gap, 1))
-        while len(groups) > 1 and groups[-2][0] > groups[-1][0]:
-            (first, n), (second, m) = groups[-2:]
-            groups[-2:] = [((first * n + second * m) / (n + m), n + m)]
+    from scipy.optimize import isotonic_regression
+
+    order, gaps = np.argsort(places, kind="stable"), gap * np.arange(len(places))
     moved = np.empty_like(places)
-    moved[order] = np.concatenate([np.full(n, mean) for mean, n in groups]) + gap * np.arange(len(places))
+    moved[order] = isotonic_regression(places[order] - gaps).x + gaps
     return moved - max(0.0, float(moved.max()) - max(1.0, float(places.max())))
 
 
-def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval, cost: str = "cost [1]") -> Figure:
+def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval) -> Figure:
     """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
 
     Args:
@@ -304,20 +284,20 @@ def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interva
     families = _families(laws)
     columns = min(3, len(families))
     most = max(sum(law.family == family for law in laws) for family in families)
-    with styled_figure(_WIDTH, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
+    with styled_figure(WIDTH, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
         axes = panel_grid(figure, len(families), columns)
         for ax, family in zip(axes, families, strict=True):
             _draw_profiles(ax, laws, family, limits, profiles)
             ax.set_xscale("log")
-            _write_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
+            write_log_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
             ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
         for ax in axes[::columns]:
             ax.set_ylabel("runs at most that [%]")
-        figure.supxlabel(f"{cost}, logarithmic", fontsize=8)
+        figure.supxlabel("cost [reference = 1], logarithmic", fontsize=8)
         return figure
 
 
-def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Family, limits: np.ndarray, profiles: Interval) -> None:
+def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Sort, limits: np.ndarray, profiles: Interval) -> None:
     color, turn = _FAMILIES[family].color, 0
     for k, law in enumerate(laws):
         share, low, high = (100 * part[k] for part in (profiles.value, profiles.low, profiles.high))
@@ -345,9 +325,9 @@ def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.nd
         verdicts: What robotics.measures.statistics.pairs.verdicts says (laws, laws).
     """
     count = len(laws)
-    room = (_WIDTH - _names_width(laws) - 0.85) / count  # inches across a cell
+    room = (WIDTH - _names_width(laws) - 0.85) / count  # inches across a cell
     between, size = (" ", 6.3) if room > 0.28 else ("\n", 5.5)
-    with styled_figure(_WIDTH, max(1.45 + 0.24 * count, 2.6)) as figure:
+    with styled_figure(WIDTH, max(1.45 + 0.24 * count, 2.6)) as figure:
         ax = figure.subplots()
         shown = np.where(np.eye(count, dtype=bool), np.nan, 100 * chances.value)
         image = ax.imshow(shown, cmap=_SCALE.reversed(), vmin=0, vmax=100, aspect="auto")
@@ -377,13 +357,13 @@ def plot_robustness(laws: Sequence[Entrant], changes: Sequence[str], ratios: Int
     """
     finite = np.where(np.isfinite(ratios.value) & (ratios.value > 0), ratios.value, np.nan)
     reach = float(np.clip(np.nanmax(np.abs(np.log(finite)), initial=0.0), np.log(1.2), np.log(4.0)))
-    with styled_figure(_WIDTH, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
+    with styled_figure(WIDTH, max(1.0 + 0.22 * len(laws), 1.8)) as figure:
         ax = figure.subplots()
         image = ax.imshow(np.log(finite), cmap=_SCALE, vmin=-reach, vmax=reach, aspect="auto")
         for row, column in np.ndindex(*ratios.value.shape):
             _write_ratio(ax, row, column, ratios[row, column], reach)
         heads = [change.replace(" ", "\n", 1) for change in changes]
-        room = (_WIDTH - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
+        room = (WIDTH - _names_width(laws) - 0.85) / len(changes)  # inches across a cell
         crowded = max(text_width(line, 7) for head in heads for line in head.split("\n")) > room - 0.06
         turned: dict[str, Any] = {"rotation": 40, "ha": "left", "rotation_mode": "anchor"} if crowded else {}
         ax.set_xticks(range(len(changes)), changes if crowded else heads, **turned)
@@ -412,7 +392,7 @@ def plot_pareto(
     effort: np.ndarray,
     precision: np.ndarray,
     titles: tuple[str, str],
-    published: np.ndarray | None = None,
+    published: np.ndarray,
 ) -> Figure:
     """Draw precision against effort, a named point a law, and the front of those that none beats in both.
 
@@ -421,14 +401,14 @@ def plot_pareto(
         effort: The tuned laws' effort (laws,), > 0; less is better.
         precision: The tuned laws' error (laws,), > 0; less is better.
         titles: What the axes of effort and of precision say, each with its unit in brackets.
-        published: Effort and error as published (laws, 2), drawn hollow and joined to the tuned ones; None: not drawn.
+        published: Effort and error as published (laws, 2), drawn hollow and joined to the tuned ones.
 
     Raises PlotError where no law has a finite point.
     """
     tuned = np.column_stack([effort, precision]).astype(float)
     known = np.isfinite(tuned).all(axis=1)
     _some_finite(np.where(known, 1.0, np.inf))
-    with styled_figure(_WIDTH, 3.7) as figure:
+    with styled_figure(WIDTH, 3.7) as figure:
         ax = figure.subplots()
         ax.set(xscale="log", yscale="log")
         front = tuned[pareto_front(np.where(np.isnan(tuned), np.inf, tuned))]
@@ -436,17 +416,16 @@ def plot_pareto(
         ax.plot(*front.T, color="0.6", drawstyle="steps-post", linewidth=1.0, linestyle="-", zorder=1)
         for k, law in enumerate(laws):
             look = _FAMILIES[law.family]
-            if published is not None and known[k] and np.isfinite(published[k]).all():
+            if known[k] and np.isfinite(published[k]).all():
                 ax.plot(*np.stack([published[k], tuned[k]]).T, color=look.color, linestyle=":", linewidth=0.7)
                 _mark(ax, published[k], look, 3.8, hollow=True)
             if known[k]:
                 _mark(ax, tuned[k], look, 5)
-        points = tuned[known] if published is None else np.concatenate([tuned[known], published[known]])
+        points = np.concatenate([tuned[known], published[known]])
         points = points[np.isfinite(points).all(axis=1)]
         _round_axes(ax, points)
         ax.set(xlabel=f"{titles[0]}, logarithmic\n← better", ylabel=f"{titles[1]}, logarithmic\n← better")
-        marks = () if published is None else (("as published", "white"), ("tuned", "0.35"))
-        _legend(figure, laws, marks)
+        _legend(figure, laws, _FORMS)
         figure.draw_without_rendering()  # the layout is known now, and names find room
         named = [law for law, is_known in zip(laws, known, strict=True) if is_known]
         _name_points(ax, named, tuned[known])
@@ -459,15 +438,14 @@ def _round_axes(ax: Axes, points: np.ndarray) -> None:
         margin = max((values.max() / values.min()) ** 0.1, 1.25)
         low, high = values.min() / margin, values.max() * margin
         limit(low, high)
-        _write_ticks(axis, _round_ticks(low, high))
+        write_log_ticks(axis, _round_ticks(low, high))
 
 
 def _along(ax: Axes, line: Line2D) -> np.ndarray:
     """Points (n, 2) [pixels] along a drawn line, its steps included, some pixels apart; of one point that point."""
     path = ax.transData.transform(np.asarray(line.get_xydata(), dtype=float))
     if str(line.get_drawstyle()).startswith("steps"):
-        corners = np.column_stack([path[1:, 0], path[:-1, 1]])
-        path = np.concatenate([np.stack([path[:-1], corners], axis=1).reshape(-1, 2), path[-1:]])
+        path = pts_to_poststep(*path.T).T
     parts = [path[:1]]
     for start, end in itertools.pairwise(path):
         parts.append(np.linspace(start, end, 2 + int(np.hypot(*(end - start)) / 6)))
@@ -494,14 +472,19 @@ def _name_points(ax: Axes, laws: Sequence[Entrant], tuned: np.ndarray) -> None:
             if cost < least:
                 chosen, reach, least = box, far, cost
         taken = np.vstack([taken, chosen])
-        color, middle = _FAMILIES[law.family].color, (chosen[1] + chosen[3]) / 2
-        mark, words = (to_axes.transform(place) for place in ((x, y), (chosen[0], middle)))
-        ax.annotate(
-            law.title, (mark[0], mark[1]), (words[0], words[1]), "axes fraction",
-            fontsize=6.5, color=color, va="center", zorder=2.5,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.2},
-            arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5} if reach > 1 else None,
-        )  # fmt: skip
+        mark, words = to_axes.transform([(x, y), (chosen[0], (chosen[1] + chosen[3]) / 2)])
+        ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.2}
+        _write_name(ax, law, mark, words, line={} if reach > 1 else None, zorder=2.5, bbox=ground)
+
+
+def _write_name(
+    ax: Axes, law: Entrant, at: Any, place: Any, more: str = "", line: dict[str, Any] | None = None, **look: Any
+) -> None:
+    """Write a law's name and ``more`` at a ``place``, in shares of the axes, and a thin ``line`` ``at`` its mark."""
+    color = _FAMILIES[law.family].color
+    arrow = None if line is None else {"arrowstyle": "-", "color": color, "linewidth": 0.5} | line
+    look |= {"fontsize": 6.5, "color": color, "va": "center", "annotation_clip": False}
+    ax.annotate(law.title + more, at, place, "axes fraction", "axes fraction", arrowprops=arrow, **look)
 
 
 def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> float:
@@ -512,7 +495,7 @@ def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> floa
     return float((np.maximum(across, 0.0) * np.maximum(up, 0.0)).sum()) / 100
 
 
-def _families(laws: Sequence[Entrant]) -> list[Family]:
+def _families(laws: Sequence[Entrant]) -> list[Sort]:
     """The families that there are, in their own order."""
     present = {law.family for law in laws}
     return [family for family in _FAMILIES if family in present]
@@ -551,18 +534,10 @@ def _end_matrix(ax: Axes, image: AxesImage, laws: Sequence[Entrant], label: str,
     bar.set_label(label, fontsize=7)
     ax.grid(visible=False)
     ax.tick_params(length=0)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.spines[:].set_visible(False)
     for lines, count in ((ax.axvline, ax.get_xlim()[1]), (ax.axhline, ax.get_ylim()[0])):
         for k in range(int(count + 0.5) + 1):
             lines(k - 0.5, color="white", linewidth=0.8)
-
-
-def _write_ticks(axis: Axis, ticks: Sequence[float]) -> None:
-    """Give a logarithmic axis these ticks, as plain numbers, and no others."""
-    axis.set_ticks(ticks)
-    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-    axis.set_minor_locator(NullLocator())
 
 
 def _legend(

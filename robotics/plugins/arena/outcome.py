@@ -23,6 +23,7 @@ from robotics.plugins.arena.work import Search
 
 STATISTIC = UNSEEN_IQM  # by which laws are ranked; intervals are over scenarios and seeds
 _DRAWS = 2000
+_FEW_DRAWS = 500  # of intervals that are many
 _LIMITS = 60  # points of a performance profile
 
 
@@ -40,6 +41,16 @@ class ArenaEntry:
     runs: Mapping[str, pd.DataFrame] = field(repr=False)  # of the test: "published" and "tuned"
     changed: Mapping[str, pd.DataFrame] = field(repr=False)  # by the change that no law was told of
 
+    @cached_property
+    def means(self) -> np.ndarray:
+        """What the candidates cost on the choosing runs (candidates,)."""
+        return np.asarray(self.choosing.mean(axis=(1, 2)))
+
+    def best_of(self, engine: str) -> float:
+        """The least of them, of the law as published and of the ends of an engine's searches."""
+        ends = [row[-1] for search, row in zip(self.searches, self.looked_at, strict=True) if search.engine == engine]
+        return float(self.means[[0, *ends]].min())
+
     @property
     def by(self) -> str:
         """The search that found the chosen values, such as cmaes-2; "": the law is as published."""
@@ -55,7 +66,6 @@ class Outcome:
     entries: tuple[ArenaEntry, ...]
     computing: Mapping[str, float]  # µs a period, by law
     machine: str
-    versions: Mapping[str, str]
     draws: int = _DRAWS
 
     @property
@@ -137,16 +147,19 @@ class Outcome:
         """The cost of each tuned law, with its 95 % interval."""
         return interval(self.tuned, STATISTIC, generator=self.generator, draws=self.draws)
 
+    def _compared(self, costs: np.ndarray, draws: int | None = None) -> Interval:
+        """The ratio of each two of some costs (..., scenarios, seeds), row over column."""
+        return contrasts(costs, STATISTIC, generator=self.generator, draws=draws or self.draws)
+
     @cached_property
     def _ratios(self) -> Interval:
         both = np.concatenate([self.published, self.tuned])
-        found = contrasts(both, STATISTIC, generator=self.generator, draws=self.draws)
-        return found[:, len(self.entries) + self.reference]
+        return self._compared(both)[:, len(self.entries) + self.reference]
 
     @cached_property
     def pairs(self) -> Interval:
         """The ratio of each two tuned laws' costs, arrays (laws, laws): row over column."""
-        return contrasts(self.tuned, STATISTIC, generator=self.generator, draws=self.draws)
+        return self._compared(self.tuned)
 
     @property
     def published_ratio(self) -> Interval:
@@ -161,23 +174,15 @@ class Outcome:
     @cached_property
     def gain(self) -> Interval:
         """What tuning makes of a law's cost, arrays (laws,): tuned over published."""
-        found = [
-            contrasts(np.stack([a, b]), STATISTIC, generator=self.generator, draws=self.draws)[0, 1]
-            for a, b in zip(self.tuned, self.published, strict=True)
-        ]
-        return _joined(found)
+        pairs = zip(self.tuned, self.published, strict=True)
+        return _joined([self._compared(np.stack(pair))[0, 1] for pair in pairs])
 
     @cached_property
     def closed(self) -> Interval:
         """The share of each law's gap to the reference that tuning closes."""
-        return gap_closed(
-            self.published,
-            self.tuned,
-            self.tuned[self.reference],
-            STATISTIC,
-            generator=self.generator,
-            draws=self.draws,
-        )
+        before, after = self.published, self.tuned
+        reference = after[self.reference]
+        return gap_closed(before, after, reference, STATISTIC, generator=self.generator, draws=self.draws)
 
     @cached_property
     def order(self) -> list[int]:
@@ -240,7 +245,9 @@ class Outcome:
     @cached_property
     def profiles(self) -> Interval:
         """The share of each law's runs whose relative cost is at most each limit (laws, limits)."""
-        return performance_profile(self.relative, self.limits, generator=self.generator, draws=min(self.draws, 500))
+        return performance_profile(
+            self.relative, self.limits, generator=self.generator, draws=min(self.draws, _FEW_DRAWS)
+        )
 
     @cached_property
     def by_scenario(self) -> np.ndarray:
@@ -258,6 +265,12 @@ class Outcome:
         terms, cost = self.terms(part), self.arena.made_cost
         return np.stack([IQM(own) * term.scale for own, term in zip(terms, cost.terms, strict=True)])
 
+    @property
+    def effort(self) -> np.ndarray | None:
+        """The variation of the turn rate that tuned laws demand (laws,) [rad/s²]; None: the cost has no such term."""
+        place = next((n for n, term in enumerate(self.arena.made_cost.terms) if "variation" in term.metric), None)
+        return None if place is None else self.term_means("tuned")[place]
+
     # Engines and budgets ---------------------------------------------------------------------------------------
 
     @cached_property
@@ -266,13 +279,7 @@ class Outcome:
 
         It is the mean on the runs for choosing.
         """
-        found = np.empty((len(self.arena.engines), len(self.entries)))
-        for n, entry in enumerate(self.entries):
-            means = entry.choosing.mean(axis=(1, 2))
-            for k, engine in enumerate(self.arena.engines):
-                ends = [entry.looked_at[s, -1] for s, one in enumerate(entry.searches) if one.engine == engine]
-                found[k, n] = min([means[0], *(means[c] for c in ends)])
-        return found
+        return np.array([[entry.best_of(engine) for entry in self.entries] for engine in self.arena.engines])
 
     @cached_property
     def budgets(self) -> np.ndarray:
@@ -287,10 +294,9 @@ class Outcome:
         """
         found = np.empty((3, len(self.entries), len(self.budgets)))
         for n, entry in enumerate(self.entries):
-            means = entry.choosing.mean(axis=(1, 2))
             for k, budget in enumerate(self.budgets):
                 at = max((b for b, e in enumerate(entry.budgets) if e <= budget), default=0)
-                values = means[entry.looked_at[:, at]] if entry.searches else means[:1]
+                values = entry.means[entry.looked_at[:, at]] if entry.searches else entry.means[:1]
                 found[:, n, k] = np.median(values), values.min(), values.max()
         return Interval(*found)
 
@@ -307,14 +313,10 @@ class Outcome:
     @cached_property
     def robustness(self) -> Interval:
         """The cost with each change over that without, on the same seeds (laws, changes); infinite: it fails then."""
-        rows = []
-        for as_told, with_changes in zip(self.tuned, self._changed_costs, strict=True):
-            found = []
-            for other in with_changes:
-                both = np.stack([other, as_told[:, : other.shape[1]]])
-                found.append(contrasts(both, STATISTIC, generator=self.generator, draws=min(self.draws, 500))[0, 1])
-            rows.append(_joined(found))
-        return Interval(*(np.stack([getattr(row, f) for row in rows]) for f in ("value", "low", "high")))
+        changed, draws = self._changed_costs, min(self.draws, _FEW_DRAWS)
+        told = np.broadcast_to(self.tuned[:, None, :, : changed.shape[-1]], changed.shape)
+        pairs = np.stack([changed, told], axis=2)
+        return _joined([_joined([self._compared(pair, draws)[0, 1] for pair in of_law]) for of_law in pairs])
 
     @cached_property
     def robust_costs(self) -> np.ndarray:
@@ -328,4 +330,5 @@ class Outcome:
 
 
 def _joined(parts: list[Interval]) -> Interval:
-    return Interval(*(np.array([float(getattr(part, f)) for part in parts]) for f in ("value", "low", "high")))
+    """Intervals of one shape as one, with a first axis more."""
+    return Interval(*(np.stack([getattr(part, f) for part in parts]) for f in ("value", "low", "high")))

@@ -1,6 +1,7 @@
 """The page of an arena: the answer in one look, and behind it the terms, the costs and how sure they are."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict
 from functools import partial
 from itertools import permutations
 from pathlib import Path
@@ -27,16 +28,17 @@ from robotics.plugins.arena.presets import write_presets
 from robotics.plugins.arena.running import drive_arena
 from robotics.plugins.arena.work import plain, tuned
 from robotics.show.report.chapter import Chapter, Front, Grid, Picture
-from robotics.show.report.plates import plate
+from robotics.show.report.plates import plates_of
 from robotics.show.report.template import rendered
+from robotics.show.report.texts import ReportTexts
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.executors import Workers
 from robotics.studies.tuning.cost import Term
 from robotics.studies.tuning.results import write_tuned
 
 PAGE_FILE = "arena.html"
-WIDE = 6.3  # inches: the one look has columns of numbers beside it
 _FORMATS = ("png", "svg", "pdf")
+_TEXTS = ReportTexts("robotics.plugins.arena")
 
 
 def run_arena(
@@ -93,12 +95,11 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     chapters = arena_chapters(outcome, specifications)
     head = ranking(outcome)
     pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
-    advance = begin("drawing", len(pictures))
-    plates = []
+    advance = begin("drawing", 2 * len(pictures))
+    plates = plates_of(pictures, advance)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for picture in pictures:
         assert isinstance(picture, Picture)
-        plates.append(plate(picture))
         figure = picture.draw()
         for suffix in _FORMATS:
             save_figure(figure, folder / "figures" / f"{picture.name}.{suffix}")
@@ -131,13 +132,8 @@ def small_arena(begin: Begin, folder: Path) -> Front:
     arena = load_arena("demo")
     outcome = drive_arena(arena, folder / "arena", fresh=True, clocked=False, begin=begin)
     write_tables(outcome, folder / "arena")
-    return Front(
-        "At their best: tuned alike, on runs that no tuning has seen",
-        ranking(outcome),
-        answer(outcome),
-        f"A small arena of {len(arena.laws)} laws with {arena.evaluations} evaluations each. The command robotics "
-        "arena holds the whole one, and robotics arena demo says more of this one.",
-    )
+    note = _TEXTS.text("front-of-a-report.note", laws=len(arena.laws), evaluations=arena.evaluations)
+    return Front(_TEXTS.text("front-of-a-report.title"), ranking(outcome), answer(outcome), note)
 
 
 # Pictures -----------------------------------------------------------------------------------------------------------
@@ -150,9 +146,7 @@ def entrants(outcome: Outcome) -> list[Entrant]:
 
 def standings(outcome: Outcome) -> Standings:
     """What the one look shows."""
-    cost = outcome.arena.made_cost
-    place = next((n for n, term in enumerate(cost.terms) if "variation" in term.metric), len(cost.terms) - 1)
-    effort = outcome.term_means("tuned")[place]
+    effort = outcome.term_means("tuned")[-1] if outcome.effort is None else outcome.effort
     return Standings(
         entrants(outcome),
         outcome.titles[outcome.reference],
@@ -160,13 +154,12 @@ def standings(outcome: Outcome) -> Standings:
         outcome.tuned_ratio,
         outcome.failures,
         np.where(np.isfinite(effort), effort, np.nan),
-        "effort\n[rad/s²]",
         np.array([outcome.computing[law] for law in outcome.laws]),
         np.array([float(len(entry.parameters)) for entry in outcome.entries]),
     )
 
 
-def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
+def plot_arena(outcome: Outcome, width: float = figures.WIDTH) -> Figure:
     """Draw what came of an arena in one look: the laws from the least tuned cost down, as published and tuned.
 
     Beside the costs stand what a law asks for and how many runs it failed.
@@ -180,78 +173,29 @@ def plot_arena(outcome: Outcome, width: float = WIDE) -> Figure:
 
 def ranking(outcome: Outcome) -> Picture:
     """The one look."""
-    arena = outcome.arena
-    found = standings(outcome)
-    computing = "; computing is the law's own time a period on this machine" if outcome.clocked else ""
-    said = "; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order)
-    return Picture(
+    found, arena = standings(outcome), outcome.arena
+    return _TEXTS.picture(
         "ranking",
-        f"Cost over that of {found.reference}, tuned, on {len(arena.scenarios('test'))} scenarios that no search had "
-        f"seen, {arena.testing_runs} runs each: hollow as published, filled tuned, with 95 % intervals; less is better."
-        f" Effort is the variation of the demanded turn rate{computing}.",
-        f"Laws from the least cost up, in multiples of {found.reference}: {said}.",
-        partial(figures.plot_ranking, found, WIDE),
+        partial(figures.plot_ranking, found),
+        reference=found.reference,
+        scenarios=len(arena.scenarios("test")),
+        runs=arena.testing_runs,
+        computing=_TEXTS.text("ranking.computing") if outcome.clocked else "",
+        said="; ".join(f"{outcome.titles[k]} {_number(float(outcome.tuned_ratio.value[k]))}" for k in outcome.order),
     )
 
 
-def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
-    """The other pictures, by name."""
-    laws, order = entrants(outcome), outcome.order
-    ordered, pairs = [laws[k] for k in order], np.ix_(order, order)
-    cost, means = outcome.arena.made_cost, outcome.term_means("tuned")
-    found = [
-        Picture(
-            "budget",
-            "What a law costs on the choosing runs after so many evaluations: the median over the searches of all "
-            "engines and repeats, and their range. Where curves cross, the better law depends on the budget.",
-            "Curves of cost over the number of evaluations, one a law.",
-            partial(figures.plot_budget, laws, outcome.budgets, outcome.curves),
-        ),
-        Picture(
-            "profiles",
-            f"The share of runs that cost at most a multiple of {outcome.titles[outcome.reference]}'s interquartile "
-            "mean on the same scenario, with 95 % bands.",
-            "Performance profiles of all laws, a panel for each sort.",
-            partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles, "cost [reference = 1]"),
-        ),
-        Picture(
-            "improvement",
-            "How often the row's law costs less than the column's, run by run at the same start and noise, and what "
-            "can be said of the pair: better or worse only where Holm's adjusted p is below 0.05 too.",
-            "A matrix of probabilities of improvement between each two laws.",
-            partial(figures.plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs]),
-        ),
-        Picture(
-            "robustness",
-            "The cost when something is otherwise than the laws, the wheel loops and odometry are told, over the cost "
-            "when it is as told; nobody was tuned for it.",
-            "A heat map of cost ratios, laws by changes.",
-            partial(
-                figures.plot_robustness, ordered, [c.replace("-", "−") for c in CHANGES], outcome.robustness[order]
-            ),
-        ),
-    ]
-    points = means[[0, -1]][:, np.isfinite(means[[0, -1]]).all(axis=0)]
-    if len(cost.terms) >= 2 and points.size and (np.ptp(points, axis=1) > 0).all():
-        scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
-        before = outcome.term_means("published")
-        found.append(
-            Picture(
-                "front",
-                "Precision against effort: the interquartile means of the tuned laws, hollow as published. Whoever is "
-                "on the front is beaten by nobody in both.",
-                "Points of effort and cross-track error, one a law, and the front of the unbeaten.",
-                partial(
-                    figures.plot_pareto,
-                    laws,
-                    means[-1],
-                    scale * means[0],
-                    ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error"),
-                    np.stack([before[-1], scale * before[0]], axis=1),
-                ),
-            )
-        )
-    return {picture.name: picture for picture in found}
+def _front(outcome: Outcome) -> list[Picture]:
+    """Precision against effort, where the cost has two terms that tell the laws apart."""
+    cost, before, after = outcome.arena.made_cost, outcome.term_means("published"), outcome.term_means("tuned")
+    points = after[[0, -1]][:, np.isfinite(after[[0, -1]]).all(axis=0)]
+    if len(cost.terms) < 2 or not points.size or not (np.ptp(points, axis=1) > 0).all():
+        return []
+    scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
+    titles = ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error")
+    published = np.stack([before[-1], scale * before[0]], axis=1)
+    draw = partial(figures.plot_pareto, entrants(outcome), after[-1], scale * after[0], titles, published)
+    return [_TEXTS.picture("front", draw)]
 
 
 # Chapters -----------------------------------------------------------------------------------------------------------
@@ -259,62 +203,42 @@ def arena_pictures(outcome: Outcome) -> dict[str, Picture]:
 
 def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list[Chapter]:
     """What stands behind the answer."""
-    pictures = arena_pictures(outcome)
-    failed = outcome.robust_failures
     return [
         _terms(outcome),
-        _costs(outcome, pictures),
-        _budgets(outcome, pictures),
+        _costs(outcome),
+        _budgets(outcome),
         _weights(outcome),
-        Chapter(
-            "robustness",
-            "Robustness without re-tuning",
-            (
-                "The robot is heavier or lighter, its wheels larger or smaller, its gears rougher or smoother by a "
-                "fifth, its commands later or its sensors noisier by a factor of two, and nobody is told: neither the "
-                "laws, nor the wheel loops, nor odometry.",
-            ),
-            details=[
-                _grid(outcome, "Share of runs that failed.", CHANGES, lambda k: (f"{100 * v:.2g} %" for v in failed[k]))
-            ],
-            pictures=[pictures["robustness"]],
-            folded="Failed runs under each change",
-        ),
+        _robustness(outcome),
         _laws(outcome, specifications),
     ]
 
 
-def _grid(outcome: Outcome, caption: str, head: Iterable[str], cells: Callable[[int], Iterable[str]]) -> Grid:
-    """A table with a row for each law, from the least tuned cost up; ``cells`` gives those of the law at a place."""
-    return Grid(caption, ("Law", *head), [(outcome.titles[k], *cells(k)) for k in outcome.order])
+def _grid(
+    outcome: Outcome, key: str, cells: Callable[[int], Iterable[str]], more: Iterable[str] = (), **values: Any
+) -> Grid:
+    """A table with a row for each law, from the least tuned cost up; ``cells`` gives those of the law at a place.
+
+    The columns ``more`` follow those that the texts name.
+    """
+    found = _TEXTS.grid(key, [(outcome.titles[k], *cells(k)) for k in outcome.order], **values)
+    return found._replace(head=(*found.head, *more))
 
 
 def _terms(outcome: Outcome) -> Chapter:
     arena = outcome.arena
-    c = arena.conditions
+    conditions, cost = arena.conditions, arena.made_cost
 
     def cells(k: int) -> Iterator[str]:
-        entry, terms = outcome.entries[k], terms_of(outcome.made[k])
-        yield from (terms.level, terms.knows, str(len(entry.parameters)))
+        entry = outcome.entries[k]
+        yield from (*terms_of(outcome.made[k]), str(len(entry.parameters)))
         yield f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published"
         yield microseconds(outcome.computing[entry.law])
 
-    unseen = ", ".join(arena.unseen_sorts) or "none"
-    text = (
-        f"All laws drive the same dynamic plant with the same limits, a period of {1000 * c.period:g} ms, a latency of "
-        f"{1000 * c.latency:g} ms, a pose sensor with noise of {1000 * c.position_noise:g} mm and "
-        f"{1000 * c.heading_noise:g} mrad, and starts that scatter by {100 * c.start_position:g} cm and "
-        f"{1000 * c.start_heading:g} mrad from run to run. All know their robot's measured posture; the table says "
-        "what else.",
-        "The cost of a run is fixed beforehand: "
-        + " + ".join(map(_term, arena.made_cost.terms))
-        + f". In a search a failed run costs {arena.made_cost.failed:g}; in the test it is a failure.",
-        "The blocks of scenarios and seeds, for tuning, choosing and testing, have nothing in common. Sorts of test "
-        f"scenarios that no law was tuned on: {unseen}.",
-    )
-    head = ("Commands", "Knows beside the posture", "Numbers tuned", "Searches × evaluations", "Computing a period")
-    grid = _grid(outcome, "The terms of each law.", head, cells)
-    return Chapter("terms", "The terms", text, [grid], [_scenarios(arena)], folded="The scenarios")
+    about: dict[str, Any] = {name: 1000 * value for name, value in asdict(conditions).items()}
+    about |= {"start_position": 100 * conditions.start_position, "cost": " + ".join(map(_term, cost.terms))}
+    about |= {"failed": cost.failed, "unseen": ", ".join(arena.unseen_sorts) or "none"}
+    grid = _grid(outcome, "terms.of-each", cells)
+    return _TEXTS.chapter("terms", about, tables=[grid], details=[_scenarios(arena)])
 
 
 def _term(term: Term) -> str:
@@ -323,13 +247,12 @@ def _term(term: Term) -> str:
 
 
 def _scenarios(arena: Arena) -> Grid:
-    rows = []
-    words = {"tune": "tuning", "choose": "choosing", "test": "testing"}
-    for block in BLOCKS:
-        for label, scenario in zip(arena.labels(block), arena.scenarios(block), strict=True):
-            rows.append((label, words[block], *_facts(scenario)))
-    head = ("Scenario", "Block", "Length", "Speed", "Tightest curve", "Start off", "Robot")
-    return Grid("All scenarios, drawn at random by their number.", head, rows)
+    rows = [
+        (label, _TEXTS.text(f"terms.blocks.{block}"), *_facts(scenario))
+        for block in BLOCKS
+        for label, scenario in zip(arena.labels(block), arena.scenarios(block), strict=True)
+    ]
+    return _TEXTS.grid("terms.scenarios", rows)
 
 
 def _facts(scenario: Scenario) -> tuple[str, ...]:
@@ -346,42 +269,38 @@ def _facts(scenario: Scenario) -> tuple[str, ...]:
     )
 
 
-def _costs(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
-    unit, means = outcome.titles[outcome.reference], outcome.term_means("tuned")
-    columns: dict[str, tuple[Any, ...]] = {
-        "As published": (outcome.published_ratio,),
-        "Tuned": (outcome.tuned_ratio,),
-        "Share of the gap closed": (outcome.closed, 100, " %"),
-        "IQM of all runs": (outcome.pooled,),
-        "Worst tenth": (outcome.tail,),
-        "Failed": (outcome.failures, 100, " %"),
-    }
-    caption = f"Costs over that of {unit}, tuned, with 95 % intervals."
-    grid = _grid(outcome, caption, columns, lambda k: (_interval(found[k], *how) for found, *how in columns.values()))
+def _costs(outcome: Outcome) -> Chapter:
+    unit, means, order = outcome.titles[outcome.reference], outcome.term_means("tuned"), outcome.order
+
+    def ratios(k: int) -> Iterator[str]:
+        yield from (_interval(found[k]) for found in (outcome.published_ratio, outcome.tuned_ratio))
+        yield _interval(outcome.closed[k], 100, " %")
+        yield from (_interval(found[k]) for found in (outcome.pooled, outcome.tail))
+        yield _interval(outcome.failures[k], 100, " %")
+
     metrics = [ALL_METRICS[term.metric] for term in outcome.arena.made_cost.terms]
-    head = [f"{metric.title} [{metric.unit}]" for metric in metrics]
-    caption = "What the tuned laws' cost is made of, interquartile means of all runs; and its mean over the scenarios."
-    parts = _grid(outcome, caption, [*head, "Mean cost"], lambda k: map(_number, (*means[:, k], outcome.mean[k])))
-    caption = f"Interquartile means of each scenario, over {unit}'s."
-    per = _grid(outcome, caption, outcome.arena.labels("test"), lambda k: map(_number, outcome.by_scenario[k]))
-    text = (
-        "What ranks the laws is the interquartile mean of each scenario's runs, its geometric mean over the scenarios, "
-        "so that no scenario counts for more because it is harder; the arithmetic mean beside it is of the costs "
-        "themselves, as is the worst tenth of all runs. Intervals are bootstraps of scenarios and of runs within them, "
-        "the same for all laws. A law that fails in more than a quarter of the runs of a scenario fails.",
-    )
-    shown = [pictures[name] for name in ("improvement", "profiles", "front") if name in pictures]
-    return Chapter("costs", "The costs, and how sure they are", text, [grid, parts], [per], shown, folded="By scenario")
+    head = [*(f"{metric.title} [{metric.unit}]" for metric in metrics), "Mean cost"]
+    grid = _grid(outcome, "costs.ratios", ratios, reference=unit)
+    parts = _grid(outcome, "costs.parts", lambda k: map(_number, (*means[:, k], outcome.mean[k])), head)
+    cases = outcome.arena.labels("test")
+    per = _grid(outcome, "costs.by-scenario", lambda k: map(_number, outcome.by_scenario[k]), cases, reference=unit)
+    laws, pairs = entrants(outcome), np.ix_(order, order)
+    ordered = [laws[k] for k in order]
+    improvement = partial(figures.plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs])
+    profiles = partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles)
+    shown = [_TEXTS.picture("improvement", improvement), _TEXTS.picture("profiles", profiles, reference=unit)]
+    return _TEXTS.chapter("costs", tables=[grid, parts], details=[per], pictures=[*shown, *_front(outcome)])
 
 
-def _budgets(outcome: Outcome, pictures: dict[str, Picture]) -> Chapter:
+def _budgets(outcome: Outcome) -> Chapter:
     grid = _grid(
         outcome,
-        "Cost on the choosing runs of the best that each engine found, or of the law as published if that is better.",
-        (*outcome.arena.engines, "Chosen"),
+        "budgets.engines",
         lambda k: (*map(_number, outcome.by_engine[:, k]), outcome.entries[k].by or "published"),
+        (*outcome.arena.engines, "Chosen"),
     )
-    return Chapter("budgets", "Budgets and engines", tables=[grid], pictures=[pictures["budget"]])
+    draw = partial(figures.plot_budget, entrants(outcome), outcome.budgets, outcome.curves)
+    return _TEXTS.chapter("budgets", tables=[grid], pictures=[_TEXTS.picture("budget", draw)])
 
 
 def _weights(outcome: Outcome) -> Chapter:
@@ -392,23 +311,23 @@ def _weights(outcome: Outcome) -> Chapter:
         both = zip(some, case, strict=True)
         changed = [f"{term.metric} × {weight / term.weight:g}" for term, weight in both if weight != term.weight]
         rows.append((", ".join(changed) or "as they are", ", ".join(outcome.titles[k] for k in order), str(swapped)))
-    grid = Grid("The order of the laws under other weights of the cost.", ("Weights", "Order", "Pairs swapped"), rows)
-    text = (
-        "The order does not change when a weight is halved or doubled."
-        if not weights.changed.any()
-        else "The order changes with the weights: who weighs precision and effort otherwise may choose another law.",
-    )
-    return Chapter("weights", "Other weights", text, [grid])
+    said = _TEXTS.text("weights.changes" if weights.changed.any() else "weights.stays")
+    return _TEXTS.chapter("weights", {"said": said}, tables=[_TEXTS.grid("weights.orders", rows)])
+
+
+def _robustness(outcome: Outcome) -> Chapter:
+    laws, order, failed = entrants(outcome), outcome.order, outcome.robust_failures
+    changes = [change.replace("-", "−") for change in CHANGES]
+    draw = partial(figures.plot_robustness, [laws[k] for k in order], changes, outcome.robustness[order])
+    grid = _grid(outcome, "robustness.failed", lambda k: (f"{100 * share:.2g} %" for share in failed[k]), CHANGES)
+    return _TEXTS.chapter("robustness", details=[grid], pictures=[_TEXTS.picture("robustness", draw)])
 
 
 def _laws(outcome: Outcome, specifications: Sequence[str]) -> Chapter:
-    grid = _grid(
-        outcome,
-        "The chosen laws, usable with --controller.",
-        ("By", "Specification"),
-        lambda k: (outcome.entries[k].by or "as published", specifications[k] if specifications else ""),
-    )
-    return Chapter("laws", "The tuned laws", details=[grid], folded="Specifications")
+    def cells(k: int) -> tuple[str, str]:
+        return outcome.entries[k].by or "as published", specifications[k] if specifications else ""
+
+    return _TEXTS.chapter("laws", details=[_grid(outcome, "laws.chosen", cells)])
 
 
 # Words --------------------------------------------------------------------------------------------------------------
@@ -463,15 +382,10 @@ def scenarios_table(outcome: Outcome) -> pd.DataFrame:
 
 def results_table(outcome: Outcome) -> pd.DataFrame:
     """A row a run of the test, as published and tuned: its metrics, and whether the robot was stopped."""
-    names, parts = [scenario.name for scenario in outcome.arena.scenarios("test")], []
-    for entry in outcome.entries:
-        for part, table in entry.runs.items():
-            own = table.drop(columns="candidate")
-            own["scenario"] = [names[k] for k in own["scenario"]]
-            own.insert(0, "gains", part)
-            own.insert(0, "law", entry.law)
-            parts.append(own)
-    return pd.concat(parts, ignore_index=True)
+    names = [scenario.name for scenario in outcome.arena.scenarios("test")]
+    runs = {(entry.law, part): table for entry in outcome.entries for part, table in entry.runs.items()}
+    found = pd.concat(runs, names=["law", "gains"]).reset_index(["law", "gains"]).drop(columns="candidate")
+    return found.assign(scenario=[names[k] for k in found["scenario"]]).reset_index(drop=True)
 
 
 def summary_table(outcome: Outcome) -> pd.DataFrame:

@@ -21,6 +21,7 @@ from fuzzy.files.atomic import write_json
 from fuzzy.files.claim import claimed
 from fuzzy.shell.progress import Begin, unwatched
 from fuzzy.tuning.search import Evaluations
+from fuzzy.words import counted
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.computing import Timed, machine, timed
 from robotics.plugins.arena.description import Arena, about
@@ -171,7 +172,7 @@ class _ArenaRun:
             for law, candidates in laws.items()
         )
         computing = {law: self.times[law].period for law in arena.laws}
-        return Outcome(arena, entries, computing, machine(), versions())
+        return Outcome(arena, entries, computing, machine())
 
     def searches(self) -> dict[Search, Evaluations]:
         """Do every search of every law, the longest first."""
@@ -261,8 +262,8 @@ def _estimate(arena: Arena, times: Mapping[str, Timed], workers: Workers) -> str
     longest = sorted(seconds, key=lambda law: -seconds[law])[:3]
     most = ", ".join(f"{law} {100 * seconds[law] / total:.0f} %" for law in longest)
     return (
-        f"{sum(_runs_of(arena, law) for law in arena.laws):,} runs: about {_minutes(total / count)} on {count} "
-        f"worker{'s' * (count != 1)} ({most}); what is done is kept"
+        f"{sum(_runs_of(arena, law) for law in arena.laws):,} runs: about {_minutes(total / count)} on "
+        f"{counted(count, 'worker')} ({most}); what is done is kept"
     )
 
 

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, styled_figure, text_width
 from robotics.laws.catalogue import law_title
-from robotics.measures.clearance import clearances, robot_gaps
+from robotics.measures.clearance import clearances
 from robotics.measures.tracking import cross_track_error, tracking_error
 from robotics.show.figures.distances import draw_distances
 from robotics.show.figures.drawing import (
@@ -32,6 +32,7 @@ from robotics.show.figures.drawing import (
     unjumped,
 )
 from robotics.show.figures.faults import FEW_ROBOTS
+from robotics.show.figures.meetings import nearest_pairs
 from robotics.show.figures.modes import draw_modes
 from robotics.show.figures.robots import draw_path, draw_way
 from robotics.show.figures.world import draw_bodies, draw_body, draw_world
@@ -207,27 +208,16 @@ def _trajectories(ax: Axes, view: _View) -> None:
     run, place, end = view
     draw_world(ax, run, end - 1)
     draw_bodies(ax, run, place, end - 1)
-    nearest = _nearest(view)
+    met = nearest_pairs(run, place, end)[:1]
     robots = len(run.paths)
     for i in range(robots):
         draw_path(ax, run, i, zorder=1)
         name = f"robot {i + 1}" if robots <= FEW_ROBOTS else None
         draw_way(ax, run, place, i, end, **line_look(i), linewidth=1.1, label=name)
-        if nearest is not None and i in nearest[:2]:
-            color = line_look(i)["color"]
-            draw_body(ax, run, place, i, np.array([nearest[2]]), facecolors=color, zorder=4)
+        for sample in (sample for pair, sample, _ in met if i in pair):
+            draw_body(ax, run, place, i, np.array([sample]), facecolors=line_look(i)["color"], zorder=4)
     mark_contacts(ax, run, place, until=float(run.time[end - 1]))
     ax.set_aspect("equal", adjustable="datalim")
-
-
-def _nearest(view: _View) -> tuple[int, int, int] | None:
-    """The two robots that came nearest, and the sample at which they did."""
-    gaps = robot_gaps(view.run, view.place)
-    least = {pair: np.where(np.isfinite(gap), gap, np.inf)[: view.end] for pair, gap in gaps.items()}
-    if not least:
-        return None
-    i, j = min(least, key=lambda pair: float(least[pair].min()))
-    return i, j, int(least[i, j].argmin())
 
 
 def _per_robot(values: Callable[[_View], np.ndarray]) -> Callable[[Axes, _View], None]:

@@ -2,17 +2,19 @@
 
 import textwrap
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLORS, LINES, figure_of, text_width
+from fuzzy.figures.drawing import COLORS, LINES, figure_of, number, text_width
 from fuzzy.shown import shown, typeset
 from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
@@ -234,6 +236,13 @@ def scale_values(ax: Axes, known: np.ndarray) -> bool:
     else:
         ax.locator_params(axis="x", nbins=4)
     return logarithmic
+
+
+def write_log_ticks(axis: Axis, ticks: Sequence[float], words: Callable[[float], str] = number) -> None:
+    """Give a logarithmic axis these ticks, as plain numbers or other ``words``, and no others."""
+    axis.set_ticks(ticks)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: words(value)))
+    axis.set_minor_locator(NullLocator())
 
 
 def few_ticks(low: float, high: float) -> list[float]:

@@ -8,12 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from fuzzy.figures.drawing import COLORS, styled_figure
 from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, Standing
-from robotics.show.figures.drawing import panel_grid
+from robotics.show.figures.drawing import panel_grid, write_log_ticks
 
 _WIDTH, _COLUMNS = 10.0, 3  # inches; panels side by side
 _LEADS, _OTHER, _TOUCHED = COLORS[0], "0.35", COLORS[1]
@@ -79,10 +78,7 @@ def _draw(ax: Axes, lead: Lead) -> None:
     right = reach * (1.35 if reach < 3 else 2.2)
     ax.set_xlim(left, max(right, 1.35))
     ticks = [t for t in _TICKS if left <= t <= right and (reach > 3 or t <= 3)]
-    ax.set_xticks(ticks[:: 1 + len(ticks) // 6] if reach > 3 else ticks)
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda t, _: f"{t:g}×"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.xaxis.set_minor_locator(NullLocator())
+    write_log_ticks(ax.xaxis, ticks[:: 1 + len(ticks) // 6] if reach > 3 else ticks, "{:g}×".format)
     names = [textwrap.shorten(law_title(s.law), 34, placeholder="…") for s in lead.standings]
     ax.set_yticks(range(len(names)), names, fontsize=6.5)
     for tick, standing in zip(ax.get_yticklabels(), lead.standings, strict=True):

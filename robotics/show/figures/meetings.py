@@ -50,13 +50,21 @@ def plot_meetings(run: Run, seed: int | None = None) -> Figure:
         return figure
 
 
+def nearest_pairs(run: Run, place: int, end: int | None = None) -> list[tuple[tuple[int, int], int, float]]:
+    """The pairs of robots, from 0, with the sample at which they came nearest, and their distance [m] then.
+
+    The pair that came nearest is the first; only the first ``end`` samples of the seed at ``place`` count.
+    """
+    gaps = {pair: np.where(np.isfinite(gap), gap, np.inf)[:end] for pair, gap in robot_gaps(run, place).items()}
+    found = [(pair, int(gap.argmin()), float(gap.min())) for pair, gap in gaps.items()]
+    return sorted(found, key=lambda met: met[2])
+
+
 def _meetings(run: Run, place: int) -> list[tuple[tuple[int, int], int, float]]:
-    """The pairs that came nearest, with the sample at which they did and their distance [m] then."""
-    gaps = robot_gaps(run, place)
-    if not gaps:
+    """The meetings that are drawn, in the order of time."""
+    found = nearest_pairs(run, place)
+    if not found:
         raise PlotError("a run of one robot has no meetings")
-    known = {pair: np.where(np.isfinite(gap), gap, np.inf) for pair, gap in gaps.items()}
-    found = sorted(((pair, int(gap.argmin()), float(gap.min())) for pair, gap in known.items()), key=lambda met: met[2])
     return sorted([met for met in found[:MEETINGS_DRAWN] if met[2] < NEAR] or found[:1], key=lambda met: met[1])
 
 

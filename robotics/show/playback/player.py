@@ -25,7 +25,7 @@ from robotics.measures.contacts import Contact, who
 from robotics.measures.decisions import UNKNOWN, decisions, strongest
 from robotics.show.playback.replay import Replay, ReplayFrame, replay
 from robotics.simulation.run import Run
-from robotics.simulation.spans import seed_place, span
+from robotics.simulation.spans import span
 from robotics.world.environment.world import outlines
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import RangeSensor
@@ -77,7 +77,7 @@ def player_data(
     return {
         "format": 1,
         "title": film.title,
-        "seed": film.seed,
+        "seed": run.seeds[film.place],
         "robots": robots,
         "sizes": [[robot.length, robot.width] for robot in run.about.robots],  # m
         "wheels": [[round(robot.wheel_radius, 5), round(robot.half_axle, 5)] for robot in run.about.robots],  # m
@@ -93,7 +93,7 @@ def player_data(
         "sonar": _sonar(film),
         "modes": _modes(film),
         "contacts": [_contact(contact) for contact in film.contacts],
-        "rules": _rules(run, seed_place(run, seed), chosen),
+        "rules": _rules(run, film.place, chosen),
     }
 
 
@@ -241,14 +241,15 @@ def _sonar(film: Replay) -> dict[str, Any] | None:
     """
     if film.ranges is None:
         return None
-    names = sensor_names(film.sensors)
+    sensors = film.run.about.sensors
+    names = sensor_names(sensors)
 
     def mounting(sensor: RangeSensor | None) -> list[float] | None:
         if sensor is None:
             return None
         return [round(v, 6) for v in (sensor.x, sensor.y, sensor.axis, sensor.half_cone, sensor.range)]
 
-    mounted = [[mounting(carried.get(name)) for name in names] for carried in film.sensors]
+    mounted = [[mounting(carried.get(name)) for name in names] for carried in sensors]
     return {"sensors": mounted, "readings": _packed(film.ranges)}
 
 
@@ -302,6 +303,7 @@ def _contact(contact: Contact) -> list[Any]:
 
 def _thinned(film: Replay) -> np.ndarray:
     """The paths (robots, 2, points) with equally many points each."""
-    most = int(np.clip(_NODES // len(film.paths), 40, 400))
-    count = min(most, max(nodes.shape[1] for nodes in film.paths))
-    return np.stack([nodes[:, np.linspace(0, nodes.shape[1] - 1, count).round().astype(int)] for nodes in film.paths])
+    paths = film.run.paths
+    most = int(np.clip(_NODES // len(paths), 40, 400))
+    count = min(most, max(nodes.shape[1] for nodes in paths))
+    return np.stack([nodes[:, np.linspace(0, nodes.shape[1] - 1, count).round().astype(int)] for nodes in paths])

@@ -4,7 +4,6 @@ It holds poses, speeds and targets, the faults and stops as spans of time, which
 obstacles, the readings of the sonars, and the mode of each robot.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
@@ -16,8 +15,6 @@ from robotics.simulation.mode_changes import ModeChange, mode_changes_in
 from robotics.simulation.run import Run
 from robotics.simulation.spans import FaultSpan, ReplayError, _after, fault_spans, seed_place
 from robotics.world.environment.world import BodyColumns, Geometry, outlines
-from robotics.world.sensing.sonar import RangeSensor
-from robotics.world.vehicle.robot import Robot
 
 _MOST_STALE = 40_000  # spans of stale messages kept: the longest
 
@@ -54,12 +51,10 @@ class StaleSpans(NamedTuple):
 class Replay(ReplayFrame):
     """One seed of a run. Arrays are (robots, frames) unless stated otherwise; a stopped robot stays where it was."""
 
-    scenario: str
-    controller: str
-    seed: int
+    run: Run = field(repr=False)
+    place: int  # of the seed in the run
     time: np.ndarray = field(repr=False)  # (frames,) s
     progress: np.ndarray | None = field(repr=False)  # 1; none: the law has no path parameter
-    paths: tuple[np.ndarray, ...] = field(repr=False)  # per robot (2, nodes) m
     stops: np.ndarray = field(repr=False)  # (robots,) s; infinite: never stopped
     faults: tuple[FaultSpan, ...] = field(repr=False)
     hears: np.ndarray | None = field(repr=False)  # (receivers, senders) bool; none: no messages were recorded
@@ -67,8 +62,6 @@ class Replay(ReplayFrame):
     stale_after: float = 0.0  # s: older messages are stale
     obstacles: Geometry | None = field(default=None, repr=False)  # its first axis: the frames, or 1 if all rest
     ranges: np.ndarray | None = field(default=None, repr=False)  # (robots, sensors, frames) m; inf: nothing
-    sensors: tuple[Mapping[str, RangeSensor], ...] = field(default=(), repr=False)  # what each robot carries, by name
-    robots: tuple[Robot, ...] = field(default=(), repr=False)  # those that ran
     modes: np.ndarray | None = field(default=None, repr=False)  # codes of robotics.laws.modes.MODES
     handovers: tuple[ModeChange, ...] = field(default=(), repr=False)  # changes of mode, in the order of time
     contacts: tuple[Contact, ...] = field(default=(), repr=False)  # by time, of the first MOST_DRAWN those it shows
@@ -76,12 +69,12 @@ class Replay(ReplayFrame):
     @property
     def title(self) -> str:
         """The law, the scenario and the seed, in words."""
-        return f"{law_title(self.controller)} on {self.scenario}, seed {self.seed}"
+        return f"{law_title(self.run.controller)} on {self.run.scenario}, seed {self.run.seeds[self.place]}"
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
         """The least and greatest x, then y [m], of all paths, driven trajectories and obstacles."""
-        parts = [*self.paths, np.stack([self.x.ravel(), self.y.ravel()])]
+        parts = [*self.run.paths, np.stack([self.x.ravel(), self.y.ravel()])]
         if self.obstacles is not None:
             circles = self.obstacles.circles[:, : self.obstacles.counts[0]]
             centers, radius = np.moveaxis(circles[..., :2], -1, 0), circles[..., 2]
@@ -173,12 +166,10 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         handovers = tuple(e for e in changes if times[0] < e.time <= times[-1] + 1e-9)
     return Replay(
         **{name: over(values) for name, values in rows.items()},
-        scenario=run.scenario,
-        controller=run.controller,
-        seed=run.seeds[place],
+        run=run,
+        place=place,
         time=times,
         progress=over(progress) if np.isfinite(progress).any() else None,
-        paths=run.paths,
         stops=np.where(stopped >= 0, run.time[stopped], np.inf),
         faults=fault_spans(run, place),
         hears=hears,
@@ -186,8 +177,6 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         stale_after=limit,
         obstacles=obstacles,
         ranges=ranges,
-        sensors=run.about.sensors,
-        robots=run.about.robots,
         modes=modes,
         handovers=handovers,
         contacts=tuple(

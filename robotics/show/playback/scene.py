@@ -1,6 +1,5 @@
 """The moving picture of a run, frame by frame: the scene from above, and below it a chart with a moving cursor."""
 
-from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 import numpy as np
@@ -8,10 +7,8 @@ from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.text import Text
 
 from fuzzy.figures.drawing import DOUBLE, LINES, new_figure
 from fuzzy.figures.palette import COLORS
@@ -44,30 +41,69 @@ _OUTLINE = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 _Collection = TypeVar("_Collection", PolyCollection, LineCollection)
 
 
-@dataclass(frozen=True, eq=False)
 class Scene:
     """A figure of a replay, and the parts of it that move."""
 
-    figure: Figure
-    film: Replay
-    enlarged: float  # how many times their size the robots are drawn
-    sizes: np.ndarray  # (robots, 2) m: their lengths and widths, as drawn
-    bodies: PolyCollection
-    wheels: PolyCollection  # the right ones of all robots, then the left ones
-    marks: PolyCollection  # which way they head
-    hatched: dict[str, PolyCollection]  # by kind of fault
-    trails: LineCollection
-    targets: PathCollection
-    fresh: LineCollection
-    old: LineCollection
-    stops: Line2D
-    touches: Line2D  # where contacts have begun
-    rings: LineCollection  # around robots that do something else than track: what, by colour and line
-    solids: PolyCollection  # obstacles, if some move
-    walls: LineCollection
-    labels: list[Text]  # numbers of the robots, if few; else those at fault
-    clock: Text
-    cursor: Line2D
+    def __init__(self, film: Replay, speed: float, dpi: float) -> None:
+        left, right, bottom, top = film.bounds
+        around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.run.about.robots)
+        margin = 0.03 * max(right - left, top - bottom) + around
+        wide = DOUBLE - _LEFT - _RIGHT
+        high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
+        scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre
+        height = _TITLE + high + _GAP + _NOTE + 0.12 * ((film.modes is not None) + bool(film.contacts)) + _CHART + _GAP
+        # A video has an even number of pixels each way.
+        figure = new_figure(2 * round(DOUBLE * dpi / 2) / dpi, 2 * round(height * dpi / 2) / dpi, constrained=False)
+        ax = figure.add_axes((_LEFT / DOUBLE, 1 - (_TITLE + high) / height, wide / DOUBLE, high / height))
+        x, y = (left + right) / 2, (bottom + top) / 2
+        ax.set(xlim=(x - wide / scale / 2, x + wide / scale / 2), ylim=(y - high / scale / 2, y + high / scale / 2))
+        ax.set(xlabel="x [m]", ylabel="y [m]")
+        chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
+        robots, few = len(film.x), len(film.x) <= FEW_ROBOTS
+        sizes = np.array([(robot.length, robot.width) for robot in film.run.about.robots])
+        least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
+        # Among obstacles a robot that is drawn too large would seem to touch them.
+        enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (sizes[:, 0].min() * scale))
+        colors = [COLORS[i % len(COLORS)] for i in range(robots)]
+        for nodes in film.run.paths:
+            quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
+            ax.plot(*strided(*nodes), **quiet, zorder=1)
+        _draw_chart(chart, film, colors)
+        figure.text(_LEFT / DOUBLE, 1 - 0.2 / height, film.title, parse_math=False, fontsize=9)
+        note = _note(film, enlarged, speed)
+        figure.text(_LEFT / DOUBLE, (_GAP + _CHART + 0.13) / height, note, fontsize=6.5, color="0.35")
+        thin = 1.2 if few else 0.7
+        if film.obstacles is not None and len(film.obstacles.counts) == 1:
+            draw_obstacles(ax, film.obstacles_at(film.time[0]))
+
+        def empty(kind: type[_Collection], **look: Any) -> _Collection:
+            made = kind([], **look)
+            ax.add_collection(made, autolim=False)
+            return made
+
+        aims, clear = np.zeros(robots), {"facecolors": "none", "zorder": 6}
+        name: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
+        self.figure, self.film = figure, film
+        self.enlarged = enlarged  # how many times their size the robots are drawn
+        self.sizes = sizes * enlarged  # (robots, 2) m: their lengths and widths, as drawn
+        self.bodies = empty(PolyCollection, edgecolors=colors, linewidths=thin, zorder=5)
+        self.wheels = empty(PolyCollection, facecolors="0.2", linewidths=0, zorder=6.5)  # all right ones, then the left
+        self.marks = empty(PolyCollection, linewidths=0, zorder=7)  # which way they head
+        self.hatched = {kind: empty(PolyCollection, hatch=HATCHES[kind], **clear) for kind in FAULT_KINDS.values()}
+        self.trails = empty(LineCollection, colors=colors, linewidths=thin, zorder=2)
+        self.fresh = empty(LineCollection, colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3)
+        self.old = empty(LineCollection, colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3)
+        self.rings = empty(LineCollection, linewidths=2.0 if few else 1.2, zorder=4.5)  # what a robot does but track
+        self.solids = empty(PolyCollection, **OBSTACLE, zorder=1.5)  # obstacles, if some move
+        self.walls = empty(LineCollection, colors="0.3", linewidths=2.0, zorder=1.5)
+        self.targets = ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4)
+        self.stops = ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)[0]
+        self.touches = ax.plot([], [], **CONTACT | {"markersize": 12, "zorder": 8.5})[0]  # where contacts have begun
+        # Numbers of the robots, if few; else of those at fault
+        self.labels = [ax.text(0, 0, "", **name, clip_on=True) for _ in range(robots)]
+        corner = 1 - _RIGHT / DOUBLE, 1 - 0.2 / height
+        self.clock = figure.text(*corner, "", ha="right", fontsize=9, fontfamily="monospace")
+        self.cursor = chart.axvline(film.time[0], color="black", linewidth=1.0)
 
 
 def set_scene(film: Replay, speed: float, dpi: float) -> Scene:
@@ -81,7 +117,7 @@ def set_scene(film: Replay, speed: float, dpi: float) -> Scene:
         speed: Times real time, which the note says.
         dpi: Pixels per inch of the frames.
     """
-    scene = _whole_scene(film, speed, dpi)
+    scene = Scene(film, speed, dpi)
     moving = {id(artist) for artist in _moving(scene)}
     still = [a for a in _leaves(scene.figure) if a.get_visible() and id(a) not in moving]
     for artist in _moving(scene):
@@ -113,7 +149,7 @@ class _Backdrop(Artist):
 
 
 def _moving(scene: Scene) -> list[Artist]:
-    parts = [getattr(scene, f.name) for f in fields(scene) if f.name not in _STILL]
+    parts = [part for name, part in vars(scene).items() if name not in _STILL]
     several = [p.values() if isinstance(p, dict) else p if isinstance(p, list) else [p] for p in parts]
     return [artist for each in several for artist in each]
 
@@ -124,73 +160,10 @@ def _leaves(figure: Figure) -> list[Artist]:
     return [*inside, figure.patch, *figure.texts]
 
 
-def _whole_scene(film: Replay, speed: float, dpi: float) -> Scene:
-    left, right, bottom, top = film.bounds
-    around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.robots)
-    margin = 0.03 * max(right - left, top - bottom) + around
-    wide = DOUBLE - _LEFT - _RIGHT
-    high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))
-    scale = min(wide / (right - left + 2 * margin), high / (top - bottom + 2 * margin))  # inches a metre
-    height = _TITLE + high + _GAP + _NOTE + 0.12 * ((film.modes is not None) + bool(film.contacts)) + _CHART + _GAP
-    # A video has an even number of pixels each way.
-    figure = new_figure(2 * round(DOUBLE * dpi / 2) / dpi, 2 * round(height * dpi / 2) / dpi, constrained=False)
-    ax = figure.add_axes((_LEFT / DOUBLE, 1 - (_TITLE + high) / height, wide / DOUBLE, high / height))
-    x, y = (left + right) / 2, (bottom + top) / 2
-    ax.set(xlim=(x - wide / scale / 2, x + wide / scale / 2), ylim=(y - high / scale / 2, y + high / scale / 2))
-    ax.set(xlabel="x [m]", ylabel="y [m]")
-    chart = figure.add_axes((_LEFT / DOUBLE, _GAP / height, wide / DOUBLE, _CHART / height))
-    robots, few = len(film.x), len(film.x) <= FEW_ROBOTS
-    sizes = np.array([(robot.length, robot.width) for robot in film.robots])
-    least = 0.16 if few else 0.09 if robots <= 60 else 0.07  # inches
-    # Among obstacles a robot that is drawn too large would seem to touch them.
-    enlarged = 1.0 if film.obstacles is not None else max(1.0, least / (sizes[:, 0].min() * scale))
-    colors = [COLORS[i % len(COLORS)] for i in range(robots)]
-    for nodes in film.paths:
-        quiet = TARGET if few else TARGET | {"linewidth": 0.5, "alpha": 0.5}
-        ax.plot(*strided(*nodes), **quiet, zorder=1)
-    _draw_chart(chart, film, colors)
-    figure.text(_LEFT / DOUBLE, 1 - 0.2 / height, film.title, parse_math=False, fontsize=9)
-    note = _note(film, enlarged, speed)
-    figure.text(_LEFT / DOUBLE, (_GAP + _CHART + 0.13) / height, note, fontsize=6.5, color="0.35")
-    thin = 1.2 if few else 0.7
-    if film.obstacles is not None and len(film.obstacles.counts) == 1:
-        draw_obstacles(ax, film.obstacles_at(film.time[0]))
-
-    def empty(kind: type[_Collection], **look: Any) -> _Collection:
-        made = kind([], **look)
-        ax.add_collection(made, autolim=False)
-        return made
-
-    aims, clear = np.zeros(robots), {"facecolors": "none", "zorder": 6}
-    name: dict[str, Any] = {"fontsize": 7, "fontweight": "bold", "path_effects": _OUTLINE, "zorder": 9}
-    return Scene(
-        figure,
-        film,
-        enlarged,
-        sizes * enlarged,
-        bodies=empty(PolyCollection, edgecolors=colors, linewidths=thin, zorder=5),
-        wheels=empty(PolyCollection, facecolors="0.2", linewidths=0, zorder=6.5),
-        marks=empty(PolyCollection, linewidths=0, zorder=7),
-        hatched={kind: empty(PolyCollection, hatch=HATCHES[kind], **clear) for kind in FAULT_KINDS.values()},
-        trails=empty(LineCollection, colors=colors, linewidths=thin, zorder=2),
-        fresh=empty(LineCollection, colors="black", linewidths=0.6, alpha=0.5 if few else 0.25, zorder=3),
-        old=empty(LineCollection, colors="black", linewidths=0.8, linestyles=[(0, (3, 3))], zorder=3),
-        rings=empty(LineCollection, linewidths=2.0 if few else 1.2, zorder=4.5),
-        solids=empty(PolyCollection, **OBSTACLE, zorder=1.5),
-        walls=empty(LineCollection, colors="0.3", linewidths=2.0, zorder=1.5),
-        targets=ax.scatter(aims, aims, marker="+", s=30 if few else 8, c=colors, linewidths=thin, zorder=4),
-        stops=ax.plot([], [], "x", color="black", markersize=10, markeredgewidth=1.5, zorder=8)[0],
-        touches=ax.plot([], [], **CONTACT | {"markersize": 12, "zorder": 8.5})[0],
-        labels=[ax.text(0, 0, "", **name, clip_on=True) for _ in range(robots)],
-        clock=figure.text(1 - _RIGHT / DOUBLE, 1 - 0.2 / height, "", ha="right", fontsize=9, fontfamily="monospace"),
-        cursor=chart.axvline(film.time[0], color="black", linewidth=1.0),
-    )
-
-
 def _wheels(scene: Scene, side: int) -> np.ndarray:
     """The outlines (robots, 4, 2) of the right (-1) or left (1) wheels in the robots' frames [m], as drawn."""
-    radius = np.array([robot.wheel_radius for robot in scene.film.robots])[:, None]
-    half = np.array([robot.half_axle for robot in scene.film.robots])[:, None]
+    radius = np.array([robot.wheel_radius for robot in scene.film.run.about.robots])[:, None]
+    half = np.array([robot.half_axle for robot in scene.film.run.about.robots])[:, None]
     ahead, aside = radius * [-1, 1, 1, -1], side * half + 0.2 * radius * [-1, -1, 1, 1]
     return np.asarray(scene.enlarged * np.stack([ahead, aside], axis=-1))
 

@@ -5,23 +5,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache
 from html import unescape
-from importlib import resources
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from markupsafe import Markup, escape
 
-from fuzzy.errors import InputError
 from fuzzy.shown import typeset
 from robotics.laws.catalogue import CATALOGUE
 from robotics.laws.specification import Specification
 from robotics.laws.tuned import tuned_from
-from robotics.tables.text import parse_table
+from robotics.tables.texts import TextFile
 
+_GLOSSARY = TextFile("robotics.show.report", "glossary.toml")
 SIDES = {"fuzzy": "fuzzy", "nonlinear": "nonlinear", "planning": "a plan"}  # of a comparison, and their words
-
-
-class GlossaryError(InputError):
-    """A glossary that cannot be read."""
 
 
 class GlossaryTerm(NamedTuple):
@@ -54,23 +49,17 @@ class LawTerm(NamedTuple):
 @cache
 def terms() -> tuple[GlossaryTerm, ...]:
     """All terms, in the order of the file."""
-    return tuple(GlossaryTerm(t["name"], t["says"], tuple(t.get("others", ()))) for t in _table()["terms"])
+    return tuple(GlossaryTerm(t["name"], t["says"], tuple(t.get("others", ()))) for t in _GLOSSARY.table("terms"))
 
 
 @cache
 def law_terms() -> dict[str, LawTerm]:
     """All laws by their names in the catalogue; one with tuned gains is told of by the law that it is."""
-    told = {name: LawTerm(**row) for name, row in _table()["laws"].items() if name in CATALOGUE}
+    told = {name: LawTerm(**row) for name, row in _GLOSSARY.table("laws").items() if name in CATALOGUE}
     tuned = {name: told[of] for name, of in tuned_from().items() if name in CATALOGUE}
     return told | {
         name: law._replace(says=f"{law.says} Its numbers were found by a search.") for name, law in tuned.items()
     }
-
-
-@cache
-def _table() -> dict[str, Any]:
-    text = (resources.files("robotics") / "show" / "report" / "glossary.toml").read_text(encoding="utf-8")
-    return parse_table(text, "glossary.toml", GlossaryError)
 
 
 def terms_in(words: str) -> list[GlossaryTerm]:

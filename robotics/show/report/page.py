@@ -61,7 +61,7 @@ class Heading(NamedTuple):
 
 
 def write_report(
-    comparison: Comparison | Sequence[Comparison],
+    comparisons: Sequence[Comparison],
     claims: Sequence[Claim],
     folder: str | Path,
     *,
@@ -75,7 +75,7 @@ def write_report(
     """Write ``folder``/report.html and ``folder``/figures/*.png, each whole or not at all; return the page's path.
 
     Args:
-        comparison: The comparison, or several with the same seeds, such as those of scenarios of several kinds.
+        comparisons: The comparison, or several with the same seeds, such as those of scenarios of several kinds.
         claims: Claims that are listed with their verdicts, as those of ``chapters`` are.
         folder: The folder of the report.
         chapters: Chapters that follow the comparison.
@@ -88,7 +88,6 @@ def write_report(
     Raises OSError.
     """
     folder, heading = Path(folder), heading or Heading()
-    comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     sections = draw_sections(comparisons, first=first) if sections is None else sections
     claims = [*claims, *(claim for chapter in chapters for claim in chapter.claims)]
@@ -140,7 +139,7 @@ def write_report(
 
 
 def draw_sections(
-    comparison: Comparison | Sequence[Comparison],
+    comparisons: Sequence[Comparison],
     advance: Callable[[], None] = lambda: None,
     first: Sequence[str] = (),
 ) -> list[ScenarioSection]:
@@ -148,7 +147,6 @@ def draw_sections(
 
     ``advance`` is called after every figure; the metrics ``first`` come before the others.
     """
-    comparisons = [comparison] if isinstance(comparison, Comparison) else list(comparison)
     shown = [(each, scenario) for each in comparisons for scenario in each.scenarios]
     places = _places([scenario.name for _, scenario in shown])
     sections = []
@@ -161,9 +159,8 @@ def draw_sections(
     return sections
 
 
-def figure_count(comparison: Comparison | Sequence[Comparison]) -> int:
+def figure_count(comparisons: Sequence[Comparison]) -> int:
     """The number of figures that :func:`draw_sections` draws."""
-    comparisons = [comparison] if isinstance(comparison, Comparison) else comparison
     return sum(len(_pictures(each, scenario, "")) for each in comparisons for scenario in each.scenarios)
 
 

@@ -429,8 +429,7 @@ class StudyPlan:
                 f"{', '.join(self.laws)}"
             ).about(*keys, condition.relation)
         for key, name in condition.named:
-            if self.law_called(name) not in self.laws:
-                raise StudyError(expected(name, self.laws, "controller of the study")).about(*keys, key)
+            check_known(self.law_called(name), self.laws, "controller of the study", StudyError, *keys, key)
         if self.law_called(condition.of) in map(self.law_called, condition.against):
             raise StudyError(f"{condition.of} is compared to itself").about(*keys, "against")
         for scenario in self.scenarios_of(condition):

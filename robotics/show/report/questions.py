@@ -24,7 +24,6 @@ from fuzzy.words import counted, listed
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import mean_of, rate_of
-from robotics.measures.leading import lead
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.statistics.ranking import pareto_front
 from robotics.measures.tracking import Metric
@@ -32,7 +31,8 @@ from robotics.show.figures.drawing import looks
 from robotics.show.figures.leads import plot_leads
 from robotics.show.report.answer import leading_sentences
 from robotics.show.report.chapter import Chapter, Grid, Picture
-from robotics.studies.comparison import contact_runs, summarise, values_of_runs
+from robotics.show.report.summarytable import lead_by
+from robotics.studies.comparison import summarise
 
 CASE = ("scenario", "condition", "point")  # the columns that say where a run was driven
 _BANDS = 8  # into which the values of an axis of many are gathered
@@ -210,10 +210,8 @@ def _leads(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
     metric, about = _first(table, own)
     found = []
     for name, rows in _cases(table):
-        by_law = dict(iter(rows.groupby("controller", sort=False)))
-        values = {str(law): values_of_runs(mine, metric, about) for law, mine in by_law.items()}
-        touched = {law: contact_runs(rows, rows["scenario"].iloc[0], law)[0] for law in values}
-        found.append(lead(name, about.short or about.title, about.unit, values, touched, about.larger))
+        by_law = {str(law): mine for law, mine in rows.groupby("controller", sort=False)}
+        found.append(lead_by(metric, about, by_law, name))
     standings = [
         {"where": one.scenario, "controller": s.law, metric: s.value.value, "leads": "yes" if s.leads else "no"}
         for one in found

@@ -1,6 +1,6 @@
 """The numbers of one scenario as a table to read: a row for each metric, a column for each controller."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,6 @@ import pandas as pd
 from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
-from robotics.measures.statistics.intervals import student
 from robotics.measures.tracking import Metric
 from robotics.show.report.wording import places_of
 from robotics.simulation.scenario.description import Scenario
@@ -54,8 +53,8 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
     names, by_law = list(comparison.controllers), _by_law(comparison, scenario)
     rows = []
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
-    contacts = [contact_runs(table, scenario, name) for name in names] if setting.has_others else []
-    touched = [count > 0 for count, _ in contacts] or [False] * len(names)
+    contacts = {name: contact_runs(table, scenario, name) for name in names} if setting.has_others else {}
+    touched = {name: count for name, (count, _) in contacts.items()}
     known = metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
     for metric in dict.fromkeys([*(name for name in first if name in known), *known]):
         about = known[metric]
@@ -65,7 +64,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
         factor, unit = scale(about.unit, numbers[:, 0])
         marks = [""] * len(names)
         if not about.larger and len(found) > 1:
-            marks = _marks(list(by_seed.values()), numbers[:, 0], touched)
+            marks = _marks(lead(scenario, about.title, about.unit, by_seed, touched))
         cells = [
             _cell(factor * row, int(np.isposinf(by_seed[name]).sum()), len(by_seed[name]), mark)
             if name in found.index
@@ -74,7 +73,9 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
         ]
         rows.append(MetricRow(about.title, unit, about.larger, cells))
     stopped = [own["diverged"] for own in by_law.values()]
-    return SummaryTable([law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], contacts)
+    return SummaryTable(
+        [law_title(n) for n in names], rows, [(int(s.sum()), len(s)) for s in stopped], [*contacts.values()]
+    )
 
 
 def _by_law(comparison: Comparison, scenario: str) -> dict[str, pd.DataFrame]:
@@ -117,11 +118,15 @@ def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[
     found = []
     for scenario in comparison.scenarios:
         metric, about = leading_metric(comparison, scenario, first)
-        by_law = _by_law(comparison, scenario.name)
-        values = {name: values_of_runs(rows, metric, about) for name, rows in by_law.items()}
-        contacts = {name: contact_runs(rows, scenario.name, name)[0] for name, rows in by_law.items()}
-        found.append(lead(scenario.name, about.short or about.title, about.unit, values, contacts, about.larger))
+        found.append(lead_by(metric, about, _by_law(comparison, scenario.name), scenario.name))
     return found
+
+
+def lead_by(metric: str, about: Metric, by_law: Mapping[str, pd.DataFrame], name: str) -> Lead:
+    """Who leads by a ``metric`` in a scenario called ``name``, from the rows of its runs by law."""
+    values = {law: values_of_runs(rows, metric, about) for law, rows in by_law.items()}
+    contacts = {law: contact_runs(rows, rows["scenario"].iloc[0], law)[0] for law, rows in by_law.items()}
+    return lead(name, about.short or about.title, about.unit, values, contacts, about.larger)
 
 
 def scale(unit: str, means: np.ndarray) -> tuple[float, str]:
@@ -153,24 +158,15 @@ def _rounded(value: float, places: int) -> str:
     return text.replace("-", "−") if float(text) else text.lstrip("-")
 
 
-def _marks(values: list[np.ndarray], means: np.ndarray, touched: list[bool]) -> list[str]:
+def _marks(found: Lead) -> list[str]:
     """Mark the controller with the lowest mean, and those that the seeds, paired, cannot tell apart from it.
 
-    One that has ``touched`` anything is none of them, whatever its numbers.
+    One with contacts is none of them, whatever its numbers.
     """
-    known = np.where(np.isfinite(means) & ~np.array(touched), means, np.inf)
-    if len(values) < 2 or not np.isfinite(known).any() or np.ptp(means) == 0:
-        return [""] * len(values)
-    best = int(np.argmin(known))
-    marks = []
-    for n, other in enumerate(values):
-        if touched[n]:
-            marks.append("")
-        elif known[n] == known[best]:
-            marks.append("lowest")
-        elif not np.isfinite(known[n]):
-            marks.append("")
-        else:
-            low, high = student(other - values[best])
-            marks.append("≈ lowest" if low <= 0 <= high else "")
-    return marks
+    means = [each.value.value for each in found.standings]
+    if len(means) < 2 or np.isnan(found.best) or np.ptp(means) == 0:
+        return [""] * len(means)
+    return [
+        "" if each.contacts else "lowest" if mean == found.best else "≈ lowest" if each.leads else ""
+        for each, mean in zip(found.standings, means, strict=True)
+    ]

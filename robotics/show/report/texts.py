@@ -1,6 +1,7 @@
 """The texts of a report's part: titles, captions and sentences, from a TOML file beside the code that fills them in."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -12,11 +13,15 @@ from robotics.tables.texts import TextFile
 class ReportTexts(TextFile):
     """The texts of a report's part, and the chapters, tables and pictures that are called by them."""
 
-    def chapter(self, name: str, /, **parts: Any) -> Chapter:
-        """The chapter of that name with those parts; what its table has, such as title and text, stands there."""
+    def chapter(self, name: str, values: Mapping[str, Any] = MappingProxyType({}), /, **parts: Any) -> Chapter:
+        """The chapter of that name with those parts; what its table has, such as title and text, stands there.
+
+        The ``values`` fill its text.
+        """
         about = self.table(name)
         own = {key: about[key] for key in ("title", "folded") if key in about}
-        return Chapter(name=name, text=tuple(about.get("text", ())), **own, **parts)
+        text = self.texts(f"{name}.text", **values) if "text" in about else ()
+        return Chapter(name=name, text=text, **own, **parts)
 
     def grid(self, key: str, rows: Sequence[tuple[str, ...]], /, **values: Any) -> Grid:
         """The table of a chapter, its caption and its head from the table that is called so."""

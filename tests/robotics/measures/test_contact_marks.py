@@ -87,7 +87,7 @@ def test_a_controller_with_a_contact_is_never_marked_lowest(comparison):
 @pytest.mark.long
 def test_the_report_marks_it(comparison, tmp_path, monkeypatch):
     monkeypatch.setattr("robotics.show.report.plates.DPI", 30)
-    page = write_report(comparison, [], tmp_path).read_text(encoding="utf-8")
+    page = write_report([comparison], [], tmp_path).read_text(encoding="utf-8")
     assert page.count("✕ contact in 3 of 3 runs") == 1
     assert "runs with a contact</th><td>3 of 3</td><td>0 of 3</td>" in page
     assert "never marked lowest" in page

@@ -98,4 +98,4 @@ def outcome(
             )
         )
     times = dict.fromkeys(tuned, 1.0) if computing is None else dict(computing)
-    return Outcome(made, tuple(entries), times, "a machine", {}, draws=200)
+    return Outcome(made, tuple(entries), times, "a machine", draws=200)

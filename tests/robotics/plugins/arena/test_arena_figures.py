@@ -51,7 +51,7 @@ def standings() -> Standings:
     published[3], published[4] = 55.0, np.nan
     return Standings(
         LAWS, "NMPC", about(published), about(RATIOS), wilson(np.arange(COUNT) * 3, 1600),
-        np.linspace(0.5, 8.0, COUNT), "effort\n[rad/s²]", np.geomspace(0.2, 300.0, COUNT),
+        np.linspace(0.5, 8.0, COUNT), np.geomspace(0.2, 300.0, COUNT),
         np.array([42, 43, 12, 5, 4, 4, 5, 6, 3, 6, 4, 0, 8]),
     )  # fmt: skip
 
@@ -94,7 +94,7 @@ def test_the_budget_names_its_lines_at_their_ends_and_names_stay_apart():
     ends = np.where(np.isfinite(RATIOS), RATIOS, 1.21)  # three laws end within 2 %
     value = ends[:, None] * np.linspace(1.5, 1.0, 5)
     value[6] = np.inf
-    figure = plot_budget(LAWS, budgets, about(value), "cost of the best so far [NMPC = 1]")
+    figure = plot_budget(LAWS, budgets, about(value))
     assert faults_of(figure) == []
     ax = figure.axes[0]
     labels = {text.get_text(): text for text in ax.texts}
@@ -172,4 +172,4 @@ def test_the_front_joins_what_none_beats_and_names_do_not_overlap():
     boxes = [Text.get_window_extent(text).shrunk(0.98, 0.9) for text in ax.texts]
     assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
     with pytest.raises(PlotError, match="nothing to draw"):
-        plot_pareto(LAWS, np.full(COUNT, np.inf), error, ("effort [rad/s²]", "error [cm]"))
+        plot_pareto(LAWS, np.full(COUNT, np.inf), error, ("effort [rad/s²]", "error [cm]"), published)

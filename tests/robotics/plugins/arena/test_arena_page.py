@@ -57,7 +57,7 @@ def test_it_can_open_a_report(held, tmp_path):
 
     comparison = robotics.compare([robotics.load_scenario("lyapunov-sine")], ["lyapunov"], [0])
     front = Front("At their best", ranking(held), answer(held), "A note.")
-    page = write_report(comparison, [], tmp_path, sections=[], front=front).read_text(encoding="utf-8")
+    page = write_report([comparison], [], tmp_path, sections=[], front=front).read_text(encoding="utf-8")
     assert page.index('id="figure-ranking"') < page.index('id="what"')
     assert 'href="#arena">At their best' in page
     assert (tmp_path / "figures" / "ranking.png").exists()

@@ -99,16 +99,16 @@ def comparison() -> Comparison:
 
 
 def write(comparison: Comparison, folder: Path, **options: Any) -> Path:
-    return write_report(comparison, CLAIMS, folder, command="robotics compare there", **options)
+    return write_report([comparison], CLAIMS, folder, command="robotics compare there", **options)
 
 
 @pytest.fixture(scope="module")
 def folder(comparison: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("report")
     ticks: list[None] = []
-    path = write(comparison, folder, sections=draw_sections(comparison, lambda: ticks.append(None)))
+    path = write(comparison, folder, sections=draw_sections([comparison], lambda: ticks.append(None)))
     assert path == folder / "report.html"
-    assert len(ticks) == figure_count(comparison)
+    assert len(ticks) == figure_count([comparison])
     return folder
 
 
@@ -259,7 +259,7 @@ def test_pictures_in_the_page_are_the_files(folder: Path, page: Page, comparison
     files = [path.read_bytes() for path in (folder / "figures").iterdir()]
     inlined = [base64.b64decode((image["src"] or "").partition(",")[2]) for image in page.all("img")]
     assert sorted(map(_decoded, inlined)) == sorted(map(_decoded, files))
-    assert len(files) == 1 + figure_count(comparison)  # and who leads
+    assert len(files) == 1 + figure_count([comparison])  # and who leads
     assert all(data.startswith(b"\x89PNG") and b"tEXt" not in data[:200] for data in files)
     assert sorted(p.suffix for p in folder.iterdir()) == ["", ".html"]  # no temporary files are left
     sizes = [_decoded(data)[0] for data in inlined]
@@ -297,7 +297,7 @@ def test_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
     for folder in folders:
         write(comparison, folder)
     first, second = (sorted(p for p in at.rglob("*") if p.is_file()) for at in folders)
-    assert len(first) == 2 + figure_count(comparison)  # the page, and who leads
+    assert len(first) == 2 + figure_count([comparison])  # the page, and who leads
     assert [p.name for p in first] == [p.name for p in second]
     for a, b in zip(first, second, strict=True):
         assert a.read_bytes() == b.read_bytes(), a.name
@@ -305,7 +305,7 @@ def test_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
 
 def test_one_seed_and_no_claims(tmp_path: Path) -> None:
     comparison = compare([parse_scenario(SCENARIO, "Ünusual: name/1")], ["lyapunov"], [7])
-    page = Page(write_report(comparison, [], tmp_path / "deep" / "er").read_text(encoding="utf-8"))
+    page = Page(write_report([comparison], [], tmp_path / "deep" / "er").read_text(encoding="utf-8"))
     assert "Verdict" not in page.words
     assert "±" not in page.words
     assert "1 controller drove" in page.words
@@ -355,7 +355,7 @@ def test_an_own_study_never_speaks_of_the_thesis(text: str, kind: str, tmp_path:
 
 def test_a_picture_of_a_team_shows_a_teams_metrics(tmp_path: Path) -> None:
     comparison = compare([parse_scenario(OWN_TEAM, "lanes")], ["cooperation"], [1, 2])
-    page = Page(write_report(comparison, [], tmp_path).read_text(encoding="utf-8"))
+    page = Page(write_report([comparison], [], tmp_path).read_text(encoding="utf-8"))
     (alt,) = [image["alt"] for image in page.all("img") if "metrics on lanes" in (image["alt"] or "")]
     assert alt is not None
     assert f"{len(headlines('team'))} metrics on lanes" in alt

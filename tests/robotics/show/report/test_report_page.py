@@ -30,7 +30,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     chapter = Chapter("own", "Mine", ("The ESM.",), [wide], [wide], [], [], films=[film])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robotics.show.report.plates.DPI", DPI)
-        page = write_report(comparison, CLAIMS, folder, chapters=[chapter], command="robotics compare there " * 9)
+        page = write_report([comparison], CLAIMS, folder, chapters=[chapter], command="robotics compare there " * 9)
     with Browser(tmp_path_factory.mktemp("chromium")) as opened:
         opened.size(390, 844)
         opened.open(page)
