@@ -6,12 +6,10 @@ import logging
 import os
 import re
 import secrets
-import signal
 import socket
 import sys
-import threading
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from fuzzy.errors import InputError, shortened
@@ -21,6 +19,7 @@ from fuzzy.plugins.designer.guard import Guard
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import PATIENCE, OpenDocuments
 from fuzzy.plugins.designer.workers import WorkError, set_imports_aside
+from fuzzy.shell.interrupts import TERMINATED, exit_code
 from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
@@ -112,28 +111,14 @@ def serve(
                 webbrowser.open(url)
 
         server.config.app.app.state.started = started
-        with contextlib.suppress(KeyboardInterrupt), _terminated():
+        try:
             server.run(sockets=[listening])
+        except KeyboardInterrupt:
+            if exit_code() == TERMINATED:
+                raise SystemExit(TERMINATED) from None
     finally:
         listening.close()
         opened.close()
-
-
-@contextlib.contextmanager
-def _terminated() -> Iterator[None]:
-    """Let a SIGTERM end the ``with`` block as an exit does, so that what must be closed is closed."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def leave(number: int, frame: Any) -> None:
-        raise SystemExit(128 + number)
-
-    before = signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
