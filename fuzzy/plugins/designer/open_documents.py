@@ -206,27 +206,25 @@ class OpenDocuments:
 
     async def _autosave_aside(self, document: Document) -> None:
         before = document.unkept
-        said = await asyncio.to_thread(_kept, document)
-        self._tell(document, before, said)
+        await asyncio.to_thread(_keep, document)
+        self._tell(document, before)
 
     def _autosave(self, document: Document) -> None:
         before = document.unkept
-        self._tell(document, before, _kept(document))
+        _keep(document)
+        self._tell(document, before)
 
-    def _tell(self, document: Document, before: str | None, said: str | None) -> None:
+    def _tell(self, document: Document, before: str | None) -> None:
         """Tell the tabs whether unsaved work can be kept, and the terminal why not, where that is new."""
         if before == document.unkept:
             return
-        if said is not None:
-            print(f"fuzzy design: {said}", file=sys.stderr)
+        if document.unkept is not None:
+            print(f"fuzzy design: {document.unkept}", file=sys.stderr)
         for announce in self._tabs.get(id(document), []):
             announce()
 
 
-def _kept(document: Document) -> str | None:
-    """Keep the unsaved work of a document; why that cannot be, in a sentence, or None."""
-    try:
+def _keep(document: Document) -> None:
+    """Keep the unsaved work of a document; ``document.unkept`` says why that cannot be."""
+    with suppress(DocumentError):
         document.autosave()
-    except DocumentError as error:
-        return str(error)
-    return None
