@@ -22,7 +22,6 @@ class CodeTerm:
     input: int
     variable: str  # the input's identifier
     name: str  # its own identifier, such as "distance_near"
-    label: str  # as the system calls it
     function: str  # MATLAB's name
     parameters: tuple[float, ...]
 
@@ -132,7 +131,7 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
             raise ExportError(f"{fis.name}: there is no formula in C of the membership function {function.matlab}")
         own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
         numbers = tuple(as_number(p) for p in function.parameters)
-        terms.append(CodeTerm(i, inputs[i], own, label, function.matlab, numbers))
+        terms.append(CodeTerm(i, inputs[i], own, function.matlab, numbers))
     place = {key: k for k, key in enumerate(asked)}
     clauses = tuple(
         tuple(

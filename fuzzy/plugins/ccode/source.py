@@ -9,7 +9,7 @@ import numpy as np
 from fuzzy.plugins.ccode.fixedpoint import fixed_source
 from fuzzy.plugins.ccode.floatterm import FloatTerm
 from fuzzy.plugins.ccode.identifier import comment, identifier
-from fuzzy.plugins.ccode.numbertype import FIXED_POINT, Floating, c_type, checked_number
+from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, Floating, c_type, checked_number
 from fuzzy.plugins.ccode.phrases import called, guarded, limited_to, rule_tables, signature, table
 from fuzzy.plugins.ccode.plan import CodeClause, CodePlan, CodeTerm, planned
 from fuzzy.shown import shown
@@ -39,7 +39,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     plan = planned(fis, name)
     if number == FIXED_POINT:
         return CSources(plan.name, header(plan, c_type(number)), fixed_source(plan))
-    kind = Floating("double" if number == "double" else "float")
+    kind = FLOATING[number]
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
 
@@ -101,7 +101,7 @@ def _row(place: int, name: str, universe: tuple[float, float], unit: str) -> str
 
 
 def _example(variable: Variable, fixed: bool, upper: str) -> str:
-    value = Floating("double").constant(float(f"{variable.midrange:.3g}"))
+    value = FLOATING["double"].constant(float(f"{variable.midrange:.3g}"))
     return f"{upper}_Q16({value})" if fixed else value
 
 
