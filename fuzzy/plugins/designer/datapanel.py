@@ -20,7 +20,7 @@ from fuzzy.plugins.designer.session import refusal_of
 from fuzzy.plugins.designer.tablesource import TableSession
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.shown import typeset
-from fuzzy.system import Sugeno, Variable
+from fuzzy.system import Sugeno
 
 _MODULE = Path(__file__).parent / "static" / "data.js"
 _TIMES = ("t", "time")  # names of a column that residuals are drawn over at first
@@ -54,7 +54,7 @@ class DataSession(TableSession):
         )
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
-        self.universes = self._inputs()
+        self.universes = self.present.inputs
 
     # Messages
 
@@ -153,7 +153,7 @@ class DataSession(TableSession):
 
     async def _share(self) -> None:
         """Histograms for the tab Memberships."""
-        rows, inputs = self.rows, self._inputs()
+        rows, inputs = self.rows, self.present.inputs
         if rows is None or rows.x.shape[1] != len(inputs):
             self.bench.share(histograms=None)
             return
@@ -175,7 +175,7 @@ class DataSession(TableSession):
 
     def _universes_changed(self) -> None:
         """Also while the tab is hidden: the histograms of the tab Memberships follow the universes."""
-        now = self._inputs()
+        now = self.present.inputs
         if [(v.name, v.universe, v.unit) for v in now] == [(v.name, v.universe, v.unit) for v in self.universes]:
             return
         self.universes = now
@@ -198,13 +198,9 @@ class DataSession(TableSession):
             self.columns = {key: self.columns.get(key, "") for key in self.keys}
         return True
 
-    def _inputs(self) -> tuple[Variable, ...]:
-        return tuple(self.present.inputs)
-
     def _keys(self) -> list[str]:
         """What the page calls the variables: an input and an output may share a name."""
-        system = self.present
-        return [f"input {v.name}" for v in system.inputs] + [f"output {v.name}" for v in system.outputs]
+        return [variable["key"] for variable in self._variables()]
 
     def _variables(self) -> list[dict[str, str]]:
         system = self.present

@@ -510,11 +510,7 @@ class TryoutSession(FolderSession):
         rival, file = self._rival(), self.watched.get("rival")
         key = (rival, file, trial, self.beside)
         if key not in self.known:
-            law = self._rival_law()
-            if isinstance(law, Sugeno):
-                made = await self.bench.background(tryout.rival_system_data, law, trial, rival)
-            else:
-                made = await self.bench.background(tryout.rival_data, law, trial)
+            made = await self.bench.background(tryout.rival_data, self._rival_law(), trial, rival)
             while len(self.known) >= _KEPT:
                 del self.known[next(iter(self.known))]
             self.known[key] = made if self.beside else _beside(made)
