@@ -86,10 +86,8 @@ class _Writer:
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = (q16(end) for end in variable.universe)
             used = any(term.input == k for term in plan.terms) or bool((plan.slopes[:, :, k] != 0).any())
-            if clips and used:
-                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high)};")
-            elif used:
-                rows.append(f"    const int32_t {name} = x[{k}];")
+            if used:
+                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high) if clips else f'x[{k}]'};")
             if not clips:
                 tests.append(f"    if (x[{k}] < {low} || x[{k}] > {high}) told = {upper}_OUTSIDE;")
         return [*rows, *tests, ""]

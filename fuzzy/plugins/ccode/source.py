@@ -147,18 +147,14 @@ class _Writer:
             "    int told = 0;",
             f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */",
         ]
+        tests = []
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = self.number.bounds(variable.universe)
-            if clips:
-                rows.append(f"    const {self.real} {name} = {limited_to(f'x[{k}]', low, high)};")
-            else:
-                rows.append(f"    const {self.real} {name} = x[{k}];")
-        for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
-            low, high = self.number.bounds(variable.universe)
+            rows.append(f"    const {self.real} {name} = {limited_to(f'x[{k}]', low, high) if clips else f'x[{k}]'};")
             if not clips:
-                rows.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
-            rows.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
-        return [*rows, ""]
+                tests.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
+            tests.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
+        return [*rows, *tests, ""]
 
     def _call(self, term: CodeTerm) -> str:
         """A degree, or its logarithm, as an expression."""
