@@ -1,7 +1,8 @@
-"""Work that follows a page's wishes: one piece at a time, and of what was wished meanwhile only the latest."""
+"""Work that follows a page's wishes: one piece at a time, only the latest, or once there was none for a while."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 
 class Latest:
@@ -22,3 +23,21 @@ class Latest:
         while self._wished:
             self._wished = False
             await self._work()
+
+
+class Postponed:
+    """Does ``work()`` once, some ``seconds`` after it was asked for last."""
+
+    def __init__(self, seconds: float, work: Callable[[], Any]) -> None:
+        self._seconds, self._work = seconds, work
+        self._timer: asyncio.TimerHandle | None = None
+
+    def begin(self) -> None:
+        """Wait from now on."""
+        self.cancel()
+        self._timer = asyncio.get_running_loop().call_later(self._seconds, self._work)
+
+    def cancel(self) -> None:
+        """Do it no more, until it is asked for again."""
+        if self._timer is not None:
+            self._timer.cancel()

@@ -23,6 +23,7 @@ from fuzzy.plugins.designer.figures import ALL_FIGURES, all_figures, check_figur
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.historytab import HistoryTab
 from fuzzy.plugins.designer.keys import SHORTCUTS
+from fuzzy.plugins.designer.latest import Postponed
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
@@ -122,20 +123,23 @@ class _Page:
     def __init__(self, opened: OpenDocuments, modules: Modules, document: Document) -> None:
         self.opened, self.document = opened, document
         self.client = ui.context.client
-        self.bench = Workbench(document, opened.workers, modules.url, self._say, opened.reading)
+        self.bench = Workbench(
+            document, opened.workers, modules.url, self._say, opened.reading, self._open_rule, self._show_shared
+        )
         first = document.design.system.inputs[0].name
         self.selected: dict[str, Any] = {"kind": "input", "variable": first, "term": None}
         self.axes: list[int] | None = None
         self.output = 0
         self.several = "one"  # which small surfaces stand beside the large one
-        self._fine: asyncio.TimerHandle | None = None  # until they are fine again
+        self._fine = Postponed(FINE, self._show_several)  # until they are fine again
         self.compared: str | None = None
         self.sought: dict[str, Any] | None = None  # the rule that a link leads to
         self.findings: list[dict[str, Any]] | None = None
         self._check: Bridge | None = None
         self._checked: Any = None  # what the findings are of
         self._looking = False  # for defects, in a worker
-        self._resting: asyncio.TimerHandle | None = None
+        # Defects of the rules are looked for once the edits rest
+        self._checking = Postponed(REST, lambda: background_tasks.create(self._find_defects()))
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
         self._timer: asyncio.TimerHandle | None = None
         self._rested = False  # a change while no browser was connected
@@ -191,10 +195,8 @@ class _Page:
                 self.views = tab_group("Look and try", right, self.bench, "shell-look")
                 for tabs, group in ((left, self.editors), (right, self.views)):
                     self.bench.lead([tab.title for tab in tabs], group.show)
-                self.bench.lead_to_rules(self._open_rule)
-                self.bench.lead_shared(self._show_shared)
-        self.bench.on_change(self._check_soon)
-        self._check_soon()
+        self.bench.on_change(self._checking.begin)
+        self._checking.begin()
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)
 
@@ -264,9 +266,7 @@ class _Page:
         points = SMALL_POINTS
         if self.several != "one":
             points = COARSE
-            if self._fine is not None:
-                self._fine.cancel()
-            self._fine = asyncio.get_running_loop().call_later(FINE, self._show_several)
+            self._fine.begin()
         return {"surface": self._surface(), "several": self._several(points)}
 
     def _several(self, points: int = SMALL_POINTS) -> dict[str, Any]:
@@ -349,14 +349,6 @@ class _Page:
                 self._overtaken = False
                 self._changed_soon()
 
-    def _check_soon(self) -> None:
-        """Look for defects of the rules once the edits rest."""
-        if self._resting is not None:
-            self._resting.cancel()
-        self._resting = asyncio.get_running_loop().call_later(
-            REST, lambda: background_tasks.create(self._find_defects())
-        )
-
     async def _find_defects(self) -> None:
         design = self.document.design
         of = (design.system, design.lines)
@@ -374,7 +366,7 @@ class _Page:
         if self.bench.closed:
             return
         if of != (self.document.design.system, self.document.design.lines):
-            self._check_soon()
+            self._checking.begin()
             return
         self.findings = findings
         self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))

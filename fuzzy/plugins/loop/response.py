@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -214,16 +214,8 @@ def respond(controller: Sugeno | PID, plant: LoopPlant, loop: Loop, roles: Roles
     return StepResponse(time, reference, output, control, error, rate, total, known, figures, loop, stopped)
 
 
-class _Sample(NamedTuple):
-    output: float
-    control: float
-    error: float
-    rate: float
-    total: float
-
-
-def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[_Sample], str]:
-    """The samples, and why there are not more."""
+def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[tuple[float, ...]], str]:
+    """The samples (output, control, error, its rate, its sum), and why there are not more."""
     period, first = loop.period, loop.disturbed
     moving = plant.sampled(period)
     noise = np.random.default_rng(loop.seed).normal(0.0, loop.noise, loop.steps + 1) if loop.noise else None
@@ -231,7 +223,7 @@ def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tupl
     held = deque([0.0] * (moving.dead_samples + 2), maxlen=moving.dead_samples + 2)  # the latest is the last
     most = _GONE * max(abs(loop.reference), abs(loop.disturbance), 1.0)
     state, integrated, total, rate, before = moving.initial, 0.0, 0.0, 0.0, None
-    samples: list[_Sample] = []
+    samples: list[tuple[float, ...]] = []
     for k in range(loop.steps + 1):
         output = moving.output(state, held[1])
         if not abs(output) <= most:
@@ -243,7 +235,7 @@ def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tupl
         control, integrated, total = _limited(controller, loop, error, rate, total, integrated)
         if control != control:
             return samples, f"the rules give no number at t = {k * period:.4g} s: no rule fires there"
-        samples.append(_Sample(output, control, error, rate, total))
+        samples.append((output, control, error, rate, total))
         held.append(control + (loop.disturbance if k >= first else 0.0))
         state = moving.advance(state, held[0], held[1], k * period)
     return samples, ""

@@ -65,12 +65,7 @@ def simulated(task: StepTask) -> dict[str, Any]:
     }
 
 
-_tuned = lru_cache(maxsize=4)(tuned_pid)
-
-
-@lru_cache(maxsize=4)
-def _pid_response(rival: PID, plant: TransferFunction, loop: Loop) -> StepResponse:
-    return respond(rival, plant, loop)
+_tuned, _pid_response = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)
 
 
 def _rival(task: StepTask, plant: TransferFunction | FunctionPlant) -> PID | None:
