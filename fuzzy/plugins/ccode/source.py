@@ -1,6 +1,5 @@
 """A system as a header and a source of C."""
 
-from collections.abc import Sequence
 from textwrap import fill
 from typing import NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from fuzzy.plugins.ccode.fixedpoint import fixed_source
 from fuzzy.plugins.ccode.floatterm import FloatTerm
-from fuzzy.plugins.ccode.identifier import comment, identifier
+from fuzzy.plugins.ccode.identifier import comment, identifiers
 from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, Floating, c_type, checked_number
 from fuzzy.plugins.ccode.phrases import called, guarded, limited_to, rule_tables, signature, table
 from fuzzy.plugins.ccode.plan import CodeClause, CodePlan, CodeTerm, planned
@@ -53,8 +52,8 @@ def header(plan: CodePlan, real: str) -> str:
         f"#define {upper}_OUTPUTS {len(plan.outputs)}",
         *([_CONSTANT.format(upper)] if fixed else []),
         "",
-        f"enum {{{', '.join(f'{upper}_IN_{n}' for n in _uppers(plan.inputs))}}};",
-        f"enum {{{', '.join(f'{upper}_OUT_{n}' for n in _uppers(plan.outputs))}}};",
+        f"enum {{{', '.join(f'{upper}_IN_{n}' for n in identifiers(map(str.upper, plan.inputs)))}}};",
+        f"enum {{{', '.join(f'{upper}_OUT_{n}' for n in identifiers(map(str.upper, plan.outputs)))}}};",
         "",
         "/* What the function tells, to be added; 0 when all is well. */",
         f"enum {{{upper}_OUTSIDE = 1 /* an input is outside its range, and is not limited to it */,",
@@ -86,13 +85,6 @@ _FIXED = """ * Numbers beyond -32768 to 32768 stay there. A degree below 1e-9 co
  *"""
 _CONSTANT = """/* A constant in Q16.16; the compiler does the arithmetic. */
 #define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"""
-
-
-def _uppers(names: Sequence[str]) -> list[str]:
-    found: list[str] = []
-    for name in names:
-        found.append(identifier(name.upper(), found))
-    return found
 
 
 def _row(place: int, name: str, universe: tuple[float, float], unit: str) -> str:

@@ -9,7 +9,6 @@ import secrets
 import socket
 import sys
 import webbrowser
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from fuzzy.errors import InputError, shortened
@@ -77,7 +76,6 @@ def serve(
     name: str,
     port: int | None = None,
     browser: bool = True,
-    said: Callable[[str], None] = print,
     begin: Sugeno | None = None,
 ) -> None:
     """Serve the designer until it is interrupted.
@@ -87,7 +85,6 @@ def serve(
         name: The file of the folder that the first page shows.
         port: The port, by default 8080 or the next free one.
         browser: Whether the page is opened in the browser.
-        said: Called with the address when the server listens.
         begin: The system with which a file that does not exist begins, by default a small one.
 
     Raises ServerError where it cannot listen, and what opening the file raises.
@@ -105,8 +102,7 @@ def serve(
 
         def started() -> None:
             set_imports_aside()
-            said(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).")
-            sys.stdout.flush()
+            print(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).", flush=True)
             if browser:
                 webbrowser.open(url)
 

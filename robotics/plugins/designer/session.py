@@ -130,17 +130,13 @@ class TryoutSession(FolderSession):
     def _do_choose(self, content: dict[str, Any]) -> None:
         name, value = check_known(content.get("name"), _CHOICES, "choice", TryoutError), content.get("value")
         choose = act_of(self, name, "_choose_")
-        if choose is not None:
+        if name in folderfiles.TEXT_KINDS:
+            self._choose_text(name, str(value))
+        elif choose is not None:
             choose(value)
         else:
             change: dict[str, Any] = {name: value}
             self._want(replace(self.wish, **change))
-
-    def _choose_scenario(self, name: Any) -> None:
-        self._choose_text("scenario", str(name))
-
-    def _choose_robot(self, name: Any) -> None:
-        self._choose_text("robot", str(name))
 
     def _choose_text(self, what: str, name: str) -> None:
         """Take another scenario or robot: one of the package, or a file of the folder."""
