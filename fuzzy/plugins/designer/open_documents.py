@@ -2,7 +2,7 @@
 
 import asyncio
 import sys
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -180,29 +180,25 @@ class OpenDocuments:
         """Write now, and during a drag four times a second: whatever happens, at most that much is lost."""
         if id(document) not in self._waiting:
             self._waiting.add(id(document))
-            self._aside(self._autosave_twice(document))
-
-    def _aside(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+            task = asyncio.get_running_loop().create_task(self._autosave_twice(document))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
 
     async def _autosave_twice(self, document: Document) -> None:
-        """Write, and once more a little later; in threads, because nobody who drags waits for a disk."""
+        """Write, and once more a little later; in threads, because nobody who drags waits for a disk.
+
+        What could not be kept is tried again until it works.
+        """
         await self._autosave_aside(document)
         await asyncio.sleep(AUTOSAVE)
         self._waiting.discard(id(document))
         await self._autosave_aside(document)
         if document.unkept is not None and id(document) not in self._failing:
             self._failing.add(id(document))
-            await self._try_again(document)
-
-    async def _try_again(self, document: Document) -> None:
-        """Try to keep what could not be kept, until it works."""
-        while document.unkept is not None and document in self._documents:
-            await asyncio.sleep(AGAIN)
-            await self._autosave_aside(document)
-        self._failing.discard(id(document))
+            while document.unkept is not None and document in self._documents:
+                await asyncio.sleep(AGAIN)
+                await self._autosave_aside(document)
+            self._failing.discard(id(document))
 
     async def _autosave_aside(self, document: Document) -> None:
         before = document.unkept

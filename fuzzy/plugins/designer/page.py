@@ -4,6 +4,7 @@ import asyncio
 import itertools
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -23,7 +24,7 @@ from fuzzy.plugins.designer.figures import ALL_FIGURES, all_figures, check_figur
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.historytab import HistoryTab
 from fuzzy.plugins.designer.keys import SHORTCUTS
-from fuzzy.plugins.designer.latest import Postponed
+from fuzzy.plugins.designer.latest import Latest, Postponed
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
@@ -141,10 +142,9 @@ class _Page:
         # Defects of the rules are looked for once the edits rest
         self._checking = Postponed(REST, lambda: background_tasks.create(self._find_defects()))
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
-        self._timer: asyncio.TimerHandle | None = None
+        # While the page draws one state, those that follow are dropped but for the latest
+        self._showing = Latest(self._show_apart, SOON)
         self._rested = False  # a change while no browser was connected
-        self._drawing = False  # the page draws what was shown last
-        self._overtaken = False  # a change meanwhile
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
@@ -152,7 +152,7 @@ class _Page:
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
-        self._unlisten = document.listen(self._changed_soon)
+        self._unlisten = document.listen(self._showing.wish)
         opened.arrive(document, self._show_shell)
         self.client.on_connect(self._connected)
         self.client.on_delete(self._gone)
@@ -305,18 +305,12 @@ class _Page:
     def _show_shell(self) -> None:
         self.header.update(shell=self._shell())
 
-    def _changed_soon(self) -> None:
-        """Show what the edits in hand lead to: once for all that arrive together, the latest wins.
+    async def _show_apart(self) -> None:
+        """Show it in a task whose errors NiceGUI tells: what comes after them is shown all the same."""
+        await asyncio.wait([background_tasks.create(self._show())])
 
-        While the page draws one state, those that follow are dropped but for the latest.
-        """
-        if self._drawing:
-            self._overtaken = True
-        elif self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(SOON, self._show)
-
-    def _show(self) -> None:
-        self._timer = None
+    async def _show(self) -> None:
+        """Show what the edits in hand lead to, and wait until the page has drawn it."""
         if self.bench.closed:
             return
         if not self.client.has_socket_connection:
@@ -332,22 +326,10 @@ class _Page:
             self._name = name
             self.header.update(shell=self._shell())
             self.header.send({"moved": name})
-        self._drawing = True
-        background_tasks.create(self._told())
-
-    async def _told(self) -> None:
-        """Tell all that is shown, and wait until the page has drawn it."""
-        try:
+        with suppress(TimeoutError):  # the connection was lost, or the page is very slow
             await self.bench.changed()
             if not self.bench.closed:
                 await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
-        except TimeoutError:  # the connection was lost, or the page is very slow
-            pass
-        finally:
-            self._drawing = False
-            if self._overtaken:
-                self._overtaken = False
-                self._changed_soon()
 
     async def _find_defects(self) -> None:
         design = self.document.design
@@ -383,7 +365,7 @@ class _Page:
     def _connected(self) -> None:
         if self._rested:
             self._rested = False
-            self._changed_soon()
+            self._showing.wish()
 
     async def _gone(self) -> None:
         self._unlisten()
@@ -421,7 +403,7 @@ class _Page:
     def _open_rule(self, key: Any) -> None:
         self.sought = {"key": key, "number": next(self._numbers)}
         self.editors.show("Rules")
-        self._changed_soon()
+        self._showing.wish()
 
     def _look_surface(self, content: Mapping[str, Any]) -> None:
         system = self.document.design.system
@@ -435,7 +417,7 @@ class _Page:
         self.axes, self.output = inputs, output
         self._show_surface()
         if self.document.compared is not None:
-            self._changed_soon()
+            self._showing.wish()
 
     def _look_several(self, content: Mapping[str, Any]) -> None:
         mode = content.get("mode")
