@@ -138,9 +138,8 @@ class _Page:
         self.findings: list[dict[str, Any]] | None = None
         self._check: Bridge | None = None
         self._checked: Any = None  # what the findings are of
-        self._looking = False  # for defects, in a worker
         # Defects of the rules are looked for once the edits rest
-        self._checking = Postponed(REST, lambda: background_tasks.create(self._find_defects()))
+        self._checking = Postponed(REST, Latest(self._find_defects).wish)
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
         # While the page draws one state, those that follow are dropped but for the latest
         self._showing = Latest(self._show_apart, SOON)
@@ -334,22 +333,17 @@ class _Page:
     async def _find_defects(self) -> None:
         design = self.document.design
         of = (design.system, design.lines)
-        if self.bench.closed or self._looking or of == self._checked:
+        if self.bench.closed or of == self._checked:
             return
-        self._checked, self._looking = of, True
+        self._checked = of
         try:
             # A small system is checked within some hundredths of a second.
             small = len(design.lines) <= _AT_ONCE
             findings = findings_data(design) if small else await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
-        finally:
-            self._looking = False
-        if self.bench.closed:
-            return
-        if of != (self.document.design.system, self.document.design.lines):
-            self._checking.begin()
-            return
+        if self.bench.closed or of != (self.document.design.system, self.document.design.lines):
+            return  # another design is checked once the edits rest
         self.findings = findings
         self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))
         if self._check is not None:
