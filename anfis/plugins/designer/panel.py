@@ -32,19 +32,18 @@ from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data
-from fuzzy.plugins.designer.datapictures import Rows, data_pictures
+from fuzzy.plugins.designer.datapictures import Rows
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.latest import Latest
 from fuzzy.plugins.designer.longtask import TaskSession
 from fuzzy.plugins.designer.panel import SessionPanel
-from fuzzy.plugins.designer.tablesource import TableSession, TableSource
+from fuzzy.plugins.designer.tablesource import TableSession
 from fuzzy.plugins.designer.views import variable_data
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 
 _GROUP = "fuzzyfleet.training_data"  # entry points: functions that give a sequence of Generators
 _MODULE = Path(__file__).parent / "static" / "training.js"
-_MOST = LARGEST_FILE  # bytes of a file, characters of an upload: one limit for all that a page sends
 _DRAWN = 1_000  # epochs of the curve that is sent, at most
 
 
@@ -58,20 +57,17 @@ class TrainSession(TableSession, TaskSession):
 
     error = TrainingTaskError
     called = "training"
+    larger = "use anfis train for large tables"
 
     def __init__(self, bench: Any) -> None:
         super().__init__(
             bench,
             start="present", radius=0.5, mfs=3, method="hybrid", epochs=60, goal=0.0, share=0.2, seed=0, skip_bad=False,
         )  # fmt: skip
-        self.table: LoadedTable | None = None
-        self.columns: dict[str, str] = {}
-        self.source = TableSource(bench, _MOST, "use anfis train for large tables")
         self.history: list[tuple[Any, ...]] = []
         self.started: Sugeno | None = None  # what the learning began with
         self.outcome: TrainOutcome | None = None
         self.best: Sugeno | None = None  # so far
-        self.rows: Rows | None = None  # of the training that runs or ran last
         self.output = 0  # that is drawn
         self.pictures = Latest(self._draw)
         self.words: list[str] = []
@@ -81,7 +77,7 @@ class TrainSession(TableSession, TaskSession):
         self.put(
             _MODULE,
             sources=self._sources(),
-            accepted={"start": list(STARTS), "method": methods(), "largest": _MOST},
+            accepted={"start": list(STARTS), "method": methods(), "largest": LARGEST_FILE},
             choice=self.choice,
             columns={},
             system=self._system(),
@@ -182,20 +178,15 @@ class TrainSession(TableSession, TaskSession):
 
     async def _draw(self) -> None:
         """What the best system so far makes of the samples."""
-        system, rows, output = self.best, self.rows, self.output
-        if system is None or rows is None:
-            self.widget.update(pictures=None, points=None, residual=None)
-            return
+        system = self.best
         try:
-            data = await self.bench.background(data_pictures, system, rows, output)
+            traits = await self.drawn_rows(system, self.output)
         except (InputError, WorkError) as error:
-            self.widget.update(problem={"message": str(error)})
-            return
-        if rows is not self.rows:
-            return  # another training has begun
-        points, residual = data.pop("points"), data.pop("residual")
-        about = {"outputs": [v.name for v in system.outputs], "looks": self._looks()}
-        self.widget.update(pictures=data, points=points, residual=residual, terms=variables(system), about=about)
+            traits = {"problem": {"message": str(error)}}
+        if traits is not None:  # otherwise another training has begun
+            if system is not None and traits.get("pictures"):
+                traits["about"] = {"outputs": [v.name for v in system.outputs], "looks": self._looks()}
+            self.widget.update(**traits)
 
     def _looks(self) -> bool:
         """Has the design the inputs that are learnt?"""
@@ -243,7 +234,7 @@ class TrainSession(TableSession, TaskSession):
 
     def _sources(self) -> dict[str, Any]:
         made = [[g.name, g.title, [ask._asdict() for ask in self.asked.get(g.name, ())]] for g in self.made.values()]
-        return {"files": self.source.files(), "generators": made}
+        return {"files": self.table_files(), "generators": made}
 
     async def _asks(self, generator: Generator) -> Sequence[Ask]:
         """What a generator asks for: that depends on the folder's files, which another process looks at."""

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy.plugins.ccode.compiler import STRICT, CompilerError
-from fuzzy.plugins.ccode.numbertype import FIXED_POINT, ONE, c_type, in_q16
+from fuzzy.plugins.ccode.numbertype import FIXED_POINT, c_type, given_in, read_from
 from fuzzy.plugins.ccode.phrases import signature
 from fuzzy.plugins.ccode.proofpoints import answers_of, proof_points
 from fuzzy.plugins.ccode.writing import CFiles
@@ -64,6 +64,8 @@ def run_on_board(fis: Sugeno, files: CFiles, seed: int = 0) -> OnBoard:
             "(Debian: apt install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)"
         )
     x = proof_points(fis, _POINTS, seed, inside=True)
+    if files.number != FIXED_POINT:
+        x = x.astype(np.float32).astype(float)  # few digits, which the board's source holds
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         (folder / "points.h").write_text(_points(x, files), encoding="utf-8")
@@ -82,7 +84,7 @@ def run_on_board(fis: Sugeno, files: CFiles, seed: int = 0) -> OnBoard:
 
 
 def _points(x: np.ndarray, files: CFiles) -> str:
-    kept = in_q16(x) if files.number == FIXED_POINT else x.astype(np.float32).astype(float)
+    kept, _ = given_in(x, files.number)
     suffix = "f" if files.number == "float" else ""
     rows = ",\n".join("{" + ", ".join(f"{value!r}{suffix}" for value in row) + "}" for row in kept.tolist())
     name, upper, real = files.name, files.name.upper(), c_type(files.number)
@@ -136,14 +138,8 @@ def _ran(program: Path) -> tuple[list[int], list[list[int]]]:
 
 def _equal(fis: Sugeno, files: CFiles, x: np.ndarray, words: list[list[int]]) -> bool:
     """Whether the board's answers are those of the system, as far as the number type goes."""
-    raw = np.array(words, dtype=np.uint32)
-    if files.number == FIXED_POINT:
-        y, given = raw.view(np.int32) / ONE, in_q16(x) / ONE
-    elif files.number == "float":
-        y, given = raw.view(np.float32).astype(float), x.astype(np.float32).astype(float)
-    else:
-        y, given = np.ascontiguousarray(raw).view(np.float64), x.astype(np.float32).astype(float)
-    y = y.reshape(len(x), -1)
+    y = read_from(np.array(words, dtype=np.uint32).tobytes(), files.number).reshape(len(x), -1)
+    _, given = given_in(x, files.number)
     wanted = answers_of(fis, given) if files.lookup is None else files.lookup.answers(fis, given)
     span = np.array([max(v.universe[1] - v.universe[0], 1e-9) for v in fis.outputs])
     spread = np.maximum(span, np.nanmax(np.abs(wanted), axis=0))

@@ -86,10 +86,8 @@ class _Writer:
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = (q16(end) for end in variable.universe)
             used = any(term.input == k for term in plan.terms) or bool((plan.slopes[:, :, k] != 0).any())
-            if clips and used:
-                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high)};")
-            elif used:
-                rows.append(f"    const int32_t {name} = x[{k}];")
+            if used:
+                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high) if clips else f'x[{k}]'};")
             if not clips:
                 tests.append(f"    if (x[{k}] < {low} || x[{k}] > {high}) told = {upper}_OUTSIDE;")
         return [*rows, *tests, ""]
@@ -214,17 +212,14 @@ class _Writer:
         plan = self.plan
         if not plan.rules:
             return []
-        rows = [f"    /* Layer 2: firing strengths; in the end {self._width} bits, {self._meaning} */"]
+        meaning = "1 is all of them" if plan.sums else "relative to the strongest"
+        rows = [f"    /* Layer 2: firing strengths; in the end {self._width} bits, {meaning} */"]
         return [*rows, *(self._of_logarithms() if plan.logs else self._of_degrees()), ""]
 
     @property
     def _width(self) -> int:
         """How many bits a strength may have, so that the sum of all times a consequent has 62."""
         return min(30, 31 - math.ceil(math.log2(max(1, self.plan.rules))))
-
-    @property
-    def _meaning(self) -> str:
-        return "1 is all of them" if self.plan.sums else "relative to the strongest"
 
     def _of_logarithms(self) -> list[str]:
         n, sums = self.plan.rules, self.plan.sums

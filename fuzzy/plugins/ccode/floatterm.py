@@ -24,8 +24,8 @@ class FloatTerm:
         """Its degree, or the logarithm of it, as an expression."""
         p, name = self.term.parameters, self.term.function
         writers: dict[str, Callable[[], str]] = {
-            "trimf": lambda: self._least(self._up(p[0], p[1]), self._down(p[1], p[2])),
-            "trapmf": lambda: self._least(self._up(p[0], p[1]), self._down(p[2], p[3])),
+            "trimf": lambda: self._of("least", self._up(p[0], p[1]), self._down(p[1], p[2])),
+            "trapmf": lambda: self._of("least", self._up(p[0], p[1]), self._down(p[2], p[3])),
             "linsmf": lambda: self._up(p[0], p[1]),
             "linzmf": lambda: f"{self.one} - {self._up(p[0], p[1])}",
             "smf": lambda: self._up(p[0], p[1], "spline"),
@@ -64,9 +64,6 @@ class FloatTerm:
 
     def _sigmoid(self, slope: float, at: float) -> str:
         return f"{self.number.constant(slope)} * ({self._from(at)})"
-
-    def _least(self, a: str, b: str) -> str:
-        return self._of("least", a, b)
 
     def _up(self, a: float, b: float, shape: str = "ramp") -> str:
         if b > a:

@@ -34,6 +34,14 @@ def identifier(text: str, taken: Iterable[str] = ()) -> str:
     return name
 
 
+def identifiers(texts: Iterable[str], taken: Iterable[str] = ()) -> tuple[str, ...]:
+    """Texts as identifiers of C, one after the other, of which no two are the same."""
+    found: list[str] = []
+    for text in texts:
+        found.append(identifier(text, [*taken, *found]))
+    return tuple(found)
+
+
 def _plain(letter: str) -> str:
     if letter.isascii():
         return letter

@@ -8,7 +8,7 @@ import numpy as np
 
 from fuzzy.plugins.ccode.fixedpoint import check_range, q16
 from fuzzy.plugins.ccode.identifier import comment
-from fuzzy.plugins.ccode.numbertype import FIXED_POINT, ExportError, Floating, c_type, checked_number
+from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, ExportError, Floating, c_type, checked_number
 from fuzzy.plugins.ccode.phrases import called, limited_to, signature, table
 from fuzzy.plugins.ccode.plan import CodePlan, planned
 from fuzzy.plugins.ccode.proofpoints import answers_of, proof_points
@@ -99,9 +99,8 @@ def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "doub
     fixed = number == FIXED_POINT
     if fixed:
         check_range(plan)
-    kind = Floating("float" if number == "float" else "double")
     top = header(plan, c_type(number)).replace(" *\n * Inputs,", f" * {told}\n *\n * Inputs,", 1)
-    text = _fixed(plan, lookup) if fixed else _floating(plan, lookup, kind)
+    text = _fixed(plan, lookup) if fixed else _floating(plan, lookup, FLOATING[number])
     return CSources(plan.name, top, f'/* {told} */\n#include "{plan.name}.h"\n\n{text}')
 
 

@@ -2,8 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
-from typing import Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 
 FIXED_POINT = "q16.16"
-_NUMBERS: tuple[str, ...] = ("double", "float", FIXED_POINT)
 ONE = 1 << 16  # of Q16.16
 LARGEST_FIXED = (2**31 - 1) / ONE
 
@@ -20,53 +18,37 @@ class ExportError(InputError):
     """The error for a system that cannot be written in C as it was asked for."""
 
 
-@dataclass(frozen=True)
-class Floating:
+class Floating(NamedTuple):
     """double or float: C's own arithmetic."""
 
-    name: Literal["double", "float"]
-
-    @property
-    def suffix(self) -> str:
-        """What a constant and a function of math.h end with."""
-        return "f" if self.name == "float" else ""
-
-    @property
-    def infinity(self) -> str:
-        """Infinity in this type: C's INFINITY is a float."""
-        return "INFINITY" if self.name == "float" else "HUGE_VAL"
-
-    @property
-    def unknown(self) -> str:
-        """Not-a-number in this type: C's NAN is a float."""
-        return "NAN" if self.name == "float" else "(double)NAN"
+    name: str
+    type: type[np.floating[Any]]
+    suffix: str  # of a constant, and of a function of math.h
+    infinity: str  # in this type: C's INFINITY is a float
+    unknown: str  # not-a-number in this type: C's NAN is a float
 
     @property
     def never(self) -> float:
         """What stands for the logarithm of 0; see :func:`fuzzy.inference.never`."""
-        return -float(np.finfo(np.float32 if self.name == "float" else np.float64).max) / 1e8
+        return -float(np.finfo(self.type).max) / 1e8
 
     def constant(self, value: float) -> str:
         """A number as C writes it, exactly; infinities are those of math.h."""
         if math.isnan(value):
             return self.unknown
-        value = float(value)
-        if self.name == "float" and math.isfinite(value) and abs(value) > float(np.finfo(np.float32).max):
+        if math.isfinite(value) and abs(value) > float(np.finfo(self.type).max):
             raise ExportError(f"{value:g} is too large for a float: export to double")
-        kept = float(np.float32(value)) if self.name == "float" else value
+        kept = self.type(value)
         if math.isinf(kept):
             return self.infinity if kept > 0 else f"-{self.infinity}"
-        text = repr(float(str(np.float32(value)))) if self.name == "float" else repr(float(value))
-        return text + self.suffix
+        return repr(float(str(kept))) + self.suffix
 
     def bounds(self, universe: tuple[float, float]) -> tuple[str, str]:
         """The ends of a range, rounded inwards: a number lies between them where it lies in the range."""
         low, high = universe
-        if self.name == "double":
-            return self.constant(low), self.constant(high)
-        first, last = np.float32(low), np.float32(high)
-        first = np.nextafter(first, np.float32(np.inf)) if float(first) < low else first
-        last = np.nextafter(last, np.float32(-np.inf)) if float(last) > high else last
+        first, last = self.type(low), self.type(high)
+        first = np.nextafter(first, self.type(np.inf)) if float(first) < low else first
+        last = np.nextafter(last, self.type(-np.inf)) if float(last) > high else last
         return self.constant(float(first)), self.constant(float(last))
 
     def typed(self, text: str) -> str:
@@ -78,6 +60,13 @@ class Floating:
         return text
 
 
+FLOATING = {
+    "double": Floating("double", np.float64, "", "HUGE_VAL", "(double)NAN"),
+    "float": Floating("float", np.float32, "f", "INFINITY", "NAN"),
+}
+_NUMBERS = (*FLOATING, FIXED_POINT)
+
+
 def c_type(number: str) -> str:
     """The type in C of a type of numbers."""
     return "int32_t" if number == FIXED_POINT else number
@@ -86,6 +75,22 @@ def c_type(number: str) -> str:
 def in_q16(x: np.ndarray) -> np.ndarray:
     """Finite numbers in Q16.16, the nearest, saturated: an array of int32."""
     return np.clip(np.round(x * ONE), -(2.0**31), 2.0**31 - 1).astype(np.int32)
+
+
+def given_in(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers as C of a type of numbers gets them, and the same as float64."""
+    if number == FIXED_POINT:
+        whole = in_q16(x)
+        return whole, whole / ONE
+    given = np.ascontiguousarray(x.astype(FLOATING[number].type))
+    return given, given.astype(np.float64)
+
+
+def read_from(data: bytes, number: str) -> np.ndarray:
+    """Numbers (n,) as float64 from the bytes that C of a type of numbers has of them."""
+    if number == FIXED_POINT:
+        return np.frombuffer(data, np.int32) / ONE
+    return np.frombuffer(data, FLOATING[number].type).astype(np.float64)
 
 
 def checked_number(name: str) -> str:

@@ -8,7 +8,7 @@ from fuzzy.compiled.packed import proposed_numbers
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.inference import logarithmic
 from fuzzy.membershipfunction import as_number
-from fuzzy.plugins.ccode.identifier import identifier
+from fuzzy.plugins.ccode.identifier import identifier, identifiers
 from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.system import Linear, Sugeno
 
@@ -22,7 +22,6 @@ class CodeTerm:
     input: int
     variable: str  # the input's identifier
     name: str  # its own identifier, such as "distance_near"
-    label: str  # as the system calls it
     function: str  # MATLAB's name
     parameters: tuple[float, ...]
 
@@ -117,12 +116,8 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
         name: The prefix of everything public; by default the system's own name.
     """
     prefix = identifier(name or fis.name)
-    inputs: list[str] = []
-    for variable in fis.inputs:
-        inputs.append(identifier(variable.name, inputs))
-    outputs: list[str] = []
-    for variable in fis.outputs:
-        outputs.append(identifier(variable.name, [*inputs, *outputs]))
+    inputs = identifiers(variable.name for variable in fis.inputs)
+    outputs = identifiers((variable.name for variable in fis.outputs), inputs)
     s = fis.structure
     asked = sorted({(int(i), int(s.term[i, r])) for i, r in zip(*np.nonzero(s.term >= 0), strict=True)})
     terms: list[CodeTerm] = []
@@ -132,7 +127,7 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
             raise ExportError(f"{fis.name}: there is no formula in C of the membership function {function.matlab}")
         own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
         numbers = tuple(as_number(p) for p in function.parameters)
-        terms.append(CodeTerm(i, inputs[i], own, label, function.matlab, numbers))
+        terms.append(CodeTerm(i, inputs[i], own, function.matlab, numbers))
     place = {key: k for k, key in enumerate(asked)}
     clauses = tuple(
         tuple(
@@ -143,6 +138,4 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
         for r in range(len(fis.rules))
     )
     constants, slopes = proposed_numbers(fis)
-    return CodePlan(
-        fis, prefix, tuple(inputs), tuple(outputs), tuple(terms), clauses, constants, slopes, logarithmic(fis)
-    )
+    return CodePlan(fis, prefix, inputs, outputs, tuple(terms), clauses, constants, slopes, logarithmic(fis))

@@ -1,6 +1,5 @@
 """A system as a header and a source of C."""
 
-from collections.abc import Sequence
 from textwrap import fill
 from typing import NamedTuple
 
@@ -8,8 +7,8 @@ import numpy as np
 
 from fuzzy.plugins.ccode.fixedpoint import fixed_source
 from fuzzy.plugins.ccode.floatterm import FloatTerm
-from fuzzy.plugins.ccode.identifier import comment, identifier
-from fuzzy.plugins.ccode.numbertype import FIXED_POINT, Floating, c_type, checked_number
+from fuzzy.plugins.ccode.identifier import comment, identifiers
+from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, Floating, c_type, checked_number
 from fuzzy.plugins.ccode.phrases import called, guarded, limited_to, rule_tables, signature, table
 from fuzzy.plugins.ccode.plan import CodeClause, CodePlan, CodeTerm, planned
 from fuzzy.shown import shown
@@ -39,7 +38,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     plan = planned(fis, name)
     if number == FIXED_POINT:
         return CSources(plan.name, header(plan, c_type(number)), fixed_source(plan))
-    kind = Floating("double" if number == "double" else "float")
+    kind = FLOATING[number]
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
 
@@ -53,8 +52,8 @@ def header(plan: CodePlan, real: str) -> str:
         f"#define {upper}_OUTPUTS {len(plan.outputs)}",
         *([_CONSTANT.format(upper)] if fixed else []),
         "",
-        f"enum {{{', '.join(f'{upper}_IN_{n}' for n in _uppers(plan.inputs))}}};",
-        f"enum {{{', '.join(f'{upper}_OUT_{n}' for n in _uppers(plan.outputs))}}};",
+        f"enum {{{', '.join(f'{upper}_IN_{n}' for n in identifiers(map(str.upper, plan.inputs)))}}};",
+        f"enum {{{', '.join(f'{upper}_OUT_{n}' for n in identifiers(map(str.upper, plan.outputs)))}}};",
         "",
         "/* What the function tells, to be added; 0 when all is well. */",
         f"enum {{{upper}_OUTSIDE = 1 /* an input is outside its range, and is not limited to it */,",
@@ -88,20 +87,13 @@ _CONSTANT = """/* A constant in Q16.16; the compiler does the arithmetic. */
 #define {}_Q16(value) ((int32_t)((value) * 65536.0 + ((value) < 0 ? -0.5 : 0.5)))"""
 
 
-def _uppers(names: Sequence[str]) -> list[str]:
-    found: list[str] = []
-    for name in names:
-        found.append(identifier(name.upper(), found))
-    return found
-
-
 def _row(place: int, name: str, universe: tuple[float, float], unit: str) -> str:
     low, high = (shown(end) for end in universe)
     return f" *     {place}  {comment(name)}, {low} to {high}{' ' + comment(unit) if unit else ''}"
 
 
 def _example(variable: Variable, fixed: bool, upper: str) -> str:
-    value = Floating("double").constant(float(f"{variable.midrange:.3g}"))
+    value = FLOATING["double"].constant(float(f"{variable.midrange:.3g}"))
     return f"{upper}_Q16({value})" if fixed else value
 
 
@@ -147,18 +139,14 @@ class _Writer:
             "    int told = 0;",
             f"    {self.real} unknown = {self.zero}; /* not-a-number if an input or a degree is */",
         ]
+        tests = []
         for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
             low, high = self.number.bounds(variable.universe)
-            if clips:
-                rows.append(f"    const {self.real} {name} = {limited_to(f'x[{k}]', low, high)};")
-            else:
-                rows.append(f"    const {self.real} {name} = x[{k}];")
-        for name, variable in zip(plan.inputs, plan.fis.inputs, strict=True):
-            low, high = self.number.bounds(variable.universe)
+            rows.append(f"    const {self.real} {name} = {limited_to(f'x[{k}]', low, high) if clips else f'x[{k}]'};")
             if not clips:
-                rows.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
-            rows.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
-        return [*rows, ""]
+                tests.append(f"    if ({name} < {low} || {name} > {high}) told = {upper}_OUTSIDE;")
+            tests.append(f"    if (isnan({name})) unknown = {self.number.unknown};")
+        return [*rows, *tests, ""]
 
     def _call(self, term: CodeTerm) -> str:
         """A degree, or its logarithm, as an expression."""

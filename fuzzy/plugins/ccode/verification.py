@@ -10,7 +10,7 @@ import numpy as np
 
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.plugins.ccode.compiler import SANITIZERS, Compiler, CompilerError, find_compiler, run_program
-from fuzzy.plugins.ccode.numbertype import FIXED_POINT, ONE, c_type, in_q16
+from fuzzy.plugins.ccode.numbertype import FIXED_POINT, c_type, given_in, read_from
 from fuzzy.plugins.ccode.phrases import filled
 from fuzzy.plugins.ccode.proofpoints import answers_of, proof_points
 from fuzzy.plugins.ccode.writing import CFiles
@@ -21,7 +21,6 @@ _POINTS = 1_000_000
 _FAINTEST = {"double": 1e-300, "float": 1e-17}  # strengths, below which a type has few digits or none
 _SANITIZED = 20_000  # points that are also run under the sanitizers
 _WEIGHED = 4096  # points at which the proposals of the rules are looked at
-_TYPES = {"double": np.float64, "float": np.float32, FIXED_POINT: np.int32}
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,9 @@ def verify_c(
     """
     compiler = find_compiler()
     x = proof_points(fis, points, seed, files.lookup is not None)
-    given, x = _given(x, files.number)
+    if files.number == FIXED_POINT:
+        x = np.nan_to_num(x, posinf=0.0)  # it has neither
+    given, x = given_in(x, files.number)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         program = _program(compiler, files, folder)
@@ -112,15 +113,6 @@ def verify_c(
     return Verified(files.number, len(x), differences, compiler.version, sanitized, holds)
 
 
-def _given(x: np.ndarray, number: str) -> tuple[np.ndarray, np.ndarray]:
-    """The points as the C gets them, and the same as float64."""
-    if number == FIXED_POINT:
-        whole = in_q16(np.nan_to_num(x, posinf=0.0))
-        return whole, whole / ONE
-    given = np.ascontiguousarray(x.astype(_TYPES[number]))
-    return given, given.astype(np.float64)
-
-
 def _program(compiler: Compiler, files: CFiles, folder: Path, *flags: str) -> Path:
     driver = folder / "driver.c"
     words = {"NAME": files.name, "UPPER": files.name.upper(), "REAL": c_type(files.number)}
@@ -132,8 +124,7 @@ def _program(compiler: Compiler, files: CFiles, folder: Path, *flags: str) -> Pa
 def _ran(program: Path, given: np.ndarray, outputs: int, number: str, folder: Path) -> np.ndarray:
     (folder / "points").write_bytes(given.tobytes())
     run_program(program, str(folder / "points"), str(folder / "answers"))
-    y = np.frombuffer((folder / "answers").read_bytes(), dtype=_TYPES[number]).reshape(-1, outputs)
-    return y / ONE if number == FIXED_POINT else y.astype(np.float64)
+    return read_from((folder / "answers").read_bytes(), number).reshape(-1, outputs)
 
 
 def _differences(fis: Sugeno, x: np.ndarray, wanted: np.ndarray, error: np.ndarray) -> tuple[OutputDifference, ...]:

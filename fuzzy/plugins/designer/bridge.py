@@ -1,6 +1,5 @@
-"""An ES module on a NiceGUI page: an anywidget model (``get``, ``set``, ``on``, ``send``) over the page's socket."""
+"""An ES module on a NiceGUI page: an anywidget model (``get``, ``on``, ``send``) over the page's socket."""
 
-import asyncio
 import inspect
 import json
 from collections.abc import Callable
@@ -13,7 +12,6 @@ from nicegui.events import GenericEventArguments
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import plain
 
-Callback = Callable[[Any], Any]
 _SHARED = "window.fuzzyfleetShared"  # on the page: values that several modules are given, by their names
 
 
@@ -32,20 +30,18 @@ class Bridge(Element, component="static/bridge.js"):
     """A place on the page that a module draws on; made by :meth:`fuzzy.plugins.designer.panel.Workbench.widget`.
 
     ``url`` is where the page finds the module, ``traits`` are the model's first values (JSON's types, arrays; what
-    is not finite becomes null). An InputError that a callback raises goes to ``refuse``.
+    is not finite becomes null). An InputError that what hears the module raises goes to ``refuse``.
     """
 
     def __init__(self, url: str, traits: dict[str, Any], refuse: Callable[[str], None]) -> None:
         super().__init__()
         self._refuse = refuse
         self._sent = {name: _text(value) for name, value in traits.items()}
-        self._message_callbacks: list[Callback] = []
-        self._trait_callbacks: list[Callback] = []
+        self._hear: Callable[[Any], Any] = lambda content: None
         self._props["module"] = url
         # As one text: Vue need not watch what is in it.
         self._props["traits"] = _object(self._sent)
         self.on("message", self._receive_message)
-        self.on("traits", self._receive_traits)
 
     def update(self, **traits: Any) -> None:
         """Give the model new values; those that it already has are not sent again.
@@ -67,41 +63,21 @@ class Bridge(Element, component="static/bridge.js"):
         if not self.is_deleted:
             self._call("receiveMessage", _text(content))
 
-    def on_message(self, callback: Callback) -> None:
+    def on_message(self, callback: Callable[[Any], Any]) -> None:
         """Call ``callback(content)``, a function or a coroutine, for each ``model.send(content)`` of the module."""
-        self._message_callbacks.append(callback)
-
-    def on_traits(self, callback: Callback) -> None:
-        """Call ``callback(values)`` with the values, by name, that the module set and saved."""
-        self._trait_callbacks.append(callback)
+        self._hear = callback
 
     def _call(self, method: str, text: str) -> None:
         # The call is written here: the text is JSON, in which JavaScript reads the same value.
         self.client.run_javascript(f"getElement({self.id})?.{method}({text})")
 
     async def _receive_message(self, event: GenericEventArguments) -> None:
-        await self._tell(self._message_callbacks, event.args)
-
-    async def _receive_traits(self, event: GenericEventArguments) -> None:
-        if isinstance(event.args, dict):
-            self._sent |= {str(name): _text(value) for name, value in event.args.items()}
-            await self._tell(self._trait_callbacks, event.args)
-
-    async def _tell(self, callbacks: list[Callback], value: Any) -> None:
-        waiting = []
-        for callback in callbacks:
-            try:
-                result = callback(value)
-            except InputError as error:
-                self._refuse(str(error))
-                continue
-            if inspect.isawaitable(result):
-                waiting.append(result)
-        for result in await asyncio.gather(*waiting, return_exceptions=True):
-            if isinstance(result, InputError):
-                self._refuse(str(result))
-            elif isinstance(result, BaseException):
-                raise result
+        try:
+            answer = self._hear(event.args)
+            if inspect.isawaitable(answer):
+                await answer
+        except InputError as error:
+            self._refuse(str(error))
 
 
 def _text(value: Any) -> str:

@@ -163,8 +163,8 @@ def _list(starts: Any, json: bool) -> None:
             print(f"{'' if group is None else chr(10)}{start.group}")
             group = start.group
         print(f"  {start.name:14} {start.sentence}")
-        for each in start.options:
-            print(f"    {each.name}={_accepted(each.described())}")
+        for each in start.described()["options"]:
+            print(f"    {each['name']}={_accepted(each)}")
 
 
 def _accepted(option: dict[str, Any]) -> str:

@@ -12,16 +12,15 @@ import numpy as np
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import check_known, expected
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data, matching
-from fuzzy.plugins.designer.datapictures import Rows, data_pictures, histograms
+from fuzzy.plugins.designer.datapictures import Rows, histograms
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.latest import Latest
 from fuzzy.plugins.designer.panel import SessionPanel
 from fuzzy.plugins.designer.session import refusal_of
-from fuzzy.plugins.designer.tablesource import TableSession, TableSource
-from fuzzy.plugins.designer.views import variable_data
+from fuzzy.plugins.designer.tablesource import TableSession
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.shown import typeset
-from fuzzy.system import Sugeno, Variable
+from fuzzy.system import Sugeno
 
 _MODULE = Path(__file__).parent / "static" / "data.js"
 _TIMES = ("t", "time")  # names of a column that residuals are drawn over at first
@@ -35,20 +34,17 @@ class DataSession(TableSession):
     """The table that one page looks at, and which of its columns is which variable of the design."""
 
     error = DataPanelError
+    larger = "use fuzzy evaluate for large tables"
 
     def __init__(self, bench: Any) -> None:
         super().__init__(bench, output=0, along="", skip_bad=False)
-        self.source = TableSource(bench, LARGEST_FILE, "use fuzzy evaluate for large tables")
-        self.table: LoadedTable | None = None
-        self.columns: dict[str, str] = {}  # by the keys of _keys()
-        self.rows: Rows | None = None
         self.drawn: tuple[Any, ...] | None = None  # what the pictures are of: rows, system, output
         self.keys = self._keys()
         self.pictures = Latest(self._draw)
         self.spread = Latest(self._share)
         self.put(
             _MODULE,
-            sources=self.source.files(),
+            sources=self.table_files(),
             largest=LARGEST_FILE,
             columns={},
             choice=self.choice,
@@ -58,7 +54,7 @@ class DataSession(TableSession):
         )
         bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
-        self.universes = self._inputs()
+        self.universes = self.present.inputs
 
     # Messages
 
@@ -126,7 +122,7 @@ class DataSession(TableSession):
             except InputError as error:
                 problem = error
         self.widget.update(
-            sources=self.source.files(),
+            sources=self.table_files(),
             table=None if table is None else columns_data(table),
             columns=self.columns,
             choice=self.choice,
@@ -140,30 +136,24 @@ class DataSession(TableSession):
     async def _draw(self) -> None:
         """What is drawn of the rows beside the design as it is now."""
         rows, system, choice = self.rows, self.present, self.choice
-        if rows is None:
-            self.drawn = None
-            self.widget.update(pictures=None, points=None, residual=None)
-            return
-        if rows.x.shape[1] != len(system.inputs) or rows.y.shape[1] != len(system.outputs):
-            return  # variables were added or removed, and the rows are being chosen anew
-        if self.drawn is not None and self.drawn[0] is rows and self.drawn[1:] == (system, choice["output"]):
-            return  # one looks at another point
+        if rows is not None:
+            if rows.x.shape[1] != len(system.inputs) or rows.y.shape[1] != len(system.outputs):
+                return  # variables were added or removed, and the rows are being chosen anew
+            if self.drawn is not None and self.drawn[0] is rows and self.drawn[1:] == (system, choice["output"]):
+                return  # one looks at another point
         self.drawn = (rows, system, choice["output"])
         try:
-            data = await self.bench.background(data_pictures, system, rows, choice["output"])
+            traits = await self.drawn_rows(system, choice["output"])
         except (InputError, WorkError) as error:
-            self.drawn = None
-            self.widget.update(problem=_note(error))
-            return
-        points, residual = data.pop("points"), data.pop("residual")
-        data["words"] += self._units()
-        self.widget.update(
-            pictures=data, points=points, residual=residual, terms=[variable_data(v) for v in system.inputs]
-        )
+            self.drawn, traits = None, {"problem": _note(error)}
+        if traits is not None:
+            if traits.get("pictures"):
+                traits["pictures"]["words"] += self._units()
+            self.widget.update(**traits)
 
     async def _share(self) -> None:
         """Histograms for the tab Memberships."""
-        rows, inputs = self.rows, self._inputs()
+        rows, inputs = self.rows, self.present.inputs
         if rows is None or rows.x.shape[1] != len(inputs):
             self.bench.share(histograms=None)
             return
@@ -177,7 +167,7 @@ class DataSession(TableSession):
 
     def _changed(self) -> None:
         variables = self._variables()
-        self.widget.update(variables=variables, sources=self.source.files())
+        self.widget.update(variables=variables, sources=self.table_files())
         if self._follow_names():
             self._choose_rows()
         else:
@@ -185,7 +175,7 @@ class DataSession(TableSession):
 
     def _universes_changed(self) -> None:
         """Also while the tab is hidden: the histograms of the tab Memberships follow the universes."""
-        now = self._inputs()
+        now = self.present.inputs
         if [(v.name, v.universe, v.unit) for v in now] == [(v.name, v.universe, v.unit) for v in self.universes]:
             return
         self.universes = now
@@ -208,13 +198,9 @@ class DataSession(TableSession):
             self.columns = {key: self.columns.get(key, "") for key in self.keys}
         return True
 
-    def _inputs(self) -> tuple[Variable, ...]:
-        return tuple(self.present.inputs)
-
     def _keys(self) -> list[str]:
         """What the page calls the variables: an input and an output may share a name."""
-        system = self.present
-        return [f"input {v.name}" for v in system.inputs] + [f"output {v.name}" for v in system.outputs]
+        return [variable["key"] for variable in self._variables()]
 
     def _variables(self) -> list[dict[str, str]]:
         system = self.present

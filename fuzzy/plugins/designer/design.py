@@ -64,10 +64,6 @@ class Design:
         rules = (line.rule if line.enabled else replace(line.rule, weight=0.0) for line in self.lines)
         return replace(self.system, rules=tuple(rules))
 
-    def line(self, key: int) -> RuleLine:
-        """The line with that key. Raises FuzzySystemError where there is none."""
-        return self.lines[self.place(key)]
-
     def place(self, key: int) -> int:
         """The place, from 0, of the line with that key. Raises FuzzySystemError where there is none."""
         for place, line in enumerate(self.lines):

@@ -8,16 +8,12 @@ does; the page that it leads to sets a cookie, and without one of the two nothin
 """
 
 import hmac
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
-from typing import Any
-from urllib.parse import parse_qs
+from collections.abc import Iterable
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-Headers = dict[bytes, list[str]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+from starlette.responses import HTMLResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 # Vue compiles its templates in the page: hence the 'unsafe-eval'. Nothing comes from or goes to another place.
 _POLICY = (
@@ -36,7 +32,7 @@ class Guard:
         token: What a request must have, in its address (?token=...) or its cookie; "" asks for none.
     """
 
-    def __init__(self, app: App, port: int, token: str) -> None:
+    def __init__(self, app: ASGIApp, port: int, token: str) -> None:
         self.app = app
         self.token = token
         self.cookie = f"fuzzy-design-{port}"  # a browser has one set of cookies for all ports
@@ -57,18 +53,18 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        given = _given(scope["headers"])
-        if not self.admits(given, scope["type"] == "websocket", scope.get("method", "")):
-            await _refuse(scope, send, _FOREIGN)
+        request = HTTPConnection(scope)
+        if not self.admits(request.headers, scope["type"] == "websocket", scope.get("method", "")):
+            await _refuse(scope, receive, send, _FOREIGN)
             return
-        asked = self._has_token(_query_tokens(scope))
-        if not asked and not self._has_token(self._cookies(given)):
-            await _refuse(scope, send, _NO_TOKEN)
+        asked = self._has_token(request.query_params.getlist("token"))
+        if not asked and not self._has_token([request.cookies.get(self.cookie, "")]):
+            await _refuse(scope, receive, send, _NO_TOKEN)
             return
         cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
         more = [*self._headers, (b"set-cookie", cookie.encode())] if asked and self.token else self._headers
 
-        async def send_guarded(message: MutableMapping[str, Any]) -> None:
+        async def send_guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", []), *more]}
             await send(message)
@@ -76,12 +72,12 @@ class Guard:
         await self.app(scope, receive, send_guarded)
 
     def admits(self, given: Headers, socket: bool, method: str) -> bool:
-        """Whether headers, with names in lower case, belong to a request by one of the designer's pages.
+        """Whether headers belong to a request by one of the designer's pages.
 
         A browser states the Origin of every web socket, so that one without is refused.
         """
-        hosts = [host.lower() for host in given.get(b"host", [])]
-        origins = [origin.lower() for origin in given.get(b"origin", [])]
+        hosts = [host.lower() for host in given.getlist("host")]
+        origins = [origin.lower() for origin in given.getlist("origin")]
         if len(hosts) != 1 or hosts[0] not in self.hosts or len(origins) > 1:
             return False
         if origins:
@@ -90,7 +86,7 @@ class Guard:
         if socket:
             return False
         # An image or a script in a page elsewhere has no Origin, but the browser says so; a followed link is fine.
-        sites, modes = given.get(b"sec-fetch-site", []), given.get(b"sec-fetch-mode", [])
+        sites, modes = given.getlist("sec-fetch-site"), given.getlist("sec-fetch-mode")
         followed = modes == ["navigate"] and method in ("GET", "HEAD")
         return all(site in ("same-origin", "none") for site in sites) or followed
 
@@ -99,31 +95,6 @@ class Guard:
         if not self.token:
             return True
         return any(hmac.compare_digest(word.encode(), self.token.encode()) for word in words)
-
-    def _cookies(self, given: Headers) -> list[str]:
-        found = []
-        for header in given.get(b"cookie", []):
-            try:
-                cookies = SimpleCookie(header)
-            except CookieError:
-                continue
-            if self.cookie in cookies:
-                found.append(cookies[self.cookie].value)
-        return found
-
-
-def _given(headers: Iterable[tuple[bytes, bytes]]) -> Headers:
-    given: Headers = {}
-    for name, value in headers:
-        given.setdefault(name, []).append(value.decode("latin-1").strip())
-    return given
-
-
-def _query_tokens(scope: Scope) -> list[str]:
-    try:
-        return parse_qs(scope.get("query_string", b"").decode("ascii"), max_num_fields=100).get("token", [])
-    except ValueError:  # also of bytes that no address has
-        return []
 
 
 _FOREIGN = "This server talks to its own pages only: open the address that it printed when it started."
@@ -140,12 +111,9 @@ _PAGE = (
 )
 
 
-async def _refuse(scope: Scope, send: Send, sentence: str) -> None:
+async def _refuse(scope: Scope, receive: Receive, send: Send, sentence: str) -> None:
     if scope["type"] == "websocket":
         # Before the socket is accepted this is answered with 403.
         await send({"type": "websocket.close", "code": 1008, "reason": "not for you"})
         return
-    body = _PAGE.format(sentence).encode()
-    headers = [(b"content-type", b"text/html; charset=utf-8"), (b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": 403, "headers": headers})
-    await send({"type": "http.response.body", "body": b"" if scope["method"] == "HEAD" else body})
+    await HTMLResponse(_PAGE.format(sentence), 403)(scope, receive, send)

@@ -26,19 +26,13 @@ _UNSAFE = re.compile(r"[^\w.-]+")
 
 def history_data(document: Document) -> dict[str, Any]:
     """The trait ``history``: the edits, the oldest first, ``when`` in ms since 1970; are older ones gone?"""
-    edits = [
-        {"number": edit.number, "name": edit.name, "when": _milliseconds(edit.when), "done": edit.done}
-        for edit in document.history
-    ]
+    edits = [edit._asdict() | {"when": _milliseconds(edit.when)} for edit in document.history]
     return {"edits": edits, "forgotten": document.forgotten}
 
 
 def listing_data(listing: Listing) -> dict[str, Any]:
     """The trait ``snapshots``: those that are kept, the newest first, sentences on damaged files, and the limits."""
-    kept = [
-        {"key": s.key, "name": s.name, "when": _milliseconds(s.when), "picture": s.picture, "summary": s.summary}
-        for s in listing.snapshots
-    ]
+    kept = [snapshot._asdict() | {"when": _milliseconds(snapshot.when)} for snapshot in listing.snapshots]
     return {
         "kept": kept,
         "problems": list(listing.problems),

@@ -1,14 +1,18 @@
-"""Work that follows a page's wishes: one piece at a time, and of what was wished meanwhile only the latest."""
+"""Work that follows a page's wishes: one piece at a time, only the latest, or once there was none for a while."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 
 class Latest:
-    """Does ``work()`` whenever it is asked for, once for all wishes that come while it is being done."""
+    """Does ``work()`` whenever it is asked for, once for all wishes that come while it is being done.
 
-    def __init__(self, work: Callable[[], Awaitable[None]]) -> None:
-        self._work = work
+    Each time it waits ``pause`` [s] for more wishes before.
+    """
+
+    def __init__(self, work: Callable[[], Awaitable[None]], pause: float = 0.0) -> None:
+        self._work, self._pause = work, pause
         self._wished = False
         self.task: asyncio.Task[None] | None = None  # done once all wishes are
 
@@ -20,5 +24,25 @@ class Latest:
 
     async def _follow(self) -> None:
         while self._wished:
+            if self._pause:
+                await asyncio.sleep(self._pause)
             self._wished = False
             await self._work()
+
+
+class Postponed:
+    """Does ``work()`` once, some ``seconds`` after it was asked for last."""
+
+    def __init__(self, seconds: float, work: Callable[[], Any]) -> None:
+        self._seconds, self._work = seconds, work
+        self._timer: asyncio.TimerHandle | None = None
+
+    def begin(self) -> None:
+        """Wait from now on."""
+        self.cancel()
+        self._timer = asyncio.get_running_loop().call_later(self._seconds, self._work)
+
+    def cancel(self) -> None:
+        """Do it no more, until it is asked for again."""
+        if self._timer is not None:
+            self._timer.cancel()

@@ -14,10 +14,9 @@ class Modules:
     def url(self, file: Path) -> str:
         """The address of a file of an installed package: /modules/PACKAGE/PATH IN THE PACKAGE."""
         file = file.resolve()
-        root = file.parent
         # Folders of modules need not be packages themselves: the topmost package counts.
         packages = [folder for folder in file.parents if (folder / "__init__.py").is_file()]
-        root = packages[-1] if packages else root
+        root = packages[-1] if packages else file.parent
         self._roots[root.name] = root
         return f"/modules/{quote(root.name)}/{quote(file.relative_to(root).as_posix())}"
 

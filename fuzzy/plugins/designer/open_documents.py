@@ -2,7 +2,7 @@
 
 import asyncio
 import sys
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +11,7 @@ from fuzzy.files.fisfile import FisText
 from fuzzy.plugins.designer.autosave import find
 from fuzzy.plugins.designer.document import Document, FileContent, read_content
 from fuzzy.plugins.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
+from fuzzy.plugins.designer.latest import Latest, Postponed
 from fuzzy.plugins.designer.saving import DocumentError
 from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers
 from fuzzy.system import Sugeno
@@ -56,9 +57,6 @@ class OpenDocuments:
         self._documents: list[Document] = []
         self._first: Document | None = None  # began with a system that no file holds: kept even if untouched
         self._tabs: dict[int, list[Callable[[], None]]] = {}  # who looks at a document, by its id
-        self._waiting: set[int] = set()  # documents that were autosaved just now
-        self._failing: set[int] = set()  # documents that are tried again
-        self._tasks: set[asyncio.Task[None]] = set()  # that write aside
 
     def document(self, name: str, begin: Sugeno | None = None) -> Document:
         """The document of the file ``name``, read here and now; for the page there is :meth:`opened`.
@@ -139,7 +137,9 @@ class OpenDocuments:
 
     def _added(self, name: str, document: Document) -> Document:
         check_shown(document.design.system, name)
-        document.listen(lambda: self._autosave_soon(document))
+        kept = Latest(lambda: self._autosave_aside(document, again))
+        again = Postponed(AGAIN, kept.wish)
+        document.listen(kept.wish)
         self._documents.append(document)
         return document
 
@@ -176,57 +176,34 @@ class OpenDocuments:
         self._reader.close()
         self.workers.close()
 
-    def _autosave_soon(self, document: Document) -> None:
-        """Write now, and during a drag four times a second: whatever happens, at most that much is lost."""
-        if id(document) not in self._waiting:
-            self._waiting.add(id(document))
-            self._aside(self._autosave_twice(document))
+    async def _autosave_aside(self, document: Document, again: Postponed) -> None:
+        """Write in a thread, because nobody who drags waits for a disk; what cannot be kept is tried again later.
 
-    def _aside(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
-    async def _autosave_twice(self, document: Document) -> None:
-        """Write, and once more a little later; in threads, because nobody who drags waits for a disk."""
-        await self._autosave_aside(document)
-        await asyncio.sleep(AUTOSAVE)
-        self._waiting.discard(id(document))
-        await self._autosave_aside(document)
-        if document.unkept is not None and id(document) not in self._failing:
-            self._failing.add(id(document))
-            await self._try_again(document)
-
-    async def _try_again(self, document: Document) -> None:
-        """Try to keep what could not be kept, until it works."""
-        while document.unkept is not None and document in self._documents:
-            await asyncio.sleep(AGAIN)
-            await self._autosave_aside(document)
-        self._failing.discard(id(document))
-
-    async def _autosave_aside(self, document: Document) -> None:
+        It takes a quarter of a second, so that a drag is written four times a second: at most that much is lost.
+        """
         before = document.unkept
-        said = await asyncio.to_thread(_kept, document)
-        self._tell(document, before, said)
+        await asyncio.to_thread(_keep, document)
+        self._tell(document, before)
+        if document.unkept is not None and document in self._documents:
+            again.begin()
+        await asyncio.sleep(AUTOSAVE)
 
     def _autosave(self, document: Document) -> None:
         before = document.unkept
-        self._tell(document, before, _kept(document))
+        _keep(document)
+        self._tell(document, before)
 
-    def _tell(self, document: Document, before: str | None, said: str | None) -> None:
+    def _tell(self, document: Document, before: str | None) -> None:
         """Tell the tabs whether unsaved work can be kept, and the terminal why not, where that is new."""
         if before == document.unkept:
             return
-        if said is not None:
-            print(f"fuzzy design: {said}", file=sys.stderr)
+        if document.unkept is not None:
+            print(f"fuzzy design: {document.unkept}", file=sys.stderr)
         for announce in self._tabs.get(id(document), []):
             announce()
 
 
-def _kept(document: Document) -> str | None:
-    """Keep the unsaved work of a document; why that cannot be, in a sentence, or None."""
-    try:
+def _keep(document: Document) -> None:
+    """Keep the unsaved work of a document; ``document.unkept`` says why that cannot be."""
+    with suppress(DocumentError):
         document.autosave()
-    except DocumentError as error:
-        return str(error)
-    return None

@@ -4,6 +4,7 @@ import asyncio
 import itertools
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from fuzzy.plugins.designer.figures import ALL_FIGURES, all_figures, check_figur
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.historytab import HistoryTab
 from fuzzy.plugins.designer.keys import SHORTCUTS
+from fuzzy.plugins.designer.latest import Latest, Postponed
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import MamdaniFileError, OpenDocuments
 from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
@@ -122,25 +124,26 @@ class _Page:
     def __init__(self, opened: OpenDocuments, modules: Modules, document: Document) -> None:
         self.opened, self.document = opened, document
         self.client = ui.context.client
-        self.bench = Workbench(document, opened.workers, modules.url, self._say, opened.reading)
+        self.bench = Workbench(
+            document, opened.workers, modules.url, self._say, opened.reading, self._open_rule, self._show_shared
+        )
         first = document.design.system.inputs[0].name
         self.selected: dict[str, Any] = {"kind": "input", "variable": first, "term": None}
         self.axes: list[int] | None = None
         self.output = 0
         self.several = "one"  # which small surfaces stand beside the large one
-        self._fine: asyncio.TimerHandle | None = None  # until they are fine again
+        self._fine = Postponed(FINE, self._show_several)  # until they are fine again
         self.compared: str | None = None
         self.sought: dict[str, Any] | None = None  # the rule that a link leads to
         self.findings: list[dict[str, Any]] | None = None
         self._check: Bridge | None = None
         self._checked: Any = None  # what the findings are of
-        self._looking = False  # for defects, in a worker
-        self._resting: asyncio.TimerHandle | None = None
+        # Defects of the rules are looked for once the edits rest
+        self._checking = Postponed(REST, Latest(self._find_defects).wish)
         self._numbers = itertools.count(1)  # of refusals and of what a link leads to
-        self._timer: asyncio.TimerHandle | None = None
+        # While the page draws one state, those that follow are dropped but for the latest
+        self._showing = Latest(self._show_apart, SOON)
         self._rested = False  # a change while no browser was connected
-        self._drawing = False  # the page draws what was shown last
-        self._overtaken = False  # a change meanwhile
         self._sent: Shared | None = None  # the design that stands on the page
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
@@ -148,7 +151,7 @@ class _Page:
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
-        self._unlisten = document.listen(self._changed_soon)
+        self._unlisten = document.listen(self._showing.wish)
         opened.arrive(document, self._show_shell)
         self.client.on_connect(self._connected)
         self.client.on_delete(self._gone)
@@ -191,10 +194,8 @@ class _Page:
                 self.views = tab_group("Look and try", right, self.bench, "shell-look")
                 for tabs, group in ((left, self.editors), (right, self.views)):
                     self.bench.lead([tab.title for tab in tabs], group.show)
-                self.bench.lead_to_rules(self._open_rule)
-                self.bench.lead_shared(self._show_shared)
-        self.bench.on_change(self._check_soon)
-        self._check_soon()
+        self.bench.on_change(self._checking.begin)
+        self._checking.begin()
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)
 
@@ -264,9 +265,7 @@ class _Page:
         points = SMALL_POINTS
         if self.several != "one":
             points = COARSE
-            if self._fine is not None:
-                self._fine.cancel()
-            self._fine = asyncio.get_running_loop().call_later(FINE, self._show_several)
+            self._fine.begin()
         return {"surface": self._surface(), "several": self._several(points)}
 
     def _several(self, points: int = SMALL_POINTS) -> dict[str, Any]:
@@ -305,18 +304,12 @@ class _Page:
     def _show_shell(self) -> None:
         self.header.update(shell=self._shell())
 
-    def _changed_soon(self) -> None:
-        """Show what the edits in hand lead to: once for all that arrive together, the latest wins.
+    async def _show_apart(self) -> None:
+        """Show it in a task whose errors NiceGUI tells: what comes after them is shown all the same."""
+        await asyncio.wait([background_tasks.create(self._show())])
 
-        While the page draws one state, those that follow are dropped but for the latest.
-        """
-        if self._drawing:
-            self._overtaken = True
-        elif self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(SOON, self._show)
-
-    def _show(self) -> None:
-        self._timer = None
+    async def _show(self) -> None:
+        """Show what the edits in hand lead to, and wait until the page has drawn it."""
         if self.bench.closed:
             return
         if not self.client.has_socket_connection:
@@ -332,50 +325,25 @@ class _Page:
             self._name = name
             self.header.update(shell=self._shell())
             self.header.send({"moved": name})
-        self._drawing = True
-        background_tasks.create(self._told())
-
-    async def _told(self) -> None:
-        """Tell all that is shown, and wait until the page has drawn it."""
-        try:
+        with suppress(TimeoutError):  # the connection was lost, or the page is very slow
             await self.bench.changed()
             if not self.bench.closed:
                 await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
-        except TimeoutError:  # the connection was lost, or the page is very slow
-            pass
-        finally:
-            self._drawing = False
-            if self._overtaken:
-                self._overtaken = False
-                self._changed_soon()
-
-    def _check_soon(self) -> None:
-        """Look for defects of the rules once the edits rest."""
-        if self._resting is not None:
-            self._resting.cancel()
-        self._resting = asyncio.get_running_loop().call_later(
-            REST, lambda: background_tasks.create(self._find_defects())
-        )
 
     async def _find_defects(self) -> None:
         design = self.document.design
         of = (design.system, design.lines)
-        if self.bench.closed or self._looking or of == self._checked:
+        if self.bench.closed or of == self._checked:
             return
-        self._checked, self._looking = of, True
+        self._checked = of
         try:
             # A small system is checked within some hundredths of a second.
             small = len(design.lines) <= _AT_ONCE
             findings = findings_data(design) if small else await self.bench.background(findings_data, design)
         except (InputError, WorkError) as error:
             findings = [{"severity": "error", "sentence": f"The rules could not be checked: {error}", "places": []}]
-        finally:
-            self._looking = False
-        if self.bench.closed:
-            return
-        if of != (self.document.design.system, self.document.design.lines):
-            self._check_soon()
-            return
+        if self.bench.closed or of != (self.document.design.system, self.document.design.lines):
+            return  # another design is checked once the edits rest
         self.findings = findings
         self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))
         if self._check is not None:
@@ -391,7 +359,7 @@ class _Page:
     def _connected(self) -> None:
         if self._rested:
             self._rested = False
-            self._changed_soon()
+            self._showing.wish()
 
     async def _gone(self) -> None:
         self._unlisten()
@@ -429,7 +397,7 @@ class _Page:
     def _open_rule(self, key: Any) -> None:
         self.sought = {"key": key, "number": next(self._numbers)}
         self.editors.show("Rules")
-        self._changed_soon()
+        self._showing.wish()
 
     def _look_surface(self, content: Mapping[str, Any]) -> None:
         system = self.document.design.system
@@ -443,7 +411,7 @@ class _Page:
         self.axes, self.output = inputs, output
         self._show_surface()
         if self.document.compared is not None:
-            self._changed_soon()
+            self._showing.wish()
 
     def _look_several(self, content: Mapping[str, Any]) -> None:
         mode = content.get("mode")

@@ -61,7 +61,17 @@ class PagePart:
 
 
 class Workbench:
-    """One browser tab's view of a document, as panels see it."""
+    """One browser tab's view of a document, as panels see it.
+
+    Args:
+        document: The document.
+        workers: What works in the background.
+        module_url: Where the page finds a file.
+        say: Shows a sentence, which is that of a problem or not.
+        reading: Runs a function that reads the file of a name within a time limit; by default a worker reads it.
+        open_rule: Leads to a rule, by its key.
+        tell_shared: Gives the page's views the values in ``shared``.
+    """
 
     def __init__(
         self,
@@ -70,16 +80,17 @@ class Workbench:
         module_url: Callable[[Path], str],
         say: Callable[[str, bool], None],
         reading: Callable[..., Awaitable[Any]] | None = None,
+        open_rule: Callable[[int], None] = lambda key: None,
+        tell_shared: Callable[[], None] = lambda: None,
     ) -> None:
         self.document = document
         self.closed = False
-        self._workers, self._module_url, self._say, self._reading = workers, module_url, say, reading
+        self._workers, self._module_url, self._say = workers, module_url, say
+        self._reading, self._open_rule, self._tell_shared = reading, open_rule, tell_shared
         self._change_callbacks: list[tuple[PagePart, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
         self._here = PagePart()
         self._groups: dict[str, Callable[[str], None]] = {}
-        self._open_rule: Callable[[int], None] = lambda key: None
-        self._tell_shared: Callable[[], None] = lambda: None
         self.shared: dict[str, Any] = {}
 
     def widget(self, module: Path, **traits: Any) -> "Bridge":
@@ -155,14 +166,6 @@ class Workbench:
     def lead(self, titles: Iterable[str], show: Callable[[str], None]) -> None:
         """Note what brings the tabs with these titles to the front."""
         self._groups |= dict.fromkeys(titles, show)
-
-    def lead_to_rules(self, open_rule: Callable[[int], None]) -> None:
-        """Note what leads to a rule, by its key."""
-        self._open_rule = open_rule
-
-    def lead_shared(self, tell: Callable[[], None]) -> None:
-        """Note what gives the page's views the values in ``shared``."""
-        self._tell_shared = tell
 
     @contextmanager
     def building(self, place: PagePart) -> Iterator[None]:

@@ -6,12 +6,9 @@ import logging
 import os
 import re
 import secrets
-import signal
 import socket
 import sys
-import threading
 import webbrowser
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from fuzzy.errors import InputError, shortened
@@ -21,6 +18,7 @@ from fuzzy.plugins.designer.guard import Guard
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import PATIENCE, OpenDocuments
 from fuzzy.plugins.designer.workers import WorkError, set_imports_aside
+from fuzzy.shell.interrupts import TERMINATED, exit_code
 from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
@@ -78,7 +76,6 @@ def serve(
     name: str,
     port: int | None = None,
     browser: bool = True,
-    said: Callable[[str], None] = print,
     begin: Sugeno | None = None,
 ) -> None:
     """Serve the designer until it is interrupted.
@@ -88,7 +85,6 @@ def serve(
         name: The file of the folder that the first page shows.
         port: The port, by default 8080 or the next free one.
         browser: Whether the page is opened in the browser.
-        said: Called with the address when the server listens.
         begin: The system with which a file that does not exist begins, by default a small one.
 
     Raises ServerError where it cannot listen, and what opening the file raises.
@@ -106,34 +102,19 @@ def serve(
 
         def started() -> None:
             set_imports_aside()
-            said(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).")
-            sys.stdout.flush()
+            print(f"The designer of {folder.name(folder.inside(name))} is at {url} (Ctrl-C ends it).", flush=True)
             if browser:
                 webbrowser.open(url)
 
         server.config.app.app.state.started = started
-        with contextlib.suppress(KeyboardInterrupt), _terminated():
+        try:
             server.run(sockets=[listening])
+        except KeyboardInterrupt:
+            if exit_code() == TERMINATED:
+                raise SystemExit(TERMINATED) from None
     finally:
         listening.close()
         opened.close()
-
-
-@contextlib.contextmanager
-def _terminated() -> Iterator[None]:
-    """Let a SIGTERM end the ``with`` block as an exit does, so that what must be closed is closed."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def leave(number: int, frame: Any) -> None:
-        raise SystemExit(128 + number)
-
-    before = signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:

@@ -8,7 +8,6 @@ import os
 import re
 import secrets
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,8 +27,7 @@ _KEY = re.compile(r"[0-9a-f]{16}")
 _REMOVED = ".removed"  # behind the name of the one that was removed last, which can be brought back
 
 
-@dataclass(frozen=True)
-class Snapshot:
+class Snapshot(NamedTuple):
     """What a list shows of a snapshot."""
 
     key: str  # of its file

@@ -1,48 +1,51 @@
-"""Where a panel's table comes from: a CSV file of the opened folder, or an upload in pieces."""
+"""Where a panel's table comes from, a CSV file of the opened folder or an upload in pieces, and what is drawn of it."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.columns import LoadedTable, read_columns, read_file
+from fuzzy.plugins.designer.datapictures import Rows, data_pictures
+from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.session import PanelSession
+from fuzzy.plugins.designer.views import variable_data
+from fuzzy.system import Sugeno
 
 
 class UploadError(InputError):
     """An upload that is none, is too large or did not arrive whole."""
 
 
-class TableSource:
-    """The tables that one page may choose from; what is uploaded is kept in memory only.
+class TableSession(PanelSession):
+    """A panel whose page chooses a table, and looks at its rows beside a system; uploads are kept in memory only.
 
-    Args:
-        bench: The page's fuzzy.plugins.designer.panel.Workbench.
-        most: The largest file in bytes, and the longest upload in characters.
-        larger: What to do with larger tables, as the end of a sentence.
+    A subclass names in ``larger`` what to do with larger tables, as the end of a sentence.
     """
 
-    def __init__(self, bench: Any, most: int, larger: str) -> None:
-        self._bench, self._most, self._larger = bench, most, larger
-        self._pieces: list[str] = []
+    larger: ClassVar[str]
 
-    def files(self) -> list[str]:
+    def __init__(self, bench: Any, **choice: Any) -> None:
+        super().__init__(bench, **choice)
+        self.table: LoadedTable | None = None
+        self.columns: dict[str, str] = {}  # which is which, as the page chose them
+        self.rows: Rows | None = None  # that are looked at
+        self._pieces: list[str] = []  # of an upload
+
+    def table_files(self) -> list[str]:
         """The CSV files of the folder."""
-        folder = Path(self._bench.document.folder).resolve()
+        folder = self.folder.path
         # A link that leads out of the folder is none of its files.
         return sorted(f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder))
 
-    async def file(self, name: Any) -> LoadedTable:
-        """Read the file called ``name``. Raises DataError."""
-        known = self.files()
-        check_known(name, known, "file of the folder", DataError)
-        path = Path(self._bench.document.folder) / name
-        read: LoadedTable = await self._bench.read(name, read_file, path, self._most, self._larger)
-        return read
+    async def _do_file(self, message: dict[str, Any]) -> None:
+        """Read a file of the folder. Raises DataError."""
+        name = check_known(message.get("name"), self.table_files(), "file of the folder", DataError)
+        self.show_table(await self.bench.read(name, read_file, self.folder.path / name, LARGEST_FILE, self.larger))
 
-    async def piece(self, message: dict[str, Any]) -> LoadedTable | None:
-        """Take a piece of an uploaded file, of which the first has the number 0; the table after the last one.
+    async def _do_piece(self, message: dict[str, Any]) -> None:
+        """Take a piece of an uploaded file, of which the first has the number 0; read the table after the last one.
 
         Raises UploadError, and DataError for what is no table.
         """
@@ -53,31 +56,30 @@ class TableSource:
             self._pieces = []
         elif number != len(self._pieces):
             raise UploadError(f"{name} did not arrive whole; please upload it again")
-        if sum(map(len, self._pieces)) + len(text) > self._most:
+        if sum(map(len, self._pieces)) + len(text) > LARGEST_FILE:
             self._pieces = []
-            raise UploadError(f"{name} is larger than {self._most / 1e6:g} MB; {self._larger}")
+            raise UploadError(f"{name} is larger than {LARGEST_FILE / 1e6:g} MB; {self.larger}")
         self._pieces.append(text)
-        if not message.get("last"):
-            return None
-        whole, self._pieces = "".join(self._pieces), []
-        name = Path(name).name[:200] or "upload"
-        read: LoadedTable = await self._bench.read(name, read_columns, name, whole)
-        return read
-
-
-class TableSession(PanelSession):
-    """A panel whose page chooses a file, or sends one in pieces; a subclass has a ``source``."""
-
-    source: TableSource
-
-    async def _do_file(self, message: dict[str, Any]) -> None:
-        self.show_table(await self.source.file(message.get("name")))
-
-    async def _do_piece(self, message: dict[str, Any]) -> None:
-        table = await self.source.piece(message)
-        if table is not None:
-            self.show_table(table)
+        if message.get("last"):
+            whole, self._pieces = "".join(self._pieces), []
+            name = Path(name).name[:200] or "upload"
+            self.show_table(await self.bench.read(name, read_columns, name, whole))
 
     def show_table(self, table: LoadedTable) -> None:
         """Take the table that came of it."""
         raise NotImplementedError
+
+    async def drawn_rows(self, system: Sugeno | None, output: int) -> dict[str, Any] | None:
+        """The traits that show the rows beside a system; None where other rows are looked at once they are there.
+
+        Raises InputError or WorkError.
+        """
+        rows = self.rows
+        if system is None or rows is None:
+            return dict.fromkeys(("pictures", "points", "residual"))
+        data = await self.bench.background(data_pictures, system, rows, output)
+        if rows is not self.rows:
+            return None
+        points, residual = data.pop("points"), data.pop("residual")
+        terms = [variable_data(v) for v in system.inputs]
+        return {"pictures": data, "points": points, "residual": residual, "terms": terms}

@@ -103,8 +103,8 @@ class StepSession(PanelSession):
         if name == "source":
             files = self._files()
             self.widget.update(files=files)
-            if value != "" and value not in files:
-                raise LoopError(expected(str(value), files, "plant"))
+            if value != "":
+                check_known(value, files, "plant", LoopError)
         elif name in _TEXTS:
             if not isinstance(value, str) or len(value) > 500:
                 raise LoopError(f"{name} must be numbers with blanks between").about(name)

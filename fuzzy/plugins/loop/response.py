@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -84,6 +84,10 @@ class Loop:
         return math.ceil(self.disturbance_time / self.period - 1e-9)
 
 
+def _figure(title: str, unit: str = "") -> Any:
+    return field(default=None, metadata={"title": title, "unit": unit})
+
+
 @dataclass(frozen=True)
 class Figures:
     """What a step response is judged by. None: it did not happen, such as settling within the time.
@@ -92,32 +96,22 @@ class Figures:
     reference's step around the reference. The integrals are of e = r - y over the whole time.
     """
 
-    overshoot: float | None  # % of the reference's step
-    rise_time: float | None  # s, from 10 % to 90 % of the reference's step
-    settling_time: float | None  # s, until it stays in the band
-    steady_state_error: float | None  # r - y of the last sample before the disturbance
-    iae: float | None  # integral of |e|
-    ise: float | None  # integral of e²
-    itae: float | None  # integral of t |e|
-    variation: float | None  # the sum of the control's moves, |u(k) - u(k-1)|
-    peak_deviation: float | None  # the greatest |y - r| after the disturbance
-    recovery_time: float | None  # s, from the disturbance until it stays in the band again
+    # Units are those of the plant where none is given.
+    overshoot: float | None = _figure("Overshoot", "%")  # of the reference's step
+    rise_time: float | None = _figure("Rise time, 10 to 90 %", "s")  # of the reference's step
+    settling_time: float | None = _figure("Settling time, 2 %", "s")  # until it stays in the band
+    steady_state_error: float | None = _figure("Steady-state error")  # r - y, the last sample before the disturbance
+    iae: float | None = _figure("IAE")  # integral of |e|
+    ise: float | None = _figure("ISE")  # integral of e²
+    itae: float | None = _figure("ITAE")  # integral of t |e|
+    variation: float | None = _figure("Total variation of u")  # the sum of the control's moves, |u(k) - u(k-1)|
+    peak_deviation: float | None = _figure("Peak deviation after the disturbance")  # the greatest |y - r|
+    recovery_time: float | None = _figure("Recovery after the disturbance", "s")  # until it stays in the band again
 
 
 AFTER = ("peak_deviation", "recovery_time")  # of a disturbance alone
-# What people call the figures, and their units where they are not those of the plant, in this order.
-TITLES = {
-    "overshoot": ("Overshoot", "%"),
-    "rise_time": ("Rise time, 10 to 90 %", "s"),
-    "settling_time": ("Settling time, 2 %", "s"),
-    "steady_state_error": ("Steady-state error", ""),
-    "iae": ("IAE", ""),
-    "ise": ("ISE", ""),
-    "itae": ("ITAE", ""),
-    "variation": ("Total variation of u", ""),
-    "peak_deviation": ("Peak deviation after the disturbance", ""),
-    "recovery_time": ("Recovery after the disturbance", "s"),
-}
+# What people call the figures, and their units, in this order
+TITLES = {each.name: (each.metadata["title"], each.metadata["unit"]) for each in fields(Figures)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,16 +214,8 @@ def respond(controller: Sugeno | PID, plant: LoopPlant, loop: Loop, roles: Roles
     return StepResponse(time, reference, output, control, error, rate, total, known, figures, loop, stopped)
 
 
-class _Sample(NamedTuple):
-    output: float
-    control: float
-    error: float
-    rate: float
-    total: float
-
-
-def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[_Sample], str]:
-    """The samples, and why there are not more."""
+def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[tuple[float, ...]], str]:
+    """The samples (output, control, error, its rate, its sum), and why there are not more."""
     period, first = loop.period, loop.disturbed
     moving = plant.sampled(period)
     noise = np.random.default_rng(loop.seed).normal(0.0, loop.noise, loop.steps + 1) if loop.noise else None
@@ -237,7 +223,7 @@ def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tupl
     held = deque([0.0] * (moving.dead_samples + 2), maxlen=moving.dead_samples + 2)  # the latest is the last
     most = _GONE * max(abs(loop.reference), abs(loop.disturbance), 1.0)
     state, integrated, total, rate, before = moving.initial, 0.0, 0.0, 0.0, None
-    samples: list[_Sample] = []
+    samples: list[tuple[float, ...]] = []
     for k in range(loop.steps + 1):
         output = moving.output(state, held[1])
         if not abs(output) <= most:
@@ -249,7 +235,7 @@ def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tupl
         control, integrated, total = _limited(controller, loop, error, rate, total, integrated)
         if control != control:
             return samples, f"the rules give no number at t = {k * period:.4g} s: no rule fires there"
-        samples.append(_Sample(output, control, error, rate, total))
+        samples.append((output, control, error, rate, total))
         held.append(control + (loop.disturbance if k >= first else 0.0))
         state = moving.advance(state, held[0], held[1], k * period)
     return samples, ""
@@ -280,7 +266,7 @@ def _limited(
 def figures_of(time: np.ndarray, output: np.ndarray, control: np.ndarray, loop: Loop) -> Figures:
     """The figures of a response, all arrays (steps + 1,); of one that was stopped, or that is all nan, none."""
     if not np.isfinite(output).all():
-        return Figures(*(None,) * len(fields(Figures)))
+        return Figures()
     error = loop.reference - output
     last = min(loop.disturbed + 1, len(time))  # the disturbed sample itself is measured before it is felt
     t, y = time[:last], output[:last]

@@ -5,9 +5,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.views import numbers
 from fuzzy.plugins.loop.controller import PID, LoopError, Roles
 from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
 from fuzzy.plugins.loop.plantfile import read_plant
@@ -60,18 +59,13 @@ def simulated(task: StepTask) -> dict[str, Any]:
         "reference": task.loop.reference,
         "disturbed": task.loop.disturbed * task.loop.period if task.loop.disturbed <= task.loop.steps else None,
         "rows": [_row(name, done, every) for name, done in rows],
-        "known": [_listed(column) for column in now.known[::every].T],
+        "known": numbers(now.known[::every].T),
         "rival": None if rival is None else asdict(rival),
         "words": words,
     }
 
 
-_tuned = lru_cache(maxsize=4)(tuned_pid)
-
-
-@lru_cache(maxsize=4)
-def _pid_response(rival: PID, plant: TransferFunction, loop: Loop) -> StepResponse:
-    return respond(rival, plant, loop)
+_tuned, _pid_response = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)
 
 
 def _rival(task: StepTask, plant: TransferFunction | FunctionPlant) -> PID | None:
@@ -85,15 +79,11 @@ def _rival(task: StepTask, plant: TransferFunction | FunctionPlant) -> PID | Non
 def _row(name: str, done: StepResponse, every: int) -> dict[str, Any]:
     return {
         "name": name,
-        "output": _listed(done.output[::every]),
-        "control": _listed(done.control[::every]),
+        "output": numbers(done.output[::every]),
+        "control": numbers(done.control[::every]),
         "figures": asdict(done.figures),
         "stopped": typeset(done.stopped),
     }
-
-
-def _listed(values: np.ndarray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]
 
 
 def read_saved(path: Path) -> Sugeno | None:

@@ -9,7 +9,6 @@ from fuzzy.commands.shared import FisFile, usage
 from fuzzy.shell.options import Json, argument, option
 
 if TYPE_CHECKING:
-    from fuzzy.plugins.mamdani.likeness import Difference
     from fuzzy.system import Sugeno
 
 Fit = Literal["constants", "planes"]  # what the sets of a Mamdani system become
@@ -117,16 +116,12 @@ def _read(source: Path, target: Path, fit: Fit | None) -> "tuple[Sugeno, dict[st
                 raise
             told["unmeasured"] = str(error)
             return fis, told
-    told["difference"] = _as_dicts(mamdani_difference(original, fis))
+    told["difference"] = [each._asdict() for each in mamdani_difference(original, fis)]
     if fit is not None:
         fis = fit_to_mamdani(original, fis, fit)
         told["fit"] = fit
-        told["fitted difference"] = _as_dicts(mamdani_difference(original, fis))
+        told["fitted difference"] = [each._asdict() for each in mamdani_difference(original, fis)]
     return fis, told
-
-
-def _as_dicts(differences: "tuple[Difference, ...]") -> list[dict[str, Any]]:
-    return [each._asdict() for each in differences]
 
 
 def _say(fis: "Sugeno", told: dict[str, Any]) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from fuzzy.files.mamdani import as_constants, renounced
 from fuzzy.inference import InferenceWarning, infer, say_no_rule_fires
 from fuzzy.membershipfunction import MembershipFunction
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from fuzzy.system import FuzzySystemError, Sugeno, Terms, Variable
 
 Implication = Literal["min", "prod"]
@@ -74,8 +74,7 @@ class Mamdani:
         for name in ("inputs", "outputs"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         for name, accepted in _CHOICES.items():
-            if getattr(self, name) not in accepted:
-                raise FuzzySystemError(f"{self.name}: " + expected(str(getattr(self, name)), accepted, name))
+            check_known(getattr(self, name), accepted, name, FuzzySystemError, where=self.name)
         if not (isinstance(self.points, int) and 2 <= self.points <= _MOST_POINTS):
             raise FuzzySystemError(f"{self.name}: points must be from 2 to {_MOST_POINTS}, got {self.points!r}")
         stand_ins = []

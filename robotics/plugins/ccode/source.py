@@ -14,7 +14,7 @@ import numpy as np
 from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import check_known
 from fuzzy.plugins.ccode.identifier import comment, identifier
-from fuzzy.plugins.ccode.numbertype import ExportError, Floating
+from fuzzy.plugins.ccode.numbertype import FLOATING, ExportError, Floating
 from fuzzy.plugins.ccode.phrases import guarded
 from fuzzy.plugins.ccode.source import CSources, c_sources
 from fuzzy.system import Sugeno
@@ -115,7 +115,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     how = carried(law, name)
     if isinstance(law, OwnRules) and law.own is None:
         law, how = replace(law.tracker, smooth=law.smooth), _FUZZY
-    return _Writer(law, how, setting, identifier(name), Floating("double" if number == "double" else "float")).sources()
+    return _Writer(law, how, setting, identifier(name), FLOATING[number]).sources()
 
 
 class _Writer:

@@ -8,7 +8,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from fuzzy.errors import InputError
-from fuzzy.naming import check_known, expected
+from fuzzy.naming import check_known
 from robotics.laws.specification import Specification
 from robotics.plugins.designer.uses import TryoutError
 from robotics.simulation.scenario import robots as models
@@ -94,8 +94,7 @@ def file_name(name: str) -> str:
 def packaged_text(what: str, name: str) -> str:
     """The text of a "scenario" or a "robot" that comes with the package. Raises TryoutError."""
     names = scenario_names() if what == "scenario" else robot_names()
-    if name not in names:
-        raise TryoutError(expected(name, names, what))
+    check_known(name, names, what, TryoutError)
     return (scenario_file if what == "scenario" else models.robot_file)(name).text
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, check_size
+from fuzzy.plugins.designer.latest import Postponed
 from fuzzy.plugins.designer.saving import OverwriteError, save_text
 from fuzzy.plugins.designer.session import PanelSession
 from fuzzy.plugins.designer.workers import WorkError
@@ -286,7 +287,7 @@ class FolderSession(PanelSession):
         self.reads: dict[str, object] = {}  # the mark of the latest reading of each kind
         self.reading: dict[str, asyncio.Task[None]] = {}
         self.watched: dict[str, tuple[str, Any]] = {}  # the name of each file, and its state when it was read
-        self._watch: asyncio.TimerHandle | None = None
+        self._watch = Postponed(_LOOK, self._look)
 
     def begin_reading(self, what: str, work: Callable[[object], Coroutine[Any, Any, None]]) -> asyncio.Task[None]:
         """Begin to read what is ``what``, with its mark in ``reads``; an earlier reading of that is overtaken."""
@@ -341,10 +342,10 @@ class FolderSession(PanelSession):
 
     def _look(self) -> None:
         """Read the files anew that have changed, and look again in a second while the panel is seen."""
-        if self._watch is not None:
-            self._watch.cancel()
-        self._watch = asyncio.get_running_loop().call_later(_LOOK, self._look) if self.seen else None
-        for what, (name, before) in list(self.watched.items()) if self.seen else ():
+        if not self.seen:
+            return
+        self._watch.begin()
+        for what, (name, before) in list(self.watched.items()):
             if changed_at(self.folder, name) != before:
                 self.watch(what, name)
                 self.reread(what, name)
@@ -354,8 +355,7 @@ class FolderSession(PanelSession):
         self.seen = False
         for task in self.reading.values():
             task.cancel()
-        if self._watch is not None:
-            self._watch.cancel()
+        self._watch.cancel()
 
     def say_busy(self, what: str | None) -> None:
         """Say what is waited for; None: nothing."""

@@ -18,6 +18,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
+from fuzzy.plugins.designer.latest import Postponed
 from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
@@ -73,7 +74,7 @@ class TryoutSession(FolderSession):
         self.wanted = set(_ORDER) - {"check", "rules"}
         self.task: asyncio.Task[None] | None = None
         self.moments = RunMoments(bench)
-        self.ruling: asyncio.TimerHandle | None = None  # waits until the design rests
+        self.ruling = Postponed(_REST, self._want_rules)  # waits until the design rests
         self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
         later = dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment"))
@@ -129,17 +130,13 @@ class TryoutSession(FolderSession):
     def _do_choose(self, content: dict[str, Any]) -> None:
         name, value = check_known(content.get("name"), _CHOICES, "choice", TryoutError), content.get("value")
         choose = act_of(self, name, "_choose_")
-        if choose is not None:
+        if name in folderfiles.TEXT_KINDS:
+            self._choose_text(name, str(value))
+        elif choose is not None:
             choose(value)
         else:
             change: dict[str, Any] = {name: value}
             self._want(replace(self.wish, **change))
-
-    def _choose_scenario(self, name: Any) -> None:
-        self._choose_text("scenario", str(name))
-
-    def _choose_robot(self, name: Any) -> None:
-        self._choose_text("robot", str(name))
 
     def _choose_text(self, what: str, name: str) -> None:
         """Take another scenario or robot: one of the package, or a file of the folder."""
@@ -377,8 +374,7 @@ class TryoutSession(FolderSession):
         """Read and run no more."""
         super().close()
         self.rounds.rest()
-        if self.ruling is not None:
-            self.ruling.cancel()
+        self.ruling.cancel()
 
     # Runs
 
@@ -425,20 +421,14 @@ class TryoutSession(FolderSession):
             why = {"label": names[what], "why": said["message"], "failed": said["failed"]} if said else data
             self.widget.update(**{what: why} | ({"problem": None} if what == "tried" else {}))
             if what == "tried":
-                self._rules_soon()
+                self.ruling.begin()
         elif what in ("rules", "choices") and said is None:
             self.widget.update(**{what: data})
 
-    def _rules_soon(self) -> None:
+    def _want_rules(self) -> None:
         """Find which rule ruled when, once the design rests: a drag waits for what is drawn of its runs alone."""
-
-        def want() -> None:
-            self.wanted |= {"rules"}
-            self.go()
-
-        if self.ruling is not None:
-            self.ruling.cancel()
-        self.ruling = asyncio.get_running_loop().call_later(_REST, want)
+        self.wanted |= {"rules"}
+        self.go()
 
     def _settle(self, place: dict[str, Any] | None, said: dict[str, Any] | None) -> None:
         """Go on with the place that the system has found, or say why there is none."""
@@ -510,11 +500,7 @@ class TryoutSession(FolderSession):
         rival, file = self._rival(), self.watched.get("rival")
         key = (rival, file, trial, self.beside)
         if key not in self.known:
-            law = self._rival_law()
-            if isinstance(law, Sugeno):
-                made = await self.bench.background(tryout.rival_system_data, law, trial, rival)
-            else:
-                made = await self.bench.background(tryout.rival_data, law, trial)
+            made = await self.bench.background(tryout.rival_data, self._rival_law(), trial, rival)
             while len(self.known) >= _KEPT:
                 del self.known[next(iter(self.known))]
             self.known[key] = made if self.beside else _beside(made)

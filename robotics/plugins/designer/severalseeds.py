@@ -173,9 +173,7 @@ class SeedRounds:
     worst: int | None = None
     done: int | None = None  # seeds of the present round; None: there is no round
     rows: dict[str, tuple[Any, list[dict[str, Any]]]] = field(default_factory=dict)  # by name, with what made them
-    _timer: asyncio.TimerHandle | None = None
-    _task: asyncio.Task[None] | None = None
-    _round: int = 0
+    _round: asyncio.Task[None] | None = None
 
     def shown(self, first: int) -> int:
         """The seed that is drawn and played, if the ``first`` is the trial's own."""
@@ -195,9 +193,8 @@ class SeedRounds:
 
     def rest(self) -> None:
         """End the round: something else is to be run first."""
-        self._round += 1
-        if self._timer is not None:
-            self._timer.cancel()
+        if self._round is not None:
+            self._round.cancel()
         if self.done is not None:
             self.done = None
             self.progress()
@@ -209,7 +206,7 @@ class SeedRounds:
         if any(self._known(name, made) is None for name, made in work.items()):
             self.done = 0
             self.progress()
-            self._timer = asyncio.get_running_loop().call_later(_PAUSE, self._begin, self._round)
+            self._round = asyncio.get_running_loop().create_task(self._run())
 
     def known(self, name: str) -> list[dict[str, Any]] | None:
         """The rows of the present design, of the one before or of the rival; None while they are not known."""
@@ -220,25 +217,17 @@ class SeedRounds:
         have = self.rows.get(name)
         return have[1] if have is not None and have[0] == (made, self.count) else None
 
-    def _begin(self, number: int) -> None:
-        self._task = asyncio.get_running_loop().create_task(self._run(number))
-
-    async def _run(self, number: int) -> None:
+    async def _run(self) -> None:
+        await asyncio.sleep(_PAUSE)
         for name, made in self.work().items():
-            if self._known(name, made) is not None:
-                continue
-            rows = await self._rows(number, made)
-            if rows is None:
-                return
-            self.rows[name] = (made, self.count), rows
-            self.publish(name)
-            if number != self._round:
-                return
+            if self._known(name, made) is None:
+                self.rows[name] = (made, self.count), await self._rows(made)
+                self.publish(name)
         self.done = None
         self.progress()
 
-    async def _rows(self, number: int, made: Work) -> list[dict[str, Any]] | None:
-        """The rows of all seeds; None where the round has ended meanwhile."""
+    async def _rows(self, made: Work) -> list[dict[str, Any]]:
+        """The rows of all seeds."""
         first, function, *rest = made
         seeds = self.seeds(first)
         rows: list[dict[str, Any]] = []
@@ -248,8 +237,6 @@ class SeedRounds:
                 rows += await self.background(function, *rest, part)
             except (InputError, WorkError) as error:
                 rows += [{"seed": seed, "why": str(error)} for seed in part]
-            if number != self._round:
-                return None
             self.done = (self.done or 0) + len(part)
             self.progress()
         return rows

@@ -313,17 +313,15 @@ def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     return found if "player" in found else found | {"reference": reference_curves(attempt.run)}
 
 
-def rival_data(specification: str, trial: TryoutTrial) -> dict[str, Any]:
-    """The run of another law (:func:`run_rival`), as the panel's module takes it."""
-    return shown(run_rival(specification, trial), preset_of(specification).title)
+def rival_data(rival: Sugeno | str, trial: TryoutTrial, file: str = "") -> dict[str, Any]:
+    """The run of another law (:func:`run_rival`) or system on the same scenario, as the panel's module takes it.
 
-
-def rival_system_data(fis: Sugeno, trial: TryoutTrial, file: str) -> dict[str, Any]:
-    """The run of another system on the same scenario, in the trial's own law or in one that it fits.
-
-    Raises TryoutError where there is none; ``file`` is the name of the system's file.
+    A system, of which ``file`` is the name of the file, drives in the trial's own law or in one that it fits. Raises
+    TryoutError where there is none.
     """
-    return shown(run_design(fis, settled(fis, trial, file)), file)
+    if isinstance(rival, Sugeno):
+        return shown(run_design(rival, settled(rival, trial, file)), file)
+    return shown(run_rival(rival, trial), preset_of(rival).title)
 
 
 def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:

@@ -19,7 +19,6 @@ import {
   say,
   scale,
   shape,
-  styled,
   ticks,
 } from "../../../../fuzzy/plugins/designer/static/chart.js";
 import { dataPictures } from "../../../../fuzzy/plugins/designer/static/datapictures.js";
@@ -29,13 +28,9 @@ import {
   fillColumns,
   tableFields,
 } from "../../../../fuzzy/plugins/designer/static/datasource.js";
-import { field, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import { field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
 import { degree, places } from "../../../../fuzzy/plugins/designer/static/membership.js";
 
-const SHARED = "../../../../fuzzy/plugins/designer/static";
-const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, `${SHARED}/datapictures.css`, "./training.css"].map(
-  (sheet) => new URL(sheet, import.meta.url).href,
-);
 const NAMES = [
   "sources",
   "accepted",
@@ -86,7 +81,11 @@ function decades(low, high) {
 }
 
 export async function render({ model, el }) {
-  await styled(...SHEETS);
+  await formStyled(
+    import.meta.url,
+    "../../../../fuzzy/plugins/designer/static/datapictures.css",
+    "./training.css",
+  );
   const mapping = element("div", { class: "pn-columns" });
   const form = panelForm(model, (note) => data.before(note), { leads: true, columns: mapping }),
     { get, send, number } = form;

@@ -8,7 +8,6 @@ A package offers starts by entry points of the group ``fuzzyfleet.starts``, in `
 The value is a function without arguments that gives a sequence of :class:`fuzzy.plugins.designer.starts.start.Start`.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from fuzzy.entrypoints import entry_points
@@ -52,12 +51,6 @@ def find_starts() -> Catalogue:
                 sentences.append(f"the starts {point.name!r}: there is another start {start.name!r}")
     for start in packaged_starts():
         starts.setdefault(start.name, start)
-    return Catalogue(_grouped(list(starts.values())), tuple(sentences))
-
-
-def _grouped(starts: Sequence[Start]) -> tuple[Start, ...]:
-    """The starts with those of one group one after the other, groups in the order of their first ones."""
-    groups: dict[str, list[Start]] = {}
-    for start in starts:
-        groups.setdefault(start.group, []).append(start)
-    return tuple(start for group in groups.values() for start in group)
+    groups = list(dict.fromkeys(start.group for start in starts.values()))  # in the order of their first ones
+    grouped = sorted(starts.values(), key=lambda start: groups.index(start.group))
+    return Catalogue(tuple(grouped), tuple(sentences))

@@ -2,7 +2,7 @@
 
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,24 +22,19 @@ TABLE_OPTIONS: tuple[Option, ...] = (
 )
 
 
-class ChosenSamples(NamedTuple):
-    """The chosen columns of a table."""
-
-    x: np.ndarray  # (samples, inputs)
-    y: np.ndarray  # (samples, outputs)
-    names: dict[str, Any]  # of the columns, and their units, as identify() takes them
-
-
-def read_samples(file: Path, inputs: str = "", outputs: str = "", bad: str = "refuse") -> ChosenSamples:
+def read_samples(file: Path, inputs: str, outputs: str, bad: str) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     """Read a table's chosen columns, by titles, names or numbers with commas between; raises InputError.
 
     With ``bad`` "skip" rows without a number in one of the columns are left out.
+
+    Returns:
+        x (samples, inputs), y (samples, outputs), and the names and units of the columns, as identify() takes them.
     """
     text = open_table(file)
     of, to = chosen_columns(text, inputs or None, outputs or None)
     table = text.numbers([*of, *to], skip_bad=bad == "skip")
     n = len(of)
-    return ChosenSamples(table.values[:, :n], table.values[:, n:], names_of(table, n))
+    return table.values[:, :n], table.values[:, n:], names_of(table, n)
 
 
 def from_clusters(file: Path, inputs: str, outputs: str, bad: str, radius: float) -> Sugeno:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fuzzy.errors import InputError, quoted
 from fuzzy.naming import check_known
@@ -25,15 +25,12 @@ class Choice:
     title: str
     values: Mapping[str, str]  # each with what a page calls it
     value: str
+    kind: ClassVar[str] = "choice"
 
     def read(self, given: Any) -> str:
         """The word. Raises StartError."""
         check_known(given, self.values, self.name, StartError)
         return str(given)
-
-    def described(self) -> dict[str, Any]:
-        """The option in JSON's types."""
-        return {"kind": "choice", "values": dict(self.values), "value": self.value}
 
 
 @dataclass(frozen=True)
@@ -47,6 +44,7 @@ class NumberOption:
     value: float
     whole: bool = True
     unit: str = ""
+    kind: ClassVar[str] = "number"
 
     def read(self, given: Any) -> float:
         """The number; texts are read. Raises StartError."""
@@ -59,11 +57,6 @@ class NumberOption:
             raise StartError(f"{wanted}, got {quoted(given)}")
         return int(number) if self.whole else number
 
-    def described(self) -> dict[str, Any]:
-        """The option in JSON's types."""
-        shown = {"low": self.low, "high": self.high, "value": self.value, "whole": self.whole, "unit": self.unit}
-        return {"kind": "number", **shown}
-
 
 @dataclass(frozen=True)
 class File:
@@ -72,6 +65,7 @@ class File:
     name: str
     title: str
     ending: str = ".csv"
+    kind: ClassVar[str] = "file"
 
     def read(self, given: Any) -> Path:
         """The path of the file. Raises StartError."""
@@ -82,10 +76,6 @@ class File:
             raise StartError(f"there is no file {quoted(path)}")
         return path
 
-    def described(self) -> dict[str, Any]:
-        """The option in JSON's types."""
-        return {"kind": "file", "ending": self.ending}
-
 
 @dataclass(frozen=True)
 class ColumnsOption:
@@ -95,16 +85,13 @@ class ColumnsOption:
     title: str
     of: str  # the option with the file
     usual: str  # which columns these are
+    kind: ClassVar[str] = "columns"
 
     def read(self, given: Any) -> str:
         """The columns as a text. Raises StartError."""
         if not isinstance(given, str) or len(given) > 5000:
             raise StartError(f"{self.name} must be names of columns with commas between them, got {quoted(given)}")
         return given.strip()
-
-    def described(self) -> dict[str, Any]:
-        """The option in JSON's types."""
-        return {"kind": "columns", "of": self.of, "usual": self.usual}
 
 
 Option = Choice | NumberOption | File | ColumnsOption
@@ -155,6 +142,6 @@ class Start:
 
     def described(self) -> dict[str, Any]:
         """The start in JSON's types, without what it makes."""
-        options = [{"name": o.name, "title": o.title, **o.described()} for o in self.options]
+        options = [{"name": o.name, "title": o.title, "kind": o.kind, **vars(o)} for o in self.options]
         about = {"name": self.name, "group": self.group, "title": self.title, "sentence": self.sentence}
         return {**about, "options": options, "reports": self.reports}

@@ -4,22 +4,11 @@
 /** The module's model. Values are replaced whole; nothing here is reactive, so that large surfaces cost nothing. */
 function makeModel(values, emit) {
   const listeners = new Map(); // event -> set of functions
-  const changed = new Set(); // set by the module, not yet told to Python
   const tell = (event, ...details) => {
     for (const listener of [...(listeners.get(event) ?? [])]) listener(...details);
   };
   return {
     get: (name) => values[name],
-    set(name, value) {
-      values[name] = value;
-      changed.add(name);
-      tell(`change:${name}`, { new: value });
-      tell("change");
-    },
-    save_changes() {
-      if (changed.size) emit("traits", Object.fromEntries([...changed].map((name) => [name, values[name]])));
-      changed.clear();
-    },
     on(events, listener) {
       for (const event of events.split(" ")) {
         if (!listeners.has(event)) listeners.set(event, new Set());

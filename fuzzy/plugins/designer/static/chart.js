@@ -34,8 +34,11 @@ export function say(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-/** Put the style sheets at these addresses into the page, each once; done when they are in force, for what measures. */
-export async function styled(...addresses) {
+/**
+ * Put style sheets into the page, each once; done when they are in force, for what measures. They stand beside the module
+ * at `base`, its import.meta.url.
+ */
+export async function styled(base, ...sheets) {
   const loaded = (href) =>
     new Promise((done, fail) => {
       const known = [...document.head.querySelectorAll("link[rel=stylesheet]")].find((link) => link.href === href);
@@ -45,7 +48,7 @@ export async function styled(...addresses) {
       link.addEventListener("error", () => fail(new Error(`the style sheet ${href} cannot be loaded`)));
       if (!known) document.head.append(link);
     });
-  await Promise.all(addresses.map(loaded));
+  await Promise.all(sheets.map((sheet) => loaded(new URL(sheet, base).href)));
 }
 
 /** Draw before the next picture, however often it is asked for until then; `end` takes the wish back. */

@@ -1,10 +1,9 @@
 // Data: a table of measured rows beside the design. From what fuzzy/plugins/designer/datapanel.py hands over.
-import { element, keepDrawn, offer, say, styled } from "./chart.js";
+import { element, keepDrawn, offer, say } from "./chart.js";
 import { dataPictures } from "./datapictures.js";
 import { columnField, described, fillColumns, tableFields } from "./datasource.js";
-import { field, group, panelForm } from "./form.js";
+import { field, formStyled, group, panelForm } from "./form.js";
 
-const SHEETS = ["panel", "form", "datapictures"].map((name) => new URL(`./${name}.css`, import.meta.url).href);
 const NAMES = [
   "sources",
   "table",
@@ -19,7 +18,7 @@ const NAMES = [
   "terms",
 ];
 export async function render({ model, el }) {
-  await styled(...SHEETS);
+  await formStyled(import.meta.url, "./datapictures.css");
   const mapping = element("div", { class: "pn-columns" });
   const form = panelForm(model, (note) => data.after(note), { columns: mapping }),
     { get, send, choose } = form;

@@ -1,5 +1,9 @@
 // The form of a panel: fields that send what is chosen as {do: "choose", name, value}, and what was refused under them.
-import { choices, element, sayUnder, takes } from "./chart.js";
+import { choices, element, sayUnder, styled, takes } from "./chart.js";
+
+/** Put the style sheets of a panel with a form into the page, and its own beside the module at `base`. */
+export const formStyled = (base, ...sheets) =>
+  Promise.all([styled(import.meta.url, "./panel.css", "./form.css"), styled(base, ...sheets)]);
 
 /** A field with its name above it. */
 export const field = (text, control, kind = null) =>

@@ -20,13 +20,9 @@ import {
   say,
   scale,
   shape,
-  styled,
 } from "../../designer/static/chart.js";
-import { field, group, panelForm, row } from "../../designer/static/form.js";
+import { field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
 
-const SHEETS = ["../../designer/static/panel.css", "../../designer/static/form.css", "./step.css"].map(
-  (sheet) => new URL(sheet, import.meta.url).href,
-);
 const NAMES = ["choice", "files", "system", "response", "problem"];
 const KINDS = { design: "design", file: "file", pid: "PID" };
 const WORDS = {
@@ -56,7 +52,7 @@ const MARGINS = { left: 56, right: 16, below: 54 }; // of a picture [px]
 const AFTER = ["peak_deviation", "recovery_time"]; // of a disturbance alone
 
 export async function render({ model, el }) {
-  await styled(...SHEETS);
+  await formStyled(import.meta.url, "./step.css");
   const form = panelForm(model, (note) => root.prepend(note)),
     { get, send, choose, fields } = form;
   let sample = null; // the slider's

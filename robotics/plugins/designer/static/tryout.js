@@ -41,7 +41,7 @@ const SHEETS = [
   "./seeds.css",
   "./texteditor.css",
   "../../../show/playback/static/player.css",
-].map((sheet) => new URL(sheet, import.meta.url).href);
+];
 const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds", "rules"];
 const SPEEDS = [0.5, 1, 2, 5, 10, 20];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
@@ -87,7 +87,7 @@ const finite = (values) => values.filter(Number.isFinite);
 const points = (data) => (data?.x ? data.x.map((x, i) => [x, data.y[i]]) : []);
 
 export async function render({ model, el }) {
-  await styled(...SHEETS);
+  await styled(import.meta.url, ...SHEETS);
   const form = panelForm(model, (note) => editor.node.after(note)),
     { get, send, choose, fields } = form;
   const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map(), widths: new Map() };

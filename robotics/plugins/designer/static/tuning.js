@@ -18,14 +18,9 @@ import {
   say,
   scale,
   shape,
-  styled,
 } from "../../../../fuzzy/plugins/designer/static/chart.js";
-import { checkBox, field, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
+import { checkBox, field, formStyled, group, panelForm, row } from "../../../../fuzzy/plugins/designer/static/form.js";
 
-const SHARED = "../../../../fuzzy/plugins/designer/static";
-const SHEETS = [`${SHARED}/panel.css`, `${SHARED}/form.css`, "./tuning.css"].map(
-  (sheet) => new URL(sheet, import.meta.url).href,
-);
 const NAMES = [
   "accepted",
   "choice",
@@ -52,7 +47,7 @@ const NUMBERS = ["runs", "evaluations", "seed"];
 const RUNNING = ["starting", "searching", "stopping", "testing"];
 
 export async function render({ model, el }) {
-  await styled(...SHEETS);
+  await formStyled(import.meta.url, "./tuning.css");
   const homes = {}; // by name: what stands above a refusal that no field asked for
   const chosen = {}; // by name: what was chosen here, until Python has it too
   const current = () => ({ ...get("choice"), ...chosen });

@@ -35,7 +35,7 @@ from anfis.plugins.designer.task import (
 from fuzzy.errors import InputError
 from fuzzy.files.table import DataError
 from fuzzy.fitting.clustering import DataWarning
-from fuzzy.plugins.designer import longtask
+from fuzzy.plugins.designer import longtask, tablesource
 from fuzzy.plugins.designer.columns import LoadedTable, read_columns
 from fuzzy.plugins.designer.longtask import TaskProcess
 from fuzzy.plugins.designer.workers import WorkError
@@ -590,7 +590,7 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (folder / "link.csv").symlink_to(secret)
     (folder / "bad.csv").write_text('a,b\n1,"x\n')
     (folder / "bytes.csv").write_bytes(b"\xff\xfe\x00")
-    monkeypatch.setattr(designpanel, "_MOST", 1000)
+    monkeypatch.setattr(tablesource, "LARGEST_FILE", 1000)
 
     async def scene() -> None:
         bench = Bench(START, folder)
