@@ -12,21 +12,12 @@ from weakref import WeakKeyDictionary
 
 import torch
 
-from anfis.consequents import (
-    Group,
-    NormalEquations,
-    design,
-    equations,
-    groups,
-    range_of,
-    ridge_rows,
-    solve,
-    weights_gradient,
-)
+from anfis.consequents import Group, NormalEquations, design, equations, groups, range_of, solve, weights_gradient
 from anfis.data import SampleArrays
-from anfis.point import Point, PointFit, numbers
-from anfis.premises import Premises, premises
-from anfis.proposals import consequent_terms, present_values
+from anfis.parameters import NetworkParameters
+from anfis.point import Point, PointFit
+from anfis.premises import premises
+from anfis.ridge import ridge_rows
 from fuzzy.inference import rule_weights
 from fuzzy.system import Sugeno
 
@@ -42,28 +33,15 @@ class Block(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class Network(NetworkParameters):
     """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
 
-    premises: Premises
     groups: tuple[Group, ...]
-    ridge: float  # without a unit, see fuzzy.fitting.consequents
-    block: int  # samples at a time
     # Samples of a single block are scaled once, not once an epoch.
     _scaled: WeakKeyDictionary[SampleArrays, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
     _ranges: WeakKeyDictionary[SampleArrays, tuple[torch.Tensor, torch.Tensor]] = field(
         default_factory=WeakKeyDictionary, init=False, repr=False
     )
-
-    @property
-    def fis(self) -> Sugeno:
-        """The system that learning started from: its structure stays."""
-        return self.premises.fis
-
-    @property
-    def columns(self) -> int:
-        """The number of parameters of the largest of the least squares."""
-        return max(len(g.columns) for g in self.groups)
 
     def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as tensors, as this network takes them."""
@@ -86,23 +64,6 @@ class Network:
         finally:
             if small:
                 torch.set_num_threads(before)
-
-    @property
-    def count(self) -> int:
-        """The number of parameters that are learnt, premises and consequents."""
-        return sum(p.numel() for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
-
-    def start(self) -> Point:
-        """The point of the system as it is, its premises made legal."""
-        p = self.premises
-        values = present_values(self.fis, numbers(p.low), numbers(p.span))
-        return Point(p.valid(p.start()), [self.array(v) for v in values])
-
-    def system(self, point: Point) -> Sugeno:
-        """The system at ``point``, in the inputs' own units, with plain numbers."""
-        p = self.premises
-        values = [numbers(v) for v in point.values]
-        return p.system(point.free, consequent_terms(self.fis, values, numbers(p.low), numbers(p.span)))
 
     def weights(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
         """The rules' weights (samples, rules) at scaled inputs ``u``; firing strengths for a weighted sum."""
@@ -185,7 +146,7 @@ class Network:
     ) -> list[tuple[torch.Tensor, torch.Tensor]]:
         """The ridge as more samples, for each group; ``fires`` counts the samples where a rule of the group fires."""
         return [
-            ridge_rows(g, normal, self.ridge * n, *self._range(data), self._normalise)
+            ridge_rows(g.columns, normal, self.ridge * n, *self._range(data), self._normalise)
             for g, normal, n in zip(self.groups, sums, fires, strict=True)
         ]
 
@@ -349,14 +310,6 @@ class Network:
             free = self.premises.free_gradient([p.detach() for p in leaves], rows)
             jacobians.append(torch.cat([r.flatten(1) for r in free], dim=1))
         return jacobians
-
-    def unflatten(self, flat: Any) -> tuple[torch.Tensor, ...]:
-        """Free premises, as in :class:`Point`, from one vector of all of them."""
-        result, start = [], 0
-        for sign in self.premises.signs:
-            result.append(flat[start : start + sign.numel()].reshape(sign.shape))
-            start += sign.numel()
-        return tuple(result)
 
 
 def _with_one(u: torch.Tensor) -> torch.Tensor:

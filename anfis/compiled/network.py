@@ -11,12 +11,13 @@ import numpy as np
 
 from anfis.compiled import threads
 from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
-from anfis.compiled.least_squares import Equations, eliminated, joined, plus, ridge_rows, solve
+from anfis.compiled.least_squares import Equations, eliminated, joined, plus, solve
 from anfis.compiled.plan import CHUNK_LANES, KernelPlan, plan_of
 from anfis.data import SampleArrays
+from anfis.parameters import NetworkParameters
 from anfis.point import Point, PointFit, Solution, numbers
-from anfis.premises import Arrays, Premises, premises
-from anfis.proposals import consequent_terms, present_values
+from anfis.premises import premises
+from anfis.ridge import ridge_rows
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.compiled.threads import share_out
 from fuzzy.fitting.consequents import OutputGroup, output_groups
@@ -38,13 +39,10 @@ class Swept(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CompiledNetwork:
+class CompiledNetwork(NetworkParameters):
     """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
 
-    premises: Premises
     groups: tuple[OutputGroup, ...]
-    ridge: float  # without a unit, see fuzzy.fitting.consequents
-    block: int  # samples held at a time
     _plan: KernelPlan = field(repr=False)
     # The last fit, and what it is of: a method that tries points has it measured once more at the one it takes.
     _last: list[Any] = field(default_factory=list, init=False, repr=False)
@@ -53,31 +51,6 @@ class CompiledNetwork:
     )
 
     # The system and its numbers -----------------------------------------------------------------------------------
-
-    @property
-    def fis(self) -> Sugeno:
-        """The system that learning started from: its structure stays."""
-        return self.premises.fis
-
-    @cached_property
-    def count(self) -> int:
-        """The number of parameters that are learnt, premises and consequents."""
-        return sum(p.size for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
-
-    @cached_property
-    def columns(self) -> int:
-        """The number of parameters of the largest of the least squares."""
-        return max(len(g.columns) for g in self.groups)
-
-    def start(self) -> Point:
-        """The point of the system as it is, its premises made legal."""
-        p = self.premises
-        return Point(p.valid(p.start()), present_values(self.fis, p.low, p.span))
-
-    def system(self, point: Point) -> Sugeno:
-        """The system at ``point``, in the inputs' own units, with plain numbers."""
-        p = self.premises
-        return p.system(point.free, consequent_terms(self.fis, point.values, p.low, p.span))
 
     def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as this network takes them."""
@@ -90,11 +63,6 @@ class CompiledNetwork:
     def threads(self, count: int) -> AbstractContextManager[None]:
         """The threads that suit ``count`` samples, while learning goes on."""
         return threads.one_for_linear_algebra()
-
-    def unflatten(self, flat: Any) -> Arrays:
-        """Free premises, as in :class:`anfis.point.Point`, from one vector of all of them."""
-        ends = np.cumsum([sign.size for sign in self.premises.signs])[:-1]
-        return tuple(p.reshape(s.shape) for p, s in zip(np.split(flat, ends), self.premises.signs, strict=True))
 
     def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
         """The membership functions' parameters at ``free``, by kind and as the kernel takes them (functions, 4)."""
@@ -180,8 +148,8 @@ class CompiledNetwork:
     @cached_property
     def _places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
         """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
-        found, premises = [], sum(sign.size for sign in self.premises.signs)
-        for size in (0, premises):
+        found = []
+        for size in (0, self.premise_count):
             place, row = np.zeros((3, len(self.fis.outputs)), dtype=np.int64), 0
             for g, group in enumerate(self.groups):
                 place[0, g] = row
@@ -252,7 +220,7 @@ class CompiledNetwork:
         """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
         group, below = self.groups[g], None
         if self.ridge:
-            below = ridge_rows(group, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
+            below = ridge_rows(group.columns, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
             equations = plus(equations, *below)
 
         def samples() -> tuple[np.ndarray, np.ndarray]:
@@ -347,7 +315,7 @@ class CompiledNetwork:
         a, targets = triangle[:, :n], triangle[:, -q:] + triangle[:, :n] @ values
         equations = Equations(a.T @ a, a.T @ targets)
         rows, wanted = ridge_rows(
-            self.groups[g], equations, self.ridge * fires, *self._range(data), self._plan.normalise
+            self.groups[g].columns, equations, self.ridge * fires, *self._range(data), self._plan.normalise
         )
         below = np.zeros((len(rows), triangle.shape[1]))
         below[:, :n] = rows
