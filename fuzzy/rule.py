@@ -6,7 +6,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 # Words with a meaning in a sentence: a name that is one of them is written in quotes.
 KEYWORDS = frozenset({"if", "then", "and", "or", "is", "not", "with", "weight", "very", "somewhat", "extremely"})
@@ -58,6 +58,11 @@ class Clause:
     term: str
     negated: bool = False
     power: float = 1.0
+
+    def degree(self, membership: Any) -> Any:
+        """How far the clause holds, by the degrees of membership in its term: the hedges act first, then "not"."""
+        hedged = membership**self.power
+        return 1 - hedged if self.negated else hedged
 
     def __str__(self) -> str:
         hedges = hedge_words(self.power)

@@ -23,7 +23,7 @@ from fuzzy.figures.plot import plot_surface
 from fuzzy.figures.ruleviewer import plot_rules
 from fuzzy.figures.structure import plot_structure
 from fuzzy.files.atomic import check_folder, check_target, write_whole
-from fuzzy.insight.surfacegrid import forgiving
+from fuzzy.inference import forgiving
 from fuzzy.insight.universe import point_of
 from fuzzy.naming import expected
 from fuzzy.shown import shown

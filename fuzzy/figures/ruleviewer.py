@@ -134,11 +134,6 @@ def _numbers(ax: Axes, fis: Sugeno, shown: Sequence[int]) -> None:
         ax.text(0.5, row + 0.5, "\n".join(words), ha="center", va="center", fontsize=7, linespacing=0.95)
 
 
-def _clause_curve(clause: Clause, variable: Variable, x: np.ndarray) -> np.ndarray:
-    degree = np.asarray(variable.terms[clause.term](x)) ** clause.power
-    return 1 - degree if clause.negated else degree
-
-
 def _clause_label(clause: Clause) -> str:
     hedges = hedge_words(clause.power)
     term = f"{clause.term}^{clause.power:g}" if hedges is None else f"{hedges} {clause.term}".strip()
@@ -161,8 +156,8 @@ def _input_column(ax: Axes, fis: Sugeno, i: int, value: float, shown: Sequence[i
                 low + side * (high - low), row + 0.5, "any", color="0.55", fontsize=_SMALL, ha="center", va="center"
             )
             continue
-        curve = _clause_curve(clause, variable, x)
-        degree = float(_clause_curve(clause, variable, np.asarray(used)))
+        term = variable.terms[clause.term]
+        curve, degree = clause.degree(np.asarray(term(x))), float(clause.degree(np.asarray(term(used))))
         color = COLORS[list(variable.terms).index(clause.term) % len(COLORS)]
         if np.isfinite(degree):
             filled = base - _FILL * np.minimum(curve, degree)

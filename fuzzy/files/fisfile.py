@@ -27,31 +27,18 @@ from fuzzy.files.fislines import (
     LINE_END,
     SYSTEM_NOTES,
     FileSection,
-    FisFileError,
-    FisFileWarning,
     FisLines,
     SectionLine,
     file_bytes,
 )
+from fuzzy.files.fislines import FisFileError as FisFileError
+from fuzzy.files.fislines import FisFileWarning as FisFileWarning
 from fuzzy.files.mamdani import DEFUZZIFICATIONS, MamdaniParts, as_constants, renounced
 from fuzzy.membership import membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
-
-__all__ = [
-    "FisFileError",
-    "FisFileWarning",
-    "FisText",
-    "MamdaniError",
-    "MamdaniSystem",
-    "format_fis",
-    "parse_fis",
-    "read_fis",
-    "read_mamdani",
-    "write_fis",
-]
 
 # What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
 _MOST_VARIABLES = 1_000  # inputs or outputs

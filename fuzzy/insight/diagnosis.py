@@ -203,9 +203,7 @@ def _silent_rules(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
         never = []
         for clause in rule.when:
             variable = fis[clause.variable]
-            degree = np.asarray(variable.terms[clause.term](_grid(variable))) ** clause.power
-            if clause.negated:
-                degree = 1 - degree
+            degree = clause.degree(np.asarray(variable.terms[clause.term](_grid(variable))))
             if degree.max() <= 0:
                 never.append(str(clause))
         if never and (rule.connective == "and" or len(never) == len(rule.when)):

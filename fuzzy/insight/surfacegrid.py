@@ -110,13 +110,6 @@ def _grid(
     return grids, x
 
 
-def forgiving(fis: Sugeno) -> Sugeno:
-    """The system without errors where no rule fires or an input lies outside: pictures show both."""
-    if fis.out_of_range in ("warn", "error"):
-        fis = replace(fis, out_of_range="ignore")
-    return replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis
-
-
 def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:
     """Find the places of the one or two inputs that are the axes of a surface."""
     if inputs is None:

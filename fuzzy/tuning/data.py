@@ -7,7 +7,7 @@ rules, memberships that stay ordered and covering. Where only consequents move, 
 
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from fuzzy.files.fisfile import format_fis
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
-from fuzzy.inference import InferenceWarning
+from fuzzy.inference import InferenceWarning, forgiving
 from fuzzy.system import Linear, Sugeno
 from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
@@ -213,9 +213,8 @@ def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
 
     Nothing is said of inputs outside their universes; where no rule fires the middle of the output's range stands.
     """
-    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
-        return float(np.sqrt(np.mean((outputs_of(quiet, x) - y) ** 2)))
+        return float(np.sqrt(np.mean((outputs_of(forgiving(fis, "midrange"), x) - y) ** 2)))
 
 
 def _samples(fis: Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
