@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.detached import detached
-from fuzzy.figures.drawing import DOUBLE, new_figure, number, quantity, shortened, style, text_width
+from fuzzy.figures.drawing import DOUBLE, number, quantity, shortened, styled_figure, text_width
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.insight.universe import universe_grid
@@ -58,8 +58,7 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None 
     widths = [0.35, *[1.5] * len(fis.inputs), 0.8, *[1.5] * len(fis.outputs)]
     total = max(DOUBLE * 0.75, min(DOUBLE, sum(widths) + 0.2), 0.75 * len(widths))
     height = head + body + foot + axis
-    with style():
-        figure = new_figure(total, height, constrained=False)
+    with styled_figure(total, height, constrained=False) as figure:
         grid = figure.add_gridspec(
             2,
             len(widths),

@@ -76,6 +76,7 @@ class FisText(NamedTuple):
     system: Sugeno
     changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
     warnings: tuple[str, ...]
+    original: MamdaniParts | None = None  # a Mamdani system as the file describes it
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
@@ -139,11 +140,6 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
     """
-    return parse_original(data, name, mamdani)[0]
-
-
-def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisText, MamdaniParts | None]:
-    """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
     messages = []
@@ -154,9 +150,8 @@ def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisTex
         encoding = "latin-1" if set(data) & {0x81, 0x8D, 0x8F, 0x90, 0x9D} else "cp1252"
         text = data.decode(encoding)
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
-    reader = _Reader(name, mamdani)
-    fis = reader.system(text)
-    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings)), reader.original
+    read = _Reader(name, mamdani).read(text)
+    return read._replace(warnings=(*messages, *read.warnings))
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -170,9 +165,7 @@ def parse_fis(text: str, name: str = "<text>") -> Sugeno:
         FisFileError: As :func:`read_fis` does.
         MamdaniError: As :func:`read_fis` does.
     """
-    reader = _Reader(name)
-    fis = reader.system(text.removeprefix("\ufeff"))
-    return warned(FisText(fis, (), tuple(reader.warnings))).system
+    return warned(_Reader(name).read(text.removeprefix("\ufeff"))).system
 
 
 class _Reader(FisLines):
@@ -188,7 +181,11 @@ class _Reader(FisLines):
         self.original: MamdaniParts | None = None
         self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
 
-    def system(self, text: str) -> Sugeno:
+    def read(self, text: str) -> FisText:
+        system = self._system(text)
+        return FisText(system, tuple(self.changes), tuple(self.warnings), self.original)
+
+    def _system(self, text: str) -> Sugeno:
         sections = self.sections(text)
         if "System" not in sections:
             what = "is empty" if not text.strip() else "is no .fis file: it has no section [System]"
