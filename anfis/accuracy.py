@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.inference import infer_quietly
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.system import Sugeno
 
 _PORTION = 50_000  # samples inferred together: their memory stays small
@@ -47,6 +47,6 @@ def total_rmse(fis: Sugeno, x: Any, y: Any) -> float:
     with np.errstate(all="ignore"):
         for start in range(0, len(x), _PORTION):
             rows = slice(start, start + _PORTION)
-            output = np.asarray(infer_quietly(fis, np.asarray(x[rows]), "midrange").output)
+            output = np.asarray(infer_quietly(forgiving(fis, "midrange"), np.asarray(x[rows])).output)
             total += float(np.sum((output - np.asarray(y[rows])) ** 2))
     return float((total / (len(x) * len(fis.outputs))) ** 0.5)

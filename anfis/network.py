@@ -17,7 +17,6 @@ from anfis.data import SampleArrays
 from anfis.parameters import NetworkParameters
 from anfis.point import Point, PointFit
 from anfis.premises import premises
-from anfis.ridge import ridge_rows
 from fuzzy.inference import rule_weights
 from fuzzy.system import Sugeno
 
@@ -39,9 +38,6 @@ class Network(NetworkParameters):
     groups: tuple[Group, ...]
     # Samples of a single block are scaled once, not once an epoch.
     _scaled: WeakKeyDictionary[SampleArrays, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
-    _ranges: WeakKeyDictionary[SampleArrays, tuple[torch.Tensor, torch.Tensor]] = field(
-        default_factory=WeakKeyDictionary, init=False, repr=False
-    )
 
     def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as tensors, as this network takes them."""
@@ -51,6 +47,14 @@ class Network(NetworkParameters):
     def array(self, values: Any) -> torch.Tensor:
         """Numbers of a checkpoint as a tensor of this network."""
         return torch.as_tensor(values).to(self.premises.low)
+
+    def units(self, data: SampleArrays) -> Iterator[torch.Tensor]:
+        """The samples' scaled inputs (samples, inputs), some at a time."""
+        return (block.u for block in self._blocks(data))
+
+    def normal_equations(self, a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
+        """Those of ``a`` (samples, parameters) and ``y`` (samples, outputs), in double precision."""
+        return equations(a, y)
 
     @contextmanager
     def threads(self, count: int) -> Iterator[None]:
@@ -72,7 +76,7 @@ class Network(NetworkParameters):
     def _rules(self, natural: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Firing strengths, and what counts as :meth:`weights`, of the memberships' own parameters."""
         firing, weights = rule_weights(self.fis, u, natural)
-        return firing, weights if self._normalise else firing
+        return firing, weights if self.normalise else firing
 
     def designs(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
         """Each group's design matrix (samples, parameters), and what stands where no rule fires.
@@ -84,15 +88,11 @@ class Network(NetworkParameters):
         return self._designs(self.weights(free, u), _with_one(u))
 
     def _designs(self, weights: torch.Tensor, x1: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
-        matrices = [design(g, weights, x1, self._normalise) for g in self.groups]
+        matrices = [design(g, weights, x1, self.normalise) for g in self.groups]
         silent = self._silent(weights.detach())
         if silent is None:
             return matrices, None
         return matrices, silent * x1.new_tensor([v.midrange for v in self.fis.outputs])
-
-    @property
-    def _normalise(self) -> bool:
-        return self.fis.defuzzification == "wtaver"
 
     def _silent(self, weights: torch.Tensor) -> torch.Tensor | None:
         """(samples, outputs) bool: does no rule for that output fire? None where some rule always does."""
@@ -133,23 +133,6 @@ class Network(NetworkParameters):
         u = self.premises.scale(x)
         return Block(u, _with_one(u), y)
 
-    def _range(self, data: SampleArrays) -> tuple[torch.Tensor, torch.Tensor]:
-        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
-        if data not in self._ranges:
-            ends = [torch.stack(block.u.aminmax(dim=0)) for block in self._blocks(data)]
-            low, high = (torch.stack(ends)[:, 0].amin(dim=0), torch.stack(ends)[:, 1].amax(dim=0))
-            self._ranges[data] = (low + high) / 2, torch.where(high > low, (high - low) / 2, 1.0)
-        return self._ranges[data]
-
-    def _ridge_rows(
-        self, data: SampleArrays, sums: Sequence[NormalEquations], fires: Sequence[int]
-    ) -> list[tuple[torch.Tensor, torch.Tensor]]:
-        """The ridge as more samples, for each group; ``fires`` counts the samples where a rule of the group fires."""
-        return [
-            ridge_rows(g.columns, normal, self.ridge * n, *self._range(data), self._normalise)
-            for g, normal, n in zip(self.groups, sums, fires, strict=True)
-        ]
-
     def fit(self, free: Sequence[torch.Tensor], data: SampleArrays, gradient: bool = False) -> PointFit:
         """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
 
@@ -177,7 +160,7 @@ class Network(NetworkParameters):
         rows: list[tuple[torch.Tensor, torch.Tensor] | None]
         rows = [(a, t) if whole else None for a, t in zip(matrices, targets, strict=True)]
         if self.ridge:
-            more = self._ridge_rows(data, sums, fires)
+            more = [self.ridge_rows(g, sums[g], n, data) for g, n in enumerate(fires)]
             sums = [s.plus(*pair) for s, pair in zip(sums, more, strict=True)]
             if whole:
                 both = zip(matrices, targets, more, strict=True)
@@ -209,7 +192,7 @@ class Network(NetworkParameters):
         """∂ Σ error · output / ∂ weights, (samples, rules), with the error (samples, outputs) held."""
         parts = [
             weights_gradient(
-                g, weights, x1, v, error[:, list(g.outputs)] if len(self.groups) > 1 else error, self._normalise
+                g, weights, x1, v, error[:, list(g.outputs)] if len(self.groups) > 1 else error, self.normalise
             )
             for g, v in zip(self.groups, values, strict=True)
         ]
@@ -258,7 +241,7 @@ class Network(NetworkParameters):
                 else:
                     triangles.append(torch.linalg.qr(rows, mode="r").R)
         if self.ridge:
-            triangles = self._with_ridge(data, triangles, point.values, fires)
+            triangles = [self.with_ridge(g, triangles[g], point.values[g], n, data) for g, n in enumerate(fires)]
         parts = []
         for g, triangle in zip(self.groups, triangles, strict=True):
             n, q = len(g.columns), len(g.outputs)
@@ -267,26 +250,6 @@ class Network(NetworkParameters):
                 own = jacobian - basis @ (basis.T @ jacobian)
                 parts.append((own.T @ own, own.T @ triangle[:, j - q]))
         return sum(p[0] for p in parts), sum(p[1] for p in parts)  # type: ignore[return-value]
-
-    def _with_ridge(
-        self,
-        data: SampleArrays,
-        triangles: Sequence[torch.Tensor],
-        values: Sequence[torch.Tensor],
-        fires: Sequence[int],
-    ) -> list[torch.Tensor]:
-        """The triangles [A, J, r] of :meth:`reduced` with the ridge's rows [a, 0, t − a · values] below."""
-        sums = []
-        for triangle, v in zip(triangles, values, strict=True):
-            a, residual = triangle[:, : len(v)], triangle[:, triangle.shape[1] - v.shape[1] :]
-            sums.append(equations(a, residual + a @ v))
-        result = []
-        for triangle, v, (a, t) in zip(triangles, values, self._ridge_rows(data, sums, fires), strict=True):
-            below = triangle.new_zeros(len(v), triangle.shape[1])
-            below[:, : len(v)] = a
-            below[:, below.shape[1] - v.shape[1] :] = t - a @ v.to(a)
-            result.append(torch.cat([triangle, below]))
-        return result
 
     def _jacobians(
         self,

@@ -21,8 +21,8 @@ from anfis.methods.options import Options, TrainingError
 from anfis.state import Epoch
 from anfis.training import Training, train
 from fuzzy.detached import detached
-from fuzzy.fitting.consequents import OutputGroup, output_groups
-from fuzzy.inference import infer_quietly
+from fuzzy.fitting.consequents import OutputGroup, output_groups, rule_shares
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.system import Sugeno, Variable
 
@@ -297,13 +297,13 @@ def _chosen(choice: Choice, steps: Sequence[PruningStep], systems: Sequence[Suge
 
 def _squares(fis: Sugeno, data: SampleArrays) -> np.ndarray:
     """(samples,) the squared errors, over all outputs."""
-    output = np.asarray(infer_quietly(fis, data.x, "midrange").output)
+    output = np.asarray(infer_quietly(forgiving(fis, "midrange"), data.x).output)
     return np.asarray(((output - data.y) ** 2).sum(axis=1))
 
 
 def _weights(fis: Sugeno, x: np.ndarray, normalise: bool) -> np.ndarray:
     """The rules' weights (samples, rules); firing strengths for a weighted sum."""
-    layers = infer_quietly(fis, x, "midrange")
+    layers = infer_quietly(forgiving(fis, "midrange"), x)
     return np.asarray(layers.weights if normalise else layers.firing)
 
 
@@ -312,11 +312,8 @@ def _press(
 ) -> float:
     """The sum of squares of the errors in outputs of ``group`` at samples that were left out of the least squares."""
     normalise = fis.defuzzification == "wtaver"
-    shares = weights * (group.place >= 0)
-    total = shares.sum(axis=1, keepdims=True)
-    fires = total[:, 0] > 0
-    if normalise:
-        shares = shares / np.where(total > 0, total, 1.0)
+    shares = rule_shares(fis, group, weights)
+    fires = shares.sum(axis=1) > 0
     terms = np.zeros((len(group.place), len(group.linear)))
     terms[np.arange(len(group.place)), group.place] = group.place >= 0
     design = ((shares @ terms)[:, :, None] * scaled[:, None, :]).reshape(len(scaled), -1)[:, group.columns]

@@ -89,10 +89,12 @@ def forgiving(fis: Sugeno, no_rule_fires: NoRuleFires | None = None) -> Sugeno:
     return replace(fis, no_rule_fires=no_rule_fires or usual, out_of_range=outside)
 
 
-def infer_quietly(fis: Sugeno, x: Any, no_rule_fires: NoRuleFires | None = None) -> Inference:
-    """Evaluate the :func:`forgiving` system as :func:`infer` does, without a warning that no rule fires."""
+def infer_quietly(fis: Sugeno, x: Any) -> Inference:
+    """Evaluate as :func:`infer` does, without a warning; not-a-number for the error that no rule fires."""
+    if fis.no_rule_fires == "error":
+        fis = replace(fis, no_rule_fires="nan")
     with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        return infer(forgiving(fis, no_rule_fires), x)
+        return infer(fis, x)
 
 
 def _within_universe(fis: Sugeno, x: Array) -> Array:

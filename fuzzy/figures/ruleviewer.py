@@ -1,8 +1,6 @@
 """The rule viewer: a picture of what every rule does at one point."""
 
-import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from textwrap import fill
 from typing import Any
 
@@ -13,7 +11,7 @@ from matplotlib.figure import Figure
 from fuzzy.detached import detached
 from fuzzy.figures.drawing import DOUBLE, number, quantity, shortened, styled_figure, text_width
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
-from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.inference import Inference, infer_quietly
 from fuzzy.insight.universe import universe_grid
 from fuzzy.rule import Clause, hedge_words
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
@@ -47,11 +45,7 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None 
         )
     if not fis.rules:
         raise FuzzySystemError(f"{fis.name} has no rules to show")
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
-    # The picture says both that an input is out of range and that no rule fires.
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        result = infer(fis, x)
+    result = infer_quietly(fis, x)  # the picture says both that an input is out of range and that no rule fires
     shown = [r for r in range(len(fis.rules)) if not only_fired or result.weights[r] >= 1e-3]
     row = min(0.5, max(0.26, 6.5 / max(len(shown), 1)))  # inches
     body, head, foot, axis = row * max(len(shown), 1), 0.42 if title is None else 0.68, 0.62, 0.25

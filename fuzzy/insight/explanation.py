@@ -1,14 +1,13 @@
 """Why a system gives a result: what every rule contributes to it, as data and in words."""
 
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import InferenceWarning, infer, infer_quietly
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.rule import Rule
 from fuzzy.shown import shown
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
@@ -165,8 +164,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
         raise FuzzySystemError(
             f"{fis.name}: one point of {len(fis.inputs)} inputs ({names}) can be explained, got shape {x.shape}"
         )
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        result = infer(replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis, x)
+    result = infer_quietly(fis, x)
     takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
     share = np.where(takes_part, result.weights[:, None], 0.0)
     total = share.sum(axis=0)
@@ -210,7 +208,7 @@ def firing_strengths(fis: Sugeno, x: Any) -> np.ndarray:
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)
-    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, infer_quietly(fis, x).firing)
+    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, infer_quietly(forgiving(fis), x).firing)
 
 
 def _known(values: tuple[float, ...]) -> list[float]:
