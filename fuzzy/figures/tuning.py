@@ -78,7 +78,7 @@ def plot_front(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> F
         near = (found.objectives <= ends).all(axis=1)
         ax.plot(*found.objectives[near].T, ".", markersize=2, color=COLORS[0], alpha=0.4, label="tried")
         ax.plot(*front.T, drawstyle="steps-post", marker="o", markersize=3, color=COLORS[1], label="front")
-        draw_ring(ax, *start, "as it was", markersize=7, markeredgewidth=1.2)
+        draw_ring(ax, start[0], start[1], "as it was", markersize=7, markeredgewidth=1.2)
         ax.set(xlim=(0, ends[0]), ylim=(0, ends[1]))
         ax.set_xlabel(f"{found.names[0]} [{unit}]: smaller is better", parse_math=False)
         ax.set_ylabel(f"{found.names[1]} [{unit}]", parse_math=False)

@@ -76,7 +76,6 @@ class FisText(NamedTuple):
     system: Sugeno
     changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
     warnings: tuple[str, ...]
-    original: MamdaniParts | None = None  # a Mamdani system as the file describes it
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
@@ -140,6 +139,11 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
     """
+    return parse_original(data, name, mamdani)[0]
+
+
+def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisText, MamdaniParts | None]:
+    """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
     messages = []
@@ -150,8 +154,9 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         encoding = "latin-1" if set(data) & {0x81, 0x8D, 0x8F, 0x90, 0x9D} else "cp1252"
         text = data.decode(encoding)
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
-    read = _Reader(name, mamdani).read(text)
-    return read._replace(warnings=(*messages, *read.warnings))
+    reader = _Reader(name, mamdani)
+    read = reader.read(text)
+    return read._replace(warnings=(*messages, *read.warnings)), reader.original
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -183,7 +188,7 @@ class _Reader(FisLines):
 
     def read(self, text: str) -> FisText:
         system = self._system(text)
-        return FisText(system, tuple(self.changes), tuple(self.warnings), self.original)
+        return FisText(system, tuple(self.changes), tuple(self.warnings))
 
     def _system(self, text: str) -> Sugeno:
         sections = self.sections(text)

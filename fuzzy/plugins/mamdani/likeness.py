@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.files.fisfile import FisFileError, parse_bytes, warned
+from fuzzy.files.fisfile import FisFileError, parse_original, warned
 from fuzzy.files.fislines import file_bytes
 from fuzzy.files.mamdani import MamdaniParts
 from fuzzy.fitting.consequents import least_squares
@@ -66,12 +66,12 @@ def read_mamdani_original(path: str | os.PathLike[str]) -> Mamdani:
         FisFileError: As of :func:`fuzzy.read_fis`, and a Sugeno system, which that reads.
     """
     name = os.fsdecode(path)
-    read = parse_bytes(file_bytes(name), name, mamdani=True)
-    if read.original is None:
+    read, parts = parse_original(file_bytes(name), name)
+    if parts is None:
         raise FisFileError(name, None, "holds a Sugeno system; fuzzy.read_fis reads it")
     warned(read)
     try:
-        return mamdani_of(read.original)
+        return mamdani_of(parts)
     except FuzzySystemError as error:
         raise FisFileError(name, None, str(error)) from None
 
