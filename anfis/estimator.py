@@ -40,7 +40,7 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
 
     Args:
         start: "subtractive" (clusters), "grid", or a :class:`fuzzy.Sugeno`, whose inputs and outputs are the columns in
-            their order.
+            their order and units.
         radius: Of clusters, a share of the ranges.
         mfs: Of a grid: terms an input, one number or one for each.
         kind: Of a grid: the membership function by MATLAB's name.

@@ -60,7 +60,14 @@ class Clause:
     power: float = 1.0
 
     def degree(self, membership: Any) -> Any:
-        """How far the clause holds, by the degrees of membership in its term: the hedges act first, then "not"."""
+        """How far the clause holds: the hedges act first, then "not".
+
+        Args:
+            membership: The degree of membership in its term, or an array of degrees of any shape.
+
+        Returns:
+            The degree in [0, 1], or an array of the same shape.
+        """
         hedged = membership**self.power
         return 1 - hedged if self.negated else hedged
 
