@@ -1,12 +1,10 @@
 """How well a system's outputs agree with data."""
 
-import warnings
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fuzzy.inference import InferenceWarning
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.system import Sugeno
 
 _PORTION = 50_000  # samples inferred together: their memory stays small
@@ -45,10 +43,10 @@ def total_rmse(fis: Sugeno, x: Any, y: Any) -> float:
     ``x`` is (samples, inputs), ``y`` (samples, outputs); both may lie on disk. Where no rule fires the middle of the
     output's range stands. Nothing is said of inputs outside their universes.
     """
-    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     total = 0.0
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):
         for start in range(0, len(x), _PORTION):
             rows = slice(start, start + _PORTION)
-            total += float(np.sum((np.asarray(quiet(np.asarray(x[rows]))) - np.asarray(y[rows])) ** 2))
+            output = np.asarray(infer_quietly(forgiving(fis, "midrange"), np.asarray(x[rows])).output)
+            total += float(np.sum((output - np.asarray(y[rows])) ** 2))
     return float((total / (len(x) * len(fis.outputs))) ** 0.5)

@@ -5,6 +5,7 @@ A file holds torch's tensors, whatever learnt: only to write or read one is torc
 
 import io
 from collections.abc import Callable
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import asdict
 from hashlib import sha256
@@ -186,10 +187,10 @@ def _load(path: str | Path) -> dict[str, Any]:
         raise TrainingError(f"{path}: cannot be read: {error.strerror or error}") from None
     if is_sealed(content) and not intact(content):
         raise TrainingError(f"{path}: this checkpoint is damaged: its checksum is not that of its contents")
-    try:
-        saved = torch.load(io.BytesIO(content), weights_only=True) if is_sealed(content) else None
-    except Exception:  # what pickle and torch raise for bytes that are none of theirs has no end
-        raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one") from None
+    saved = None
+    if is_sealed(content):
+        with suppress(Exception):  # what pickle and torch raise for bytes that are none of theirs has no end
+            saved = torch.load(io.BytesIO(content), weights_only=True)
     if not isinstance(saved, dict) or saved.get("format") != _FORMAT:
         raise TrainingError(f"{path}: this is no checkpoint of a training, or a damaged one")
     return saved

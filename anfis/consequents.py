@@ -27,7 +27,6 @@ class Group:
     outputs: tuple[int, ...]
     share: torch.Tensor  # (rules, terms): 1 where a rule proposes a term
     columns: torch.Tensor  # (parameters,) int: which of the terms × (inputs + 1) columns are free
-    used: tuple[bool, ...]  # (terms,): does a rule propose the term? If not, it is not learnt
     everyone: bool  # does every rule have a say in these outputs?
     own: bool  # does rule k propose term k, for every k? Then the terms' weights are the rules'
 
@@ -42,7 +41,6 @@ def groups(fis: Sugeno, dtype: torch.dtype, device: str) -> tuple[Group, ...]:
                 found.outputs,
                 torch.tensor(found.place[:, None] == terms, dtype=dtype, device=device),
                 torch.tensor(found.columns, dtype=torch.long, device=device),
-                found.used,
                 min(found.place) >= 0,
                 found.place.tolist() == terms.tolist(),
             )
@@ -121,28 +119,6 @@ def equations(a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
     dtype = a.dtype if a.device.type == "mps" else torch.float64
     a, y = a.to(dtype), y.to(dtype)
     return NormalEquations(a.T @ a, a.T @ y)
-
-
-def ridge_rows(
-    group: Group, normal: NormalEquations, weight: float, middle: torch.Tensor, half: torch.Tensor, normalise: bool
-) -> tuple[torch.Tensor, torch.Tensor]:
-    """The ridge λ of :mod:`fuzzy.fitting.consequents` as more samples: rows (parameters, parameters) and their targets.
-
-    Appended to a design matrix and its targets they add λ N |θ|² to the sum of squares: θ = T values − m are the
-    consequents for inputs scaled to [−1, 1], T changes the scale, m is the outputs' mean at the constants. ``weight``
-    is λ N, with the N samples where a rule fires; ``normal`` are their equations; ``middle`` and ``half`` (inputs,)
-    are those of the samples' range, in the scale of ``values``.
-    """
-    gram, moment = normal
-    width, terms = len(middle) + 1, group.share.shape[1]
-    scale = torch.diag(torch.cat([half, torch.ones_like(half[:1])]))
-    scale[-1, :-1] = middle
-    change = torch.block_diag(*[scale] * terms).to(gram)[group.columns][:, group.columns]
-    constants = (group.columns % width == width - 1).to(gram)
-    # Weights that sum to 1 where a rule fires, and to 0 elsewhere: the sum of the constants' columns is who fires.
-    fires = (constants @ gram @ constants).clamp_min(1.0)
-    means = (constants @ moment) / fires * normalise
-    return weight**0.5 * change, weight**0.5 * constants[:, None] * means
 
 
 def range_of(a: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:

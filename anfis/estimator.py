@@ -1,6 +1,6 @@
 """ANFIS as a scikit-learn regressor. Importing this module imports scikit-learn, which is an optional extra."""
 
-from dataclasses import fields
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ except ImportError as error:
 _STARTS = ("subtractive", "grid")
 
 
+@dataclass(eq=False, repr=False)  # scikit-learn compares and shows estimators its own way
 class ANFISRegressor(RegressorMixin, BaseEstimator):
     """A Sugeno system identified from the data and trained by :func:`anfis.train`.
 
@@ -39,7 +40,7 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
 
     Args:
         start: "subtractive" (clusters), "grid", or a :class:`fuzzy.Sugeno`, whose inputs and outputs are the columns in
-            their order.
+            their order and units.
         radius: Of clusters, a share of the ranges.
         mfs: Of a grid: terms an input, one number or one for each.
         kind: Of a grid: the membership function by MATLAB's name.
@@ -58,42 +59,23 @@ class ANFISRegressor(RegressorMixin, BaseEstimator):
         random_state: Chooses these samples, and orders mini-batches.
     """
 
-    def __init__(
-        self,
-        start: Any = "subtractive",
-        *,
-        radius: Any = 0.5,
-        mfs: Any = 2,
-        kind: Any = "gaussmf",
-        order: int = 1,
-        method: str = "hybrid",
-        epochs: int = 10,
-        step: float = 0.01,
-        rate: float = 0.01,
-        patience: int = 0,
-        goal: float = 0.0,
-        ridge: float = 0.0,
-        batch: int = 0,
-        keep_order: bool = False,
-        validation_fraction: float = 0.0,
-        random_state: Any = None,
-    ) -> None:
-        self.start = start
-        self.radius = radius
-        self.mfs = mfs
-        self.kind = kind
-        self.order = order
-        self.method = method
-        self.epochs = epochs
-        self.step = step
-        self.rate = rate
-        self.patience = patience
-        self.goal = goal
-        self.ridge = ridge
-        self.batch = batch
-        self.keep_order = keep_order
-        self.validation_fraction = validation_fraction
-        self.random_state = random_state
+    start: Any = "subtractive"
+    _: KW_ONLY
+    radius: Any = 0.5
+    mfs: Any = 2
+    kind: Any = "gaussmf"
+    order: int = 1
+    method: str = "hybrid"
+    epochs: int = 10
+    step: float = 0.01
+    rate: float = 0.01
+    patience: int = 0
+    goal: float = 0.0
+    ridge: float = 0.0
+    batch: int = 0
+    keep_order: bool = False
+    validation_fraction: float = 0.0
+    random_state: Any = None
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

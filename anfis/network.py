@@ -12,21 +12,11 @@ from weakref import WeakKeyDictionary
 
 import torch
 
-from anfis.consequents import (
-    Group,
-    NormalEquations,
-    design,
-    equations,
-    groups,
-    range_of,
-    ridge_rows,
-    solve,
-    weights_gradient,
-)
+from anfis.consequents import Group, NormalEquations, design, equations, groups, range_of, solve, weights_gradient
 from anfis.data import SampleArrays
-from anfis.point import Point, PointFit, numbers
-from anfis.premises import Premises, premises
-from anfis.proposals import consequent_terms, present_values
+from anfis.parameters import NetworkParameters
+from anfis.point import Point, PointFit
+from anfis.premises import premises
 from fuzzy.inference import rule_weights
 from fuzzy.system import Sugeno
 
@@ -42,28 +32,12 @@ class Block(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class Network(NetworkParameters):
     """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
 
-    premises: Premises
     groups: tuple[Group, ...]
-    ridge: float  # without a unit, see fuzzy.fitting.consequents
-    block: int  # samples at a time
     # Samples of a single block are scaled once, not once an epoch.
     _scaled: WeakKeyDictionary[SampleArrays, Block] = field(default_factory=WeakKeyDictionary, init=False, repr=False)
-    _ranges: WeakKeyDictionary[SampleArrays, tuple[torch.Tensor, torch.Tensor]] = field(
-        default_factory=WeakKeyDictionary, init=False, repr=False
-    )
-
-    @property
-    def fis(self) -> Sugeno:
-        """The system that learning started from: its structure stays."""
-        return self.premises.fis
-
-    @property
-    def columns(self) -> int:
-        """The number of parameters of the largest of the least squares."""
-        return max(len(g.columns) for g in self.groups)
 
     def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as tensors, as this network takes them."""
@@ -73,6 +47,14 @@ class Network:
     def array(self, values: Any) -> torch.Tensor:
         """Numbers of a checkpoint as a tensor of this network."""
         return torch.as_tensor(values).to(self.premises.low)
+
+    def units(self, data: SampleArrays) -> Iterator[torch.Tensor]:
+        """The samples' scaled inputs (samples, inputs), some at a time."""
+        return (block.u for block in self._blocks(data))
+
+    def normal_equations(self, a: torch.Tensor, y: torch.Tensor) -> NormalEquations:
+        """Those of ``a`` (samples, parameters) and ``y`` (samples, outputs), in double precision."""
+        return equations(a, y)
 
     @contextmanager
     def threads(self, count: int) -> Iterator[None]:
@@ -87,23 +69,6 @@ class Network:
             if small:
                 torch.set_num_threads(before)
 
-    @property
-    def count(self) -> int:
-        """The number of parameters that are learnt, premises and consequents."""
-        return sum(p.numel() for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
-
-    def start(self) -> Point:
-        """The point of the system as it is, its premises made legal."""
-        p = self.premises
-        values = present_values(self.fis, numbers(p.low), numbers(p.span))
-        return Point(p.valid(p.start()), [self.array(v) for v in values])
-
-    def system(self, point: Point) -> Sugeno:
-        """The system at ``point``, in the inputs' own units, with plain numbers."""
-        p = self.premises
-        values = [numbers(v) for v in point.values]
-        return p.system(point.free, consequent_terms(self.fis, values, numbers(p.low), numbers(p.span)))
-
     def weights(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> torch.Tensor:
         """The rules' weights (samples, rules) at scaled inputs ``u``; firing strengths for a weighted sum."""
         return self._rules(self.premises.natural(free), u)[1]
@@ -111,7 +76,7 @@ class Network:
     def _rules(self, natural: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Firing strengths, and what counts as :meth:`weights`, of the memberships' own parameters."""
         firing, weights = rule_weights(self.fis, u, natural)
-        return firing, weights if self._normalise else firing
+        return firing, weights if self.normalise else firing
 
     def designs(self, free: Sequence[torch.Tensor], u: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
         """Each group's design matrix (samples, parameters), and what stands where no rule fires.
@@ -123,15 +88,11 @@ class Network:
         return self._designs(self.weights(free, u), _with_one(u))
 
     def _designs(self, weights: torch.Tensor, x1: torch.Tensor) -> tuple[list[torch.Tensor], torch.Tensor | None]:
-        matrices = [design(g, weights, x1, self._normalise) for g in self.groups]
+        matrices = [design(g, weights, x1, self.normalise) for g in self.groups]
         silent = self._silent(weights.detach())
         if silent is None:
             return matrices, None
         return matrices, silent * x1.new_tensor([v.midrange for v in self.fis.outputs])
-
-    @property
-    def _normalise(self) -> bool:
-        return self.fis.defuzzification == "wtaver"
 
     def _silent(self, weights: torch.Tensor) -> torch.Tensor | None:
         """(samples, outputs) bool: does no rule for that output fire? None where some rule always does."""
@@ -172,23 +133,6 @@ class Network:
         u = self.premises.scale(x)
         return Block(u, _with_one(u), y)
 
-    def _range(self, data: SampleArrays) -> tuple[torch.Tensor, torch.Tensor]:
-        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
-        if data not in self._ranges:
-            ends = [torch.stack(block.u.aminmax(dim=0)) for block in self._blocks(data)]
-            low, high = (torch.stack(ends)[:, 0].amin(dim=0), torch.stack(ends)[:, 1].amax(dim=0))
-            self._ranges[data] = (low + high) / 2, torch.where(high > low, (high - low) / 2, 1.0)
-        return self._ranges[data]
-
-    def _ridge_rows(
-        self, data: SampleArrays, sums: Sequence[NormalEquations], fires: Sequence[int]
-    ) -> list[tuple[torch.Tensor, torch.Tensor]]:
-        """The ridge as more samples, for each group; ``fires`` counts the samples where a rule of the group fires."""
-        return [
-            ridge_rows(g, normal, self.ridge * n, *self._range(data), self._normalise)
-            for g, normal, n in zip(self.groups, sums, fires, strict=True)
-        ]
-
     def fit(self, free: Sequence[torch.Tensor], data: SampleArrays, gradient: bool = False) -> PointFit:
         """Solve for the consequents by least squares: they, the error left, and its gradient to the premises if asked.
 
@@ -216,7 +160,7 @@ class Network:
         rows: list[tuple[torch.Tensor, torch.Tensor] | None]
         rows = [(a, t) if whole else None for a, t in zip(matrices, targets, strict=True)]
         if self.ridge:
-            more = self._ridge_rows(data, sums, fires)
+            more = [self.ridge_rows(g, sums[g], n, data) for g, n in enumerate(fires)]
             sums = [s.plus(*pair) for s, pair in zip(sums, more, strict=True)]
             if whole:
                 both = zip(matrices, targets, more, strict=True)
@@ -248,7 +192,7 @@ class Network:
         """∂ Σ error · output / ∂ weights, (samples, rules), with the error (samples, outputs) held."""
         parts = [
             weights_gradient(
-                g, weights, x1, v, error[:, list(g.outputs)] if len(self.groups) > 1 else error, self._normalise
+                g, weights, x1, v, error[:, list(g.outputs)] if len(self.groups) > 1 else error, self.normalise
             )
             for g, v in zip(self.groups, values, strict=True)
         ]
@@ -297,7 +241,7 @@ class Network:
                 else:
                     triangles.append(torch.linalg.qr(rows, mode="r").R)
         if self.ridge:
-            triangles = self._with_ridge(data, triangles, point.values, fires)
+            triangles = [self.with_ridge(g, triangles[g], point.values[g], n, data) for g, n in enumerate(fires)]
         parts = []
         for g, triangle in zip(self.groups, triangles, strict=True):
             n, q = len(g.columns), len(g.outputs)
@@ -306,26 +250,6 @@ class Network:
                 own = jacobian - basis @ (basis.T @ jacobian)
                 parts.append((own.T @ own, own.T @ triangle[:, j - q]))
         return sum(p[0] for p in parts), sum(p[1] for p in parts)  # type: ignore[return-value]
-
-    def _with_ridge(
-        self,
-        data: SampleArrays,
-        triangles: Sequence[torch.Tensor],
-        values: Sequence[torch.Tensor],
-        fires: Sequence[int],
-    ) -> list[torch.Tensor]:
-        """The triangles [A, J, r] of :meth:`reduced` with the ridge's rows [a, 0, t − a · values] below."""
-        sums = []
-        for triangle, v in zip(triangles, values, strict=True):
-            a, residual = triangle[:, : len(v)], triangle[:, triangle.shape[1] - v.shape[1] :]
-            sums.append(equations(a, residual + a @ v))
-        result = []
-        for triangle, v, (a, t) in zip(triangles, values, self._ridge_rows(data, sums, fires), strict=True):
-            below = triangle.new_zeros(len(v), triangle.shape[1])
-            below[:, : len(v)] = a
-            below[:, below.shape[1] - v.shape[1] :] = t - a @ v.to(a)
-            result.append(torch.cat([triangle, below]))
-        return result
 
     def _jacobians(
         self,
@@ -349,14 +273,6 @@ class Network:
             free = self.premises.free_gradient([p.detach() for p in leaves], rows)
             jacobians.append(torch.cat([r.flatten(1) for r in free], dim=1))
         return jacobians
-
-    def unflatten(self, flat: Any) -> tuple[torch.Tensor, ...]:
-        """Free premises, as in :class:`Point`, from one vector of all of them."""
-        result, start = [], 0
-        for sign in self.premises.signs:
-            result.append(flat[start : start + sign.numel()].reshape(sign.shape))
-            start += sign.numel()
-        return tuple(result)
 
 
 def _with_one(u: torch.Tensor) -> torch.Tensor:

@@ -18,8 +18,8 @@ from anfis.pruning import Pruned
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
-from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, log_y, new_figure, style
-from fuzzy.figures.palette import COLORS, HIGHLIGHT
+from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, draw_ring, log_y, new_figure, style, styled_figure
+from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
 
@@ -46,8 +46,7 @@ def plot_training(history: Sequence[Epoch]) -> Figure:
     if not history:
         raise TrainingPlotError("the history holds no epoch: there is nothing to draw")
     epochs = [row.epoch for row in history]
-    with style():
-        figure = new_figure(COLUMN, 3.8)
+    with styled_figure(COLUMN, 3.8) as figure:
         errors, steps = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         marked, label = draw_errors(errors, history)
         best = int(np.nanargmin(marked))
@@ -86,8 +85,7 @@ def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
         unit: That of the outputs.
     """
     rules = [step.rules for step in pruned.path]
-    with style():
-        figure = new_figure(COLUMN, 2.9)
+    with styled_figure(COLUMN, 2.9) as figure:
         ax = figure.add_subplot()
         drawn = []
         for k, (column, label) in enumerate((("train", "training"), ("check", "checking"), ("test", "test"))):
@@ -97,17 +95,7 @@ def plot_pruning(pruned: Pruned, unit: str = "") -> Figure:
                 drawn.append((label, errors))
         label, errors = drawn[min(len(drawn) - 1, 1)] if np.isfinite(pruned.path[0].check) else drawn[0]
         said = f"{rules[pruned.chosen]} rules: {label} error {errors[pruned.chosen]:.3g}"
-        ax.plot(
-            rules[pruned.chosen],
-            errors[pruned.chosen],
-            linestyle="none",
-            marker="o",
-            markersize=8,
-            markerfacecolor="none",
-            markeredgecolor=HIGHLIGHT,
-            label=said,
-            zorder=4,
-        )
+        draw_ring(ax, rules[pruned.chosen], errors[pruned.chosen], said, zorder=4)
         if min(min(values) for _, values in drawn) > 0:
             log_y(ax)
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True, min_n_ticks=1))
@@ -196,8 +184,7 @@ def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:
     data = samples(fis, x, y, "given")
     quiet = replace(fis, out_of_range="ignore") if fis.out_of_range == "warn" else fis
     y, z = data.y, np.asarray(quiet(data.x))
-    with style():
-        figure = new_figure(DOUBLE, 0.25 + 1.9 * y.shape[1])
+    with styled_figure(DOUBLE, 0.25 + 1.9 * y.shape[1]) as figure:
         axes = np.atleast_2d(figure.subplots(y.shape[1], 3, width_ratios=(2, 1, 1)))
         for row, output, target, found in zip(axes, fis.outputs, y.T, z.T, strict=True):
             over, against, residuals = row

@@ -19,7 +19,7 @@ from anfis.point import Array
 from fuzzy.errors import InputError
 from fuzzy.inference import premise_parameters
 from fuzzy.membership import Bell, Gaussian
-from fuzzy.system import Sugeno, TermKind, Variable
+from fuzzy.system import Sugeno, TermKind
 
 Arrays = tuple[Array, ...]
 
@@ -171,14 +171,8 @@ class Premises:
             for row, term in enumerate(kind.terms):
                 same = bool(self._xp.all(moved[row] == start[row]))
                 functions[int(term)] = present[term] if same else kind.function(*(column[row] for column in columns))
-        number = 0
-        inputs: list[Variable] = []
-        for variable in self.fis.inputs:
-            terms = {}
-            for name in variable.terms:
-                terms[name] = functions[number]
-                number += 1
-            inputs.append(replace(variable, terms=terms))
+        in_order = iter([functions[term] for term in range(len(present))])
+        inputs = [replace(v, terms={name: next(in_order) for name in v.terms}) for v in self.fis.inputs]
         outputs = [
             replace(variable, terms=dict(zip(variable.terms, values, strict=True)))
             for variable, values in zip(self.fis.outputs, consequents, strict=True)

@@ -21,8 +21,8 @@ from anfis.methods.options import Options, TrainingError
 from anfis.state import Epoch
 from anfis.training import Training, train
 from fuzzy.detached import detached
-from fuzzy.fitting.consequents import OutputGroup, output_groups
-from fuzzy.inference import InferenceWarning, infer
+from fuzzy.fitting.consequents import OutputGroup, output_groups, rule_shares
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.system import Sugeno, Variable
 
@@ -191,13 +191,12 @@ def leave_out_errors(fis: Sugeno, x: np.ndarray, y: np.ndarray, ridge: float = 0
         y: The outputs (samples, outputs).
         ridge: As :mod:`fuzzy.fitting.consequents` says.
     """
-    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     if fis.out_of_range == "clip":
         x = np.clip(x, [v.universe[0] for v in fis.inputs], [v.universe[1] for v in fis.inputs])
     middle, half = (x.min(axis=0) + x.max(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
     scaled = np.column_stack([(x - middle) / np.where(half > 0, half, 1.0), np.ones(len(x))])
     normalise, groups = fis.defuzzification == "wtaver", output_groups(fis)
-    shares = _weights(quiet, x, normalise)
+    shares = _weights(fis, x, normalise)
     errors = np.empty(len(fis.rules))
 
     def error(weights: np.ndarray, ridge: float) -> float:
@@ -210,7 +209,7 @@ def leave_out_errors(fis: Sugeno, x: np.ndarray, y: np.ndarray, ridge: float = 0
             others[:, rule] = 0.0
             if normalise and (others.sum(axis=1) < _FAINT).any():
                 rest = [k for k in range(len(fis.rules)) if k != rule]
-                others[:, rest] = _weights(replace(quiet, rules=[fis.rules[k] for k in rest]), x, normalise)
+                others[:, rest] = _weights(replace(fis, rules=[fis.rules[k] for k in rest]), x, normalise)
             errors[rule] = error(others, ridge)
     return errors
 
@@ -258,9 +257,8 @@ class _Job:
             float("nan") if data is None else total_rmse(fis, data.x, data.y)
             for data in (self.learnt, self.checking, self.testing)
         )
-        quiet = replace(fis, no_rule_fires="midrange", out_of_range="ignore")
-        with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-            silent = int((~infer(quiet, self.learnt.x).fired.all(axis=1)).sum())
+        unclipped = replace(fis, out_of_range="ignore")
+        silent = int((~infer_quietly(unclipped, self.learnt.x).fired.all(axis=1)).sum())
         return PruningStep(len(fis.rules), train, check, test, silent)
 
 
@@ -299,15 +297,13 @@ def _chosen(choice: Choice, steps: Sequence[PruningStep], systems: Sequence[Suge
 
 def _squares(fis: Sugeno, data: SampleArrays) -> np.ndarray:
     """(samples,) the squared errors, over all outputs."""
-    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        return np.asarray(((np.asarray(quiet(data.x)) - data.y) ** 2).sum(axis=1))
+    output = np.asarray(infer_quietly(forgiving(fis, "midrange"), data.x).output)
+    return np.asarray(((output - data.y) ** 2).sum(axis=1))
 
 
 def _weights(fis: Sugeno, x: np.ndarray, normalise: bool) -> np.ndarray:
     """The rules' weights (samples, rules); firing strengths for a weighted sum."""
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        layers = infer(fis, x)
+    layers = infer_quietly(forgiving(fis, "midrange"), x)
     return np.asarray(layers.weights if normalise else layers.firing)
 
 
@@ -316,11 +312,8 @@ def _press(
 ) -> float:
     """The sum of squares of the errors in outputs of ``group`` at samples that were left out of the least squares."""
     normalise = fis.defuzzification == "wtaver"
-    shares = weights * (group.place >= 0)
-    total = shares.sum(axis=1, keepdims=True)
-    fires = total[:, 0] > 0
-    if normalise:
-        shares = shares / np.where(total > 0, total, 1.0)
+    shares = rule_shares(fis, group, weights)
+    fires = shares.sum(axis=1) > 0
     terms = np.zeros((len(group.place), len(group.linear)))
     terms[np.arange(len(group.place)), group.place] = group.place >= 0
     design = ((shares @ terms)[:, :, None] * scaled[:, None, :]).reshape(len(scaled), -1)[:, group.columns]

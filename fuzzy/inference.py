@@ -7,14 +7,14 @@ import itertools
 import sys
 import warnings
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj
 
 from fuzzy.membershipfunction import Array, as_float, like
-from fuzzy.system import Constant, FuzzySystemError, Linear, Structure, Sugeno
+from fuzzy.system import Constant, FuzzySystemError, Linear, NoRuleFires, OutOfRange, Structure, Sugeno
 
 _DENSE = 20_000_000  # terms × rules, above which no matrix of them is made (160 MB)
 
@@ -77,6 +77,24 @@ def infer(fis: Sugeno, x: Any) -> Inference:
     outputs = rule_outputs(fis, x)
     output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
     return Inference(memberships, firing, weights, outputs, output, fired)
+
+
+def forgiving(fis: Sugeno, no_rule_fires: NoRuleFires | None = None) -> Sugeno:
+    """The system that raises nothing and says nothing of inputs outside their universes, which it clips or evaluates.
+
+    Where no rule fires stands what ``no_rule_fires`` says; by default what the system says, not-a-number for an error.
+    """
+    usual: NoRuleFires = "nan" if fis.no_rule_fires == "error" else fis.no_rule_fires
+    outside: OutOfRange = "clip" if fis.out_of_range == "clip" else "ignore"
+    return replace(fis, no_rule_fires=no_rule_fires or usual, out_of_range=outside)
+
+
+def infer_quietly(fis: Sugeno, x: Any) -> Inference:
+    """Evaluate as :func:`infer` does, without a warning; not-a-number for the error that no rule fires."""
+    if fis.no_rule_fires == "error":
+        fis = replace(fis, no_rule_fires="nan")
+    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
+        return infer(fis, x)
 
 
 def _within_universe(fis: Sugeno, x: Array) -> Array:

@@ -6,7 +6,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 # Words with a meaning in a sentence: a name that is one of them is written in quotes.
 KEYWORDS = frozenset({"if", "then", "and", "or", "is", "not", "with", "weight", "very", "somewhat", "extremely"})
@@ -58,6 +58,18 @@ class Clause:
     term: str
     negated: bool = False
     power: float = 1.0
+
+    def degree(self, membership: Any) -> Any:
+        """How far the clause holds: the hedges act first, then "not".
+
+        Args:
+            membership: The degree of membership in its term, or an array of degrees of any shape.
+
+        Returns:
+            The degree in [0, 1], or an array of the same shape.
+        """
+        hedged = membership**self.power
+        return 1 - hedged if self.negated else hedged
 
     def __str__(self) -> str:
         hedges = hedge_words(self.power)

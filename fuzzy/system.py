@@ -254,7 +254,7 @@ class Sugeno:
         consequents = {v.name: tuple(v.terms) for v in self.outputs}
         rules = tuple(parse_rule(r, antecedents, consequents) if isinstance(r, str) else r for r in self.rules)
         object.__setattr__(self, "rules", rules)
-        object.__setattr__(self, "structure", _resolve(rules, self.inputs, antecedents, consequents))
+        object.__setattr__(self, "structure", _resolve(rules, self.inputs, self.outputs))
 
     def __call__(self, *x: Any) -> Array:
         """Evaluate the outputs (..., outputs) at one array ``x`` (..., inputs); see :func:`fuzzy.inference.infer`.
@@ -338,15 +338,8 @@ def _check_variables(variables: Sequence[Variable], kind: Any, what: str, term: 
                 raise FuzzySystemError(f"{what} {variable.name!r}: term {label!r} must be {term}, got {function!r}")
 
 
-def _resolve(
-    rules: Sequence[Rule],
-    variables: Sequence[Variable],
-    antecedents: dict[str, tuple[str, ...]],
-    consequents: dict[str, tuple[str, ...]],
-) -> Structure:
-    inputs, outputs = _numbered(antecedents), _numbered(consequents)
-    asked = {name: _numbered(terms) for name, terms in antecedents.items()}
-    proposed = {name: _numbered(terms) for name, terms in consequents.items()}
+def _resolve(rules: Sequence[Rule], inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Structure:
+    asked, proposed = _numbered(inputs), _numbered(outputs)
     term = np.full((len(inputs), len(rules)), -1)
     negated = np.zeros_like(term, dtype=bool)
     power = np.ones_like(term, dtype=float)
@@ -359,34 +352,35 @@ def _resolve(
         if not 0 <= rule.weight <= 1:
             raise FuzzySystemError(f"rule {r + 1}: the weight must lie in [0, 1], got {rule.weight!r} in {rule}")
         for clause in rule.when:
-            i = _place(clause.variable, inputs, "input", r)
+            i, labels = _place(clause.variable, asked, "input", r)
             if term[i, r] != -1:
                 raise FuzzySystemError(f"rule {r + 1}: input {clause.variable!r} appears twice in {rule}")
             if not (clause.power > 0 and np.isfinite(clause.power)):
                 raise FuzzySystemError(f"rule {r + 1}: a hedge's power must be > 0, got {clause.power!r}")
-            term[i, r] = _place(clause.term, asked[clause.variable], f"term of {clause.variable!r}", r)
+            term[i, r] = _place(clause.term, labels, f"term of {clause.variable!r}", r)
             negated[i, r], power[i, r] = clause.negated, clause.power
         for output, label in rule.then:
-            j = _place(output, outputs, "output", r)
+            j, labels = _place(output, proposed, "output", r)
             if consequent[j, r] != -1:
                 raise FuzzySystemError(f"rule {r + 1}: output {output!r} appears twice in {rule}")
-            consequent[j, r] = _place(label, proposed[output], f"term of {output!r}", r)
+            consequent[j, r] = _place(label, labels, f"term of {output!r}", r)
     is_or = np.array([rule.connective == "or" for rule in rules], dtype=bool)
     weight = np.array([rule.weight for rule in rules], dtype=float)
-    functions = [(type(f), i) for i, variable in enumerate(variables) for f in variable.terms.values()]
+    functions = [(type(f), i) for i, variable in enumerate(inputs) for f in variable.terms.values()]
     kinds = []
     for function in dict.fromkeys(kind for kind, _ in functions):
         terms = np.array([t for t, (kind, _) in enumerate(functions) if kind is function])
         kinds.append(TermKind(function, terms, np.array([functions[t][1] for t in terms])))
-    first = np.cumsum([0, *(len(v.terms) for v in variables)])
+    first = np.cumsum([0, *(len(v.terms) for v in inputs)])
     return Structure(term, negated, power, is_or, weight, consequent, tuple(kinds), first)
 
 
-def _numbered(names: Iterable[str]) -> dict[str, int]:
-    return {name: place for place, name in enumerate(names)}
+def _numbered(variables: Sequence[Variable]) -> dict[str, tuple[int, dict[str, int]]]:
+    """The place of each variable, and those of its terms."""
+    return {v.name: (place, {term: t for t, term in enumerate(v.terms)}) for place, v in enumerate(variables)}
 
 
-def _place(name: str, known: Mapping[str, int], what: str, rule: int) -> int:
+def _place(name: str, known: Mapping[str, T], what: str, rule: int) -> T:
     if name not in known:
         raise FuzzySystemError(f"rule {rule + 1}: " + expected(name, known, what))
     return known[name]

@@ -24,8 +24,8 @@ STAIRS = {
         shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """
-        data point premises proposals consequents network compiled state methods checkpoint accuracy training folds
-        pruning estimator plot commands plugins.designer
+        data point premises proposals parameters consequents network compiled state methods checkpoint accuracy training
+        folds pruning estimator plot commands plugins.designer
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress

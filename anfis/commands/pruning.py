@@ -80,12 +80,6 @@ def say_pruning(found: "Pruned", unit: str) -> None:
 
 def _uncovered(fis: "Sugeno") -> float:
     """The largest share of the input space, in percent, in which no rule fires for an output."""
-    import warnings
-    from dataclasses import replace
-
-    from fuzzy.inference import InferenceWarning
     from fuzzy.insight.coverage import uncovered
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InferenceWarning)
-        return max((share for _, share, _ in uncovered(replace(fis, no_rule_fires="midrange"), _POINTS)), default=0.0)
+    return max((share for _, share, _ in uncovered(fis, _POINTS)), default=0.0)

@@ -2,9 +2,10 @@
 
 import warnings
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from anfis.commands.pruning import pruned, pruning_object, say_pruning
 from anfis.commands.shared import CommandError, Data, TrainingData
@@ -31,14 +32,17 @@ if TYPE_CHECKING:
     _Tested = tuple[CrossValidation | None, Pruned | None]
 
 
-class _Start(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class TrainingStart:
     """Where training starts; exactly one of the first four is given."""
 
-    start: Path | None
-    rules: int | None
-    radius: float | None
-    grid: int | None
-    mf: str | None
+    start: Annotated[
+        Path | None, option("Start from this .fis file, or a packaged one's name.", "START", autocompletion=rule_bases)
+    ] = None
+    rules: Annotated[int | None, option("Start from that many clusters; their settings are searched.", min=1)] = None
+    radius: Annotated[float | None, option("Start from clusters of this radius, a share of the data's ranges.")] = None
+    grid: Annotated[int | None, option("Start from a grid of that many terms an input.", min=2)] = None
+    mf: Annotated[str | None, option("Membership function of --grid's terms. [default: gbellmf]", "NAME")] = None
 
 
 def _methods(incomplete: str) -> list[str]:
@@ -65,13 +69,7 @@ def train(
     outputs: Outputs = None,
     check: Annotated[Path | None, option("Checking data, not learnt from; same columns.", "CHECK.csv")] = None,
     test: Annotated[Path | None, option("Test data, whose error is only measured; same columns.", "TEST.csv")] = None,
-    start: Annotated[
-        Path | None, option("Start from this .fis file, or a packaged one's name.", "START", autocompletion=rule_bases)
-    ] = None,
-    rules: Annotated[int | None, option("Start from that many clusters; their settings are searched.", min=1)] = None,
-    radius: Annotated[float | None, option("Start from clusters of this radius, a share of the data's ranges.")] = None,
-    grid: Annotated[int | None, option("Start from a grid of that many terms an input.", min=2)] = None,
-    mf: Annotated[str | None, option("Membership function of --grid's terms. [default: gbellmf]", "NAME")] = None,
+    begin: Annotated["TrainingStart", FieldOptions("anfis.commands.train:TrainingStart")],
     options: _Options,
     folds: Folds = None,
     fold_order: FoldsOrder = "shuffled",
@@ -112,11 +110,10 @@ def train(
     check_target(out, ".fis")
     check_target(history)
     check_target(checkpoint)
-    if mf is not None and grid is None:
+    if begin.mf is not None and begin.grid is None:
         raise CommandError("--mf says what --grid is made of: give --grid too")
     _check_together(folds, prune, keep_rules, checkpoint or resume)
     _say_unread(options, folds is not None or prune)
-    begin = _Start(start, rules, radius, grid, mf)
     given = _given_system(begin)
     samples = _samples(data, inputs, outputs, check, test, given, skip_bad)
     fis = given or _starting_fold(begin, samples, samples.x, samples.y, exact=True)
@@ -155,9 +152,9 @@ def _say_unread(options: "Options", seeded: bool) -> None:
             warnings.warn(f"--{name} changes nothing: the method {options.method} does not read it", stacklevel=2)
 
 
-def _given_system(start: _Start) -> "Sugeno | None":
+def _given_system(start: TrainingStart) -> "Sugeno | None":
     """The system in the file to start from, if there is one."""
-    if sum(choice is not None for choice in start[:4]) != 1:
+    if [start.start, start.rules, start.radius, start.grid].count(None) != 3:
         raise CommandError("say where to start: exactly one of --start, --rules, --radius and --grid")
     return None if start.start is None else read_system(start.start)
 
@@ -198,7 +195,7 @@ def _samples(
 
 
 def _starting_fold(
-    start: _Start, samples: TrainingData, x: "np.ndarray", y: "np.ndarray", exact: bool = False
+    start: TrainingStart, samples: TrainingData, x: "np.ndarray", y: "np.ndarray", exact: bool = False
 ) -> "Sugeno":
     """The system to start from that some of the samples make; as near as they come to the wanted number of rules."""
     from fuzzy.fitting.identification import identify

@@ -13,7 +13,6 @@ import numpy as np
 from anfis.point import Solution
 from fuzzy.compiled.jit import kernel
 from fuzzy.files.table import DataError
-from fuzzy.fitting.consequents import OutputGroup
 
 _TOLERANCE = 1e3 * np.finfo(np.float64).eps  # of a pivot, relative to the diagonal
 _SOUND = 1e4  # times that a pivot must be where the samples are at hand, for one more pass over them is dear
@@ -201,25 +200,6 @@ def singular(triangle: np.ndarray, longer: int) -> tuple[np.ndarray, np.ndarray,
     u, s, vt = np.linalg.svd(triangle, full_matrices=False)
     kept = s > s[0] * longer * np.finfo(np.float64).eps if len(s) else s > 0
     return u[:, kept], s[kept], vt[kept]
-
-
-def ridge_rows(
-    group: OutputGroup, equations: Equations, weight: float, middle: np.ndarray, half: np.ndarray, normalise: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """The ridge λ of :mod:`fuzzy.fitting.consequents` as more samples: rows (parameters, parameters) and their targets.
-
-    As :func:`anfis.consequents.ridge_rows`, which says what the arguments are.
-    """
-    gram, moment = equations
-    width, terms = len(middle) + 1, len(group.linear)
-    scale = np.diag(np.append(half, 1.0))
-    scale[-1, :-1] = middle
-    change = np.kron(np.eye(terms), scale)[np.ix_(group.columns, group.columns)]
-    constants = (group.columns % width == width - 1).astype(float)
-    # Weights that sum to 1 where a rule fires, and to 0 elsewhere: the sum of the constants' columns is who fires.
-    fires = max(float(constants @ gram @ constants), 1.0)
-    means = (constants @ moment) / fires * normalise
-    return weight**0.5 * change, weight**0.5 * constants[:, None] * means
 
 
 def plus(equations: Equations, a: np.ndarray, y: np.ndarray) -> Equations:

@@ -3,20 +3,19 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple, TypeVar
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from anfis.compiled import threads
 from anfis.compiled.kernel import DESIGN, ERRORS, GRADIENT, JACOBIAN, KEEP, KEPT, sweep
-from anfis.compiled.least_squares import Equations, eliminated, joined, plus, ridge_rows, solve
+from anfis.compiled.least_squares import Equations, eliminated, joined, plus, solve
 from anfis.compiled.plan import CHUNK_LANES, KernelPlan, plan_of
 from anfis.data import SampleArrays
-from anfis.point import Point, PointFit, Solution, numbers
-from anfis.premises import Arrays, Premises, premises
-from anfis.proposals import consequent_terms, present_values
+from anfis.parameters import NetworkParameters
+from anfis.point import Point, PointFit, numbers
+from anfis.premises import premises
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.compiled.threads import share_out
 from fuzzy.fitting.consequents import OutputGroup, output_groups
@@ -38,46 +37,15 @@ class Swept(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CompiledNetwork:
+class CompiledNetwork(NetworkParameters):
     """A Sugeno system as a function of a point, with the sums over samples that learning needs."""
 
-    premises: Premises
     groups: tuple[OutputGroup, ...]
-    ridge: float  # without a unit, see fuzzy.fitting.consequents
-    block: int  # samples held at a time
     _plan: KernelPlan = field(repr=False)
     # The last fit, and what it is of: a method that tries points has it measured once more at the one it takes.
     _last: list[Any] = field(default_factory=list, init=False, repr=False)
-    _ranges: WeakKeyDictionary[SampleArrays, tuple[np.ndarray, np.ndarray]] = field(
-        default_factory=WeakKeyDictionary, init=False, repr=False
-    )
 
     # The system and its numbers -----------------------------------------------------------------------------------
-
-    @property
-    def fis(self) -> Sugeno:
-        """The system that learning started from: its structure stays."""
-        return self.premises.fis
-
-    @cached_property
-    def count(self) -> int:
-        """The number of parameters that are learnt, premises and consequents."""
-        return sum(p.size for p in self.premises.signs) + sum(len(g.columns) * len(g.outputs) for g in self.groups)
-
-    @cached_property
-    def columns(self) -> int:
-        """The number of parameters of the largest of the least squares."""
-        return max(len(g.columns) for g in self.groups)
-
-    def start(self) -> Point:
-        """The point of the system as it is, its premises made legal."""
-        p = self.premises
-        return Point(p.valid(p.start()), present_values(self.fis, p.low, p.span))
-
-    def system(self, point: Point) -> Sugeno:
-        """The system at ``point``, in the inputs' own units, with plain numbers."""
-        p = self.premises
-        return p.system(point.free, consequent_terms(self.fis, point.values, p.low, p.span))
 
     def samples(self, data: SampleArrays) -> SampleArrays:
         """The samples as this network takes them."""
@@ -87,14 +55,17 @@ class CompiledNetwork:
         """Numbers of a checkpoint as an array of this network."""
         return np.array(numbers(values))
 
+    def units(self, data: SampleArrays) -> Iterator[np.ndarray]:
+        """The samples' scaled inputs (samples, inputs), some at a time."""
+        return (self.premises.scale(x) for x, _ in self._portions(data))
+
+    def normal_equations(self, a: np.ndarray, y: np.ndarray) -> Equations:
+        """Those of ``a`` (samples, parameters) and ``y`` (samples, outputs)."""
+        return Equations(a.T @ a, a.T @ y)
+
     def threads(self, count: int) -> AbstractContextManager[None]:
         """The threads that suit ``count`` samples, while learning goes on."""
         return threads.one_for_linear_algebra()
-
-    def unflatten(self, flat: Any) -> Arrays:
-        """Free premises, as in :class:`anfis.point.Point`, from one vector of all of them."""
-        ends = np.cumsum([sign.size for sign in self.premises.signs])[:-1]
-        return tuple(p.reshape(s.shape) for p, s in zip(np.split(flat, ends), self.premises.signs, strict=True))
 
     def _at(self, free: Sequence[np.ndarray]) -> tuple[list[np.ndarray], np.ndarray]:
         """The membership functions' parameters at ``free``, by kind and as the kernel takes them (functions, 4)."""
@@ -180,8 +151,8 @@ class CompiledNetwork:
     @cached_property
     def _places(self) -> tuple[tuple[np.ndarray, int], tuple[np.ndarray, int]]:
         """Where a sweep writes the groups' designs, the outputs' Jacobians and targets; how many rows there are."""
-        found, premises = [], sum(sign.size for sign in self.premises.signs)
-        for size in (0, premises):
+        found = []
+        for size in (0, self.premise_count):
             place, row = np.zeros((3, len(self.fis.outputs)), dtype=np.int64), 0
             for g, group in enumerate(self.groups):
                 place[0, g] = row
@@ -231,45 +202,24 @@ class CompiledNetwork:
             functions, rules = len(self._plan.kind), len(self._plan.weight)
             kept = np.empty((functions + 2 * rules, -(-data.count // CHUNK_LANES) * CHUNK_LANES))
         equations, fires, design = self._equations(parameters, data, kept)
-        solutions = [
-            self._solution(parameters, g, equations[g], int(fires[g]), design, data) for g in range(len(fires))
-        ]
+        below: list[tuple[np.ndarray, np.ndarray]] = []
+        if self.ridge:
+            below = [self.ridge_rows(g, equations[g], int(n), data) for g, n in enumerate(fires)]
+            equations = [plus(e, *rows) for e, rows in zip(equations, below, strict=True)]
+
+        def samples(g: int) -> tuple[np.ndarray, np.ndarray]:
+            """The design matrix of a group, transposed, and its targets."""
+            whole = self._sweep(parameters, next(self._portions(data)), DESIGN).made if design is None else design
+            a, y = np.split(whole[self._rows(g, False)], [len(self.groups[g].columns)])
+            return (np.hstack([a, below[g][0].T]), np.concatenate([y.T, below[g][1]])) if below else (a, y.T)
+
+        whole = data.count <= self.block
+        solutions = [solve(e, partial(samples, g) if whole else None) for g, e in enumerate(equations)]
         squares, slopes, _ = self._errors(parameters, [s.values for s in solutions], data, gradient, kept)
         rmse = (squares / (data.count * len(self.fis.outputs))) ** 0.5
         found = PointFit(solutions, rmse, self._by_kind(natural, slopes) if gradient else None)
         self._last[:] = free, data, found
         return found
-
-    def _solution(
-        self,
-        parameters: np.ndarray,
-        g: int,
-        equations: Equations,
-        fires: int,
-        design: np.ndarray | None,
-        data: SampleArrays,
-    ) -> Solution:
-        """The consequents of group ``g``; ``design`` holds the design matrices of all groups, if they are at hand."""
-        group, below = self.groups[g], None
-        if self.ridge:
-            below = ridge_rows(group, equations, self.ridge * fires, *self._range(data), self._plan.normalise)
-            equations = plus(equations, *below)
-
-        def samples() -> tuple[np.ndarray, np.ndarray]:
-            whole = self._sweep(parameters, next(self._portions(data)), DESIGN).made if design is None else design
-            whole = whole[self._rows(g, False)]
-            a, y = whole[: len(group.columns)], whole[len(group.columns) :].T
-            return (a, y) if below is None else (np.hstack([a, below[0].T]), np.concatenate([y, below[1]]))
-
-        return solve(equations, samples if data.count <= self.block else None)
-
-    def _range(self, data: SampleArrays) -> tuple[np.ndarray, np.ndarray]:
-        """Middle and half width (inputs,) of the samples, in scaled units; an input that is constant has width 1."""
-        if data not in self._ranges:
-            units = [self.premises.scale(x) for x, _ in self._portions(data)]
-            low, high = np.min([u.min(axis=0) for u in units], axis=0), np.max([u.max(axis=0) for u in units], axis=0)
-            self._ranges[data] = (low + high) / 2, np.where(high > low, (high - low) / 2, 1.0)
-        return self._ranges[data]
 
     def _errors(
         self,
@@ -315,7 +265,7 @@ class CompiledNetwork:
         for g, (group, rows) in enumerate(zip(self.groups, parts, strict=True)):
             n, q = len(group.columns), len(group.outputs)
             if self.ridge:
-                rows = self._with_ridge(g, rows.T, point.values[g], int(fires[g]), data).T
+                rows = self.with_ridge(g, rows.T, point.values[g], int(fires[g]), data).T
             left = eliminated(rows, n)
             size = (len(left) - q) // q
             for k in range(q):
@@ -338,21 +288,6 @@ class CompiledNetwork:
                 rows = [np.asarray(np.linalg.qr(part.T, mode="r")).T for part in rows]
             whole = rows
         return whole, firing
-
-    def _with_ridge(
-        self, g: int, triangle: np.ndarray, values: np.ndarray, fires: int, data: SampleArrays
-    ) -> np.ndarray:
-        """The triangle [A, J, r] of a group with the ridge's rows [a, 0, t − a · values] below."""
-        n, q = values.shape
-        a, targets = triangle[:, :n], triangle[:, -q:] + triangle[:, :n] @ values
-        equations = Equations(a.T @ a, a.T @ targets)
-        rows, wanted = ridge_rows(
-            self.groups[g], equations, self.ridge * fires, *self._range(data), self._plan.normalise
-        )
-        below = np.zeros((len(rows), triangle.shape[1]))
-        below[:, :n] = rows
-        below[:, -q:] = wanted - rows @ values
-        return np.concatenate([triangle, below])
 
 
 def has_kernel(fis: Sugeno) -> bool:

@@ -14,7 +14,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation
 
-from fuzzy.figures.palette import COLORS
+from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.files.atomic import check_target, replacing
 from fuzzy.shown import shown, typeset
 from fuzzy.system import FuzzySystemError, Variable
@@ -64,6 +64,12 @@ def styled_figure(width: float, height: float, constrained: bool = True) -> Iter
 def line_look(n: int) -> dict[str, Any]:
     """The colour and the dashes of the ``n``-th of several lines, from 0."""
     return {"color": COLORS[n % len(COLORS)], "linestyle": LINES[n % len(LINES)]}
+
+
+def draw_ring(ax: Axes, x: float, y: float, label: str, color: str = HIGHLIGHT, **look: Any) -> None:
+    """Mark a point with a ring; ``look`` is as of matplotlib's ``plot``."""
+    look = {"markersize": 8, **look}
+    ax.plot([x], [y], "o", markerfacecolor="none", markeredgecolor=color, label=label, **look)
 
 
 def log_y(ax: Axes, digits: str = "") -> None:
@@ -121,16 +127,14 @@ def _check_format(path: str | Path) -> None:
         raise FuzzySystemError(f"cannot tell the kind of picture from {str(path)!r}; end it in .png, .pdf or .svg")
 
 
-@lru_cache(maxsize=1)
-def _font() -> FontProperties:
-    return FontProperties(family="DejaVu Sans")
+@lru_cache
+def _font(size: float) -> FontProperties:
+    return FontProperties(family="DejaVu Sans", size=size)
 
 
 def text_width(text: str, size: float) -> float:
     """The width of a line of text in inches; ``size`` is in points."""
-    font = _font().copy()
-    font.set_size(size)
-    return text_to_path.get_text_width_height_descent(text, font, ismath=False)[0] / 72
+    return text_to_path.get_text_width_height_descent(text, _font(size), ismath=False)[0] / 72
 
 
 def shortened(text: str, width: float, size: float) -> str:

@@ -23,7 +23,7 @@ from fuzzy.figures.plot import plot_surface
 from fuzzy.figures.ruleviewer import plot_rules
 from fuzzy.figures.structure import plot_structure
 from fuzzy.files.atomic import check_folder, check_target, write_whole
-from fuzzy.insight.surfacegrid import forgiving
+from fuzzy.inference import forgiving
 from fuzzy.insight.universe import point_of
 from fuzzy.naming import expected
 from fuzzy.shown import shown
@@ -84,27 +84,20 @@ def write_figures(
         raise FuzzySystemError(f"all pictures go into a .zip file or a folder, not into {str(path)!r}")
     zipped = path.suffix.lower() == ".zip"
     check_target(path) if zipped else check_folder(path)
-    files = _files(fis, pictures, point, ending, advance)
+
+    def files() -> Iterator[tuple[str, bytes]]:
+        yield "README.txt", readme(fis, pictures, point, ending).encode()
+        for done, picture in enumerate(pictures, 1):
+            yield f"{picture.stem}.{ending}", picture_bytes(fis, picture, point, ending)
+            advance(done, len(pictures))
+
     if zipped:
-        write_whole(path, packed(files))
+        write_whole(path, packed(files()))
     else:
         path.mkdir(parents=True, exist_ok=True)
-        for name, content in files:
+        for name, content in files():
             write_whole(path / name, content)
     return ["README.txt", *(f"{picture.stem}.{ending}" for picture in pictures)]
-
-
-def _files(
-    fis: Sugeno,
-    pictures: Sequence[SetPicture],
-    point: Sequence[float],
-    ending: str,
-    advance: Callable[[int, int], None],
-) -> Iterator[tuple[str, bytes]]:
-    yield "README.txt", readme(fis, pictures, point, ending).encode()
-    for done, picture in enumerate(pictures, 1):
-        yield f"{picture.stem}.{ending}", picture_bytes(fis, picture, point, ending)
-        advance(done, len(pictures))
 
 
 def check_format(ending: str) -> None:

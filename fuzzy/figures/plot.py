@@ -12,28 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fuzzy.figures.drawing import COLUMN, DOUBLE, figure_of, new_figure, number, quantity, save_figure, style
-from fuzzy.figures.memberships import plot_memberships
+from fuzzy.figures.drawing import COLUMN, DOUBLE, figure_of, new_figure, number, quantity, style
+from fuzzy.figures.drawing import save_figure as save_figure
+from fuzzy.figures.memberships import plot_memberships as plot_memberships
 from fuzzy.figures.palette import COLORS
-from fuzzy.figures.ruleviewer import plot_rules
-from fuzzy.figures.structure import plot_structure
-from fuzzy.insight.surfacegrid import Surface, surface, surface_axes
+from fuzzy.figures.ruleviewer import plot_rules as plot_rules
+from fuzzy.figures.structure import plot_structure as plot_structure
+from fuzzy.insight.surfacegrid import Surface as Surface
+from fuzzy.insight.surfacegrid import surface as surface
+from fuzzy.insight.surfacegrid import surface_axes
 from fuzzy.insight.universe import place_of, point_of
 from fuzzy.system import FuzzySystemError, Sugeno
-
-__all__ = [
-    "Surface",
-    "gensurf",
-    "plot_memberships",
-    "plot_rules",
-    "plot_structure",
-    "plot_surface",
-    "plotfis",
-    "plotmf",
-    "ruleview",
-    "save_figure",
-    "surface",
-]
 
 
 def plot_surface(

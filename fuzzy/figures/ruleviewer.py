@@ -1,8 +1,6 @@
 """The rule viewer: a picture of what every rule does at one point."""
 
-import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from textwrap import fill
 from typing import Any
 
@@ -11,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fuzzy.detached import detached
-from fuzzy.figures.drawing import DOUBLE, new_figure, number, quantity, shortened, style, text_width
+from fuzzy.figures.drawing import DOUBLE, number, quantity, shortened, styled_figure, text_width
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
-from fuzzy.inference import Inference, InferenceWarning, infer
+from fuzzy.inference import Inference, infer_quietly
 from fuzzy.insight.universe import universe_grid
 from fuzzy.rule import Clause, hedge_words
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
@@ -47,19 +45,14 @@ def plot_rules(fis: Sugeno, x: Any, only_fired: bool = False, title: str | None 
         )
     if not fis.rules:
         raise FuzzySystemError(f"{fis.name} has no rules to show")
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
-    # The picture says both that an input is out of range and that no rule fires.
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        result = infer(fis, x)
+    result = infer_quietly(fis, x)  # the picture says both that an input is out of range and that no rule fires
     shown = [r for r in range(len(fis.rules)) if not only_fired or result.weights[r] >= 1e-3]
     row = min(0.5, max(0.26, 6.5 / max(len(shown), 1)))  # inches
     body, head, foot, axis = row * max(len(shown), 1), 0.42 if title is None else 0.68, 0.62, 0.25
     widths = [0.35, *[1.5] * len(fis.inputs), 0.8, *[1.5] * len(fis.outputs)]
     total = max(DOUBLE * 0.75, min(DOUBLE, sum(widths) + 0.2), 0.75 * len(widths))
     height = head + body + foot + axis
-    with style():
-        figure = new_figure(total, height, constrained=False)
+    with styled_figure(total, height, constrained=False) as figure:
         grid = figure.add_gridspec(
             2,
             len(widths),
@@ -134,11 +127,6 @@ def _numbers(ax: Axes, fis: Sugeno, shown: Sequence[int]) -> None:
         ax.text(0.5, row + 0.5, "\n".join(words), ha="center", va="center", fontsize=7, linespacing=0.95)
 
 
-def _clause_curve(clause: Clause, variable: Variable, x: np.ndarray) -> np.ndarray:
-    degree = np.asarray(variable.terms[clause.term](x)) ** clause.power
-    return 1 - degree if clause.negated else degree
-
-
 def _clause_label(clause: Clause) -> str:
     hedges = hedge_words(clause.power)
     term = f"{clause.term}^{clause.power:g}" if hedges is None else f"{hedges} {clause.term}".strip()
@@ -161,8 +149,8 @@ def _input_column(ax: Axes, fis: Sugeno, i: int, value: float, shown: Sequence[i
                 low + side * (high - low), row + 0.5, "any", color="0.55", fontsize=_SMALL, ha="center", va="center"
             )
             continue
-        curve = _clause_curve(clause, variable, x)
-        degree = float(_clause_curve(clause, variable, np.asarray(used)))
+        term = variable.terms[clause.term]
+        curve, degree = clause.degree(np.asarray(term(x))), float(clause.degree(np.asarray(term(used))))
         color = COLORS[list(variable.terms).index(clause.term) % len(COLORS)]
         if np.isfinite(degree):
             filled = base - _FILL * np.minimum(curve, degree)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from fuzzy.figures.drawing import COLUMN, LINES, figure_of, log_y, new_figure, style
+from fuzzy.figures.drawing import COLUMN, LINES, draw_ring, figure_of, log_y, new_figure, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.search import SearchResult
@@ -81,14 +81,6 @@ def _draw(ax: Axes, name: str, result: SearchResult, color: str, line: Any) -> N
     if result.wanted in best:
         chosen = best[result.wanted]
         unit = "" if len(result.outputs) > 1 else result.outputs[0][1]
-        ax.plot(
-            [chosen.rules],
-            [chosen.error],
-            linestyle="none",
-            marker="o",
-            markersize=8,
-            markerfacecolor="none",
-            markeredgecolor=color if name else HIGHLIGHT,  # of several each ring is its line's
-            markeredgewidth=1.2,
-            label=f"{name} {chosen.rules} rules: {chosen.error:.3g} {unit}".strip(),
-        )
+        label = f"{name} {chosen.rules} rules: {chosen.error:.3g} {unit}".strip()
+        mine = color if name else HIGHLIGHT  # of several each ring is its line's
+        draw_ring(ax, chosen.rules, chosen.error, label, mine, markeredgewidth=1.2)

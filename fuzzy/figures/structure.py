@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from fuzzy.figures.drawing import new_figure, number, shortened, style, text_width
+from fuzzy.figures.drawing import number, shortened, styled_figure, text_width
 from fuzzy.figures.palette import COLORS
 from fuzzy.system import Sugeno
 
@@ -75,8 +75,7 @@ def plot_structure(fis: Sugeno) -> Figure:
         apart = (text_width(titles[c - 1], 8) + text_width(titles[c], 8)) / 2 + 0.12
         centers[c:] = [x + max(0.0, apart - (centers[c] - centers[c - 1])) for x in centers[c:]]
     width = centers[-1] + max(halves[-1], text_width(titles[-1], 8) / 2) + 0.15
-    with style():
-        figure = new_figure(width, head + height + foot, constrained=False)
+    with styled_figure(width, head + height + foot, constrained=False) as figure:
         ax = figure.add_axes((0, 0, 1, 1))
         # One unit is one inch, with y downward from the first row.
         ax.set(xlim=(0, width), ylim=(height + foot, -head))

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from fuzzy.figures.drawing import COLUMN, figure_of, log_y, new_figure, number, style
+from fuzzy.figures.drawing import COLUMN, draw_ring, figure_of, log_y, new_figure, number, style
 from fuzzy.figures.palette import COLORS, HIGHLIGHT, ROLES
 from fuzzy.tuning.search import Evaluations
 
@@ -78,10 +78,7 @@ def plot_front(found: Evaluations, unit: str = "1", ax: Axes | None = None) -> F
         near = (found.objectives <= ends).all(axis=1)
         ax.plot(*found.objectives[near].T, ".", markersize=2, color=COLORS[0], alpha=0.4, label="tried")
         ax.plot(*front.T, drawstyle="steps-post", marker="o", markersize=3, color=COLORS[1], label="front")
-        ax.plot(
-            *start, "o", markersize=7, markerfacecolor="none", markeredgecolor=HIGHLIGHT, markeredgewidth=1.2,
-            label="as it was",
-        )  # fmt: skip
+        draw_ring(ax, start[0], start[1], "as it was", markersize=7, markeredgewidth=1.2)
         ax.set(xlim=(0, ends[0]), ylim=(0, ends[1]))
         ax.set_xlabel(f"{found.names[0]} [{unit}]: smaller is better", parse_math=False)
         ax.set_ylabel(f"{found.names[1]} [{unit}]", parse_math=False)

@@ -98,11 +98,10 @@ def check_target(path: str | Path | None, *suffixes: str, folder_is_made: bool =
         return
     if folder_is_made:
         check_folder(Path(path).parent)
-        return
-    if not target.parent.is_dir():
+    elif not target.parent.is_dir():
         raise TargetError(f"{path}: {_no_folder(path).strerror}")
-    if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise TargetError(f"{path}: nothing can be written into the folder {str(target.parent)!r}")
+    else:
+        _check_open(path, target.parent)
 
 
 def check_folder(path: str | Path) -> None:
@@ -111,8 +110,12 @@ def check_folder(path: str | Path) -> None:
     there = next(place for place in (target, *target.parents) if place.exists())
     if not there.is_dir():
         raise TargetError(f"{path}: {str(there)!r} is a file, not a folder")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise TargetError(f"{path}: nothing can be written into the folder {str(there)!r}")
+    _check_open(path, there)
+
+
+def _check_open(path: str | Path, folder: Path) -> None:
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise TargetError(f"{path}: nothing can be written into the folder {str(folder)!r}")
 
 
 def _no_folder(path: str | Path) -> FileNotFoundError:

@@ -27,31 +27,18 @@ from fuzzy.files.fislines import (
     LINE_END,
     SYSTEM_NOTES,
     FileSection,
-    FisFileError,
-    FisFileWarning,
     FisLines,
     SectionLine,
     file_bytes,
 )
+from fuzzy.files.fislines import FisFileError as FisFileError
+from fuzzy.files.fislines import FisFileWarning as FisFileWarning
 from fuzzy.files.mamdani import DEFUZZIFICATIONS, MamdaniParts, as_constants, renounced
 from fuzzy.membership import membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
-
-__all__ = [
-    "FisFileError",
-    "FisFileWarning",
-    "FisText",
-    "MamdaniError",
-    "MamdaniSystem",
-    "format_fis",
-    "parse_fis",
-    "read_fis",
-    "read_mamdani",
-    "write_fis",
-]
 
 # What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
 _MOST_VARIABLES = 1_000  # inputs or outputs
@@ -168,8 +155,8 @@ def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisTex
         text = data.decode(encoding)
         messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
     reader = _Reader(name, mamdani)
-    fis = reader.system(text)
-    return FisText(fis, tuple(reader.changes), (*messages, *reader.warnings)), reader.original
+    read = reader.read(text)
+    return read._replace(warnings=(*messages, *read.warnings)), reader.original
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -183,9 +170,7 @@ def parse_fis(text: str, name: str = "<text>") -> Sugeno:
         FisFileError: As :func:`read_fis` does.
         MamdaniError: As :func:`read_fis` does.
     """
-    reader = _Reader(name)
-    fis = reader.system(text.removeprefix("\ufeff"))
-    return warned(FisText(fis, (), tuple(reader.warnings))).system
+    return warned(_Reader(name).read(text.removeprefix("\ufeff"))).system
 
 
 class _Reader(FisLines):
@@ -201,7 +186,11 @@ class _Reader(FisLines):
         self.original: MamdaniParts | None = None
         self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
 
-    def system(self, text: str) -> Sugeno:
+    def read(self, text: str) -> FisText:
+        system = self._system(text)
+        return FisText(system, tuple(self.changes), tuple(self.warnings))
+
+    def _system(self, text: str) -> Sugeno:
         sections = self.sections(text)
         if "System" not in sections:
             what = "is empty" if not text.strip() else "is no .fis file: it has no section [System]"

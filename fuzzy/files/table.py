@@ -23,24 +23,11 @@ import numpy as np
 from fuzzy.errors import quoted
 from fuzzy.files.atomic import replacing, write_whole
 from fuzzy.files.decimals import Marks, Numbers, numbers_of, sure_marks, why_no_number
-from fuzzy.files.header import DataError, HeaderColumn, columns_of, is_number, numbered, place_of, titled
+from fuzzy.files.header import DataError as DataError
+from fuzzy.files.header import HeaderColumn as HeaderColumn
+from fuzzy.files.header import columns_of, is_number, numbered, place_of
+from fuzzy.files.header import titled as titled
 from fuzzy.words import listed
-
-__all__ = [
-    "BadRowsError",
-    "DataError",
-    "HeaderColumn",
-    "Table",
-    "TableText",
-    "on_lines",
-    "open_table",
-    "parse_table",
-    "read_table",
-    "table_text",
-    "titled",
-    "write_frame",
-    "write_table",
-]
 
 _LARGEST = 1_000_000_000  # bytes of a file
 LONGEST_LINE = 1_000_000  # characters

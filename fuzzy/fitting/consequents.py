@@ -23,7 +23,7 @@ import numpy as np
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
 from fuzzy.fitting.clustering import DataWarning, finite_table
-from fuzzy.inference import InferenceWarning, infer
+from fuzzy.inference import infer_quietly
 from fuzzy.system import Consequent, Constant, Linear, Sugeno
 
 LARGEST_RIDGE = 1e12  # far above it nothing is left but the outputs' mean
@@ -125,7 +125,9 @@ def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Consequent
     fis = detached(fis)
     groups = output_groups(fis)
     x, y = _checked(fis, groups, x, y, ridge)
-    layers, fired = _layers(fis, x)
+    layers = infer_quietly(fis, x)
+    fired = np.asarray(layers.fired)
+    weights = layers.firing if fis.defuzzification == "wtsum" else layers.weights
     if fis.out_of_range == "clip":
         x = np.clip(x, [v.universe[0] for v in fis.inputs], [v.universe[1] for v in fis.inputs])
     middle, half = (x.min(axis=0) + x.max(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
@@ -136,7 +138,7 @@ def least_squares(fis: Sugeno, x: Any, y: Any, ridge: float = 0.0) -> Consequent
         fires = fired[:, group.outputs[0]]
         if not fires.any():
             raise IdentificationError(f"no rule fires for output {outputs[group.outputs[0]].name} at any sample")
-        matrix = _design(group, _shares(fis, group, layers), scaled)[fires]
+        matrix = _design(group, rule_shares(fis, group, weights), scaled)[fires]
         # An output at a time: several right-hand sides in one call would give other last digits.
         for j in group.outputs:
             # With weights that sum to 1 a constant passes through; what is fitted is then the rest.
@@ -181,19 +183,14 @@ def output_table(y: Any, names: Sequence[str] | None = None) -> np.ndarray:
     return finite_table(y, "y", names if names is not None and np.shape(y)[1:] == (len(names),) else None)
 
 
-def _layers(fis: Sugeno, x: np.ndarray) -> tuple[Any, np.ndarray]:
-    """The inference's layers at ``x``, and where any rule fires (samples, outputs)."""
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        layers = infer(replace(fis, no_rule_fires="nan"), x)
-    return layers, np.asarray(layers.fired)
+def rule_shares(fis: Sugeno, group: OutputGroup, weights: np.ndarray) -> np.ndarray:
+    """How much each rule's proposal counts for the outputs of ``group``, (samples, rules).
 
-
-def _shares(fis: Sugeno, group: OutputGroup, layers: Any) -> np.ndarray:
-    """How much each rule's proposal counts for the outputs of ``group``, (samples, rules)."""
-    takes_part = group.place >= 0
+    ``weights`` (samples, rules) are the rules' weights; of a weighted sum their firing strengths.
+    """
+    share = weights * (group.place >= 0)
     if fis.defuzzification == "wtsum":
-        return np.asarray(layers.firing * takes_part)
-    share = layers.weights * takes_part
+        return share
     total = share.sum(axis=1, keepdims=True)
     return np.asarray(share / np.where(total > 0, total, 1.0))
 

@@ -17,7 +17,6 @@ from fuzzy.errors import shortened
 from fuzzy.extras import needed
 from fuzzy.fitting.clustering import (
     ClusteringOptions,
-    Clusters,
     DataWarning,
     column_ranges,
     finite_table,
@@ -167,15 +166,13 @@ def system_of(partition: Partition, data: Data, name: str = "identified", order:
             zip(data.outputs, data.low[first:], data.high[first:], strict=True), 1
         )
     ]
+    asked, proposed = ([(v.name, list(v.terms)) for v in variables] for variables in (inputs, outputs))
     rules = [
         Rule(
-            tuple(
-                Clause(v.name, f"in{i}{partition.word}{t + 1}")
-                for i, (v, t) in enumerate(zip(inputs, rule, strict=True), 1)
-            ),
-            tuple((v.name, f"out{j}{partition.word}{k}") for j, v in enumerate(outputs, 1)),
+            tuple(Clause(name, terms[t]) for (name, terms), t in zip(asked, rule, strict=True)),
+            tuple((name, terms[k]) for name, terms in proposed),
         )
-        for k, rule in enumerate(partition.rules, 1)
+        for k, rule in enumerate(partition.rules)
     ]
     return Sugeno(inputs, outputs, rules, name)
 
@@ -247,15 +244,9 @@ def cluster_partition(centers: np.ndarray, sigma: np.ndarray, inputs: int) -> Pa
 def _subtractive(
     data: Data, radius: float | Sequence[float] = 0.5, options: ClusteringOptions | None = None
 ) -> Partition:
-    found = _clusters_of(data, radius, options)
-    return cluster_partition(found.centers, found.sigma, len(data.inputs))
-
-
-def _clusters_of(
-    data: Data, radius: float | Sequence[float] = 0.5, options: ClusteringOptions | None = None
-) -> Clusters:
     both = np.concatenate([data.x, data.y], axis=1)
-    return subtractive_clusters(both, radius, options=options, ranges=data.ranges)
+    found = subtractive_clusters(both, radius, options=options, ranges=data.ranges)
+    return cluster_partition(found.centers, found.sigma, len(data.inputs))
 
 
 def _fcm(
@@ -273,7 +264,7 @@ def _fcm(
     and at least a thousandth of the range. (MATLAB's formula is not documented.)
     """
     samples = len(data.x)
-    count = len(_clusters_of(data).rows) if clusters == "auto" else clusters
+    count = len(_subtractive(data).rules) if clusters == "auto" else clusters
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise IdentificationError(f"clusters must be 'auto' or a whole number >= 1, got {clusters!r}")
     if count > samples:

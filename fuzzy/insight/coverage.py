@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fuzzy.inference import infer
+from fuzzy.inference import infer_quietly
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
 
@@ -32,7 +32,7 @@ def uncovered(fis: Sugeno, points: int, seed: int = 0) -> Iterator[tuple[str, fl
     checked on a grid of 200 places per input.
     """
     x = spread_points(fis, points, seed)
-    fired: np.ndarray = infer(fis, x).fired  # (points, outputs)
+    fired: np.ndarray = infer_quietly(fis, x).fired  # (points, outputs)
     proposed = np.any(fis.structure.consequent >= 0, axis=1)
     seen: list[int] = []
     for j in range(len(fis.outputs)):
@@ -114,7 +114,7 @@ def gaps_of_variable(fis: Sugeno, variable: Variable) -> Iterator[tuple[float, f
         low, high = float(grid[start]), float(grid[end - 1])
         x = spread_points(fis, 256)
         x[:, i] = np.linspace(low, high, len(x))
-        harmless = bool(infer(fis, x).fired.all()) if fis.rules else False
+        harmless = bool(infer_quietly(fis, x).fired.all()) if fis.rules else False
         # Degrees that are positive everywhere are 0 only by rounding, which inference by logarithms does not mind.
         if harmless and all(f.log_formula is not None for f in variable.terms.values()):
             continue

@@ -1,15 +1,14 @@
 """Defects of a rule base: places where no rule fires, terms and rules that do nothing, rules that disagree."""
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, get_args
 
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import InferenceWarning
+from fuzzy.inference import forgiving
 from fuzzy.insight.coverage import gaps_of_variable, uncovered
 from fuzzy.insight.universe import consequent_range, universe_grid
 from fuzzy.rule import Rule
@@ -64,7 +63,7 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int]
     named = list(range(1, len(fis.rules) + 1)) if numbers is None else list(numbers)
     if len(named) != len(fis.rules):
         raise ValueError(f"the {len(fis.rules)} rules need a number each, got {len(named)}")
-    fis = replace(detached(fis), no_rule_fires="nan", out_of_range="ignore")
+    fis = forgiving(detached(fis))
     looks: list[Callable[[Sugeno], Iterator[Finding]]] = [
         _rules_missing,
         lambda system: _coverage(system, points, seed),
@@ -74,8 +73,7 @@ def check(fis: Sugeno, points: int = 4096, seed: int = 0, numbers: Sequence[int]
         _terms,
         _consequents,
     ]
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        findings = [finding for look in looks for finding in look(fis)]
+    findings = [finding for look in looks for finding in look(fis)]
     return sorted(findings, key=lambda finding: get_args(Severity).index(finding.severity))
 
 
@@ -203,9 +201,7 @@ def _silent_rules(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
         never = []
         for clause in rule.when:
             variable = fis[clause.variable]
-            degree = np.asarray(variable.terms[clause.term](_grid(variable))) ** clause.power
-            if clause.negated:
-                degree = 1 - degree
+            degree = clause.degree(np.asarray(variable.terms[clause.term](_grid(variable))))
             if degree.max() <= 0:
                 never.append(str(clause))
         if never and (rule.connective == "and" or len(never) == len(rule.when)):

@@ -1,15 +1,14 @@
 """Why a system gives a result: what every rule contributes to it, as data and in words."""
 
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import InferenceWarning, infer
-from fuzzy.rule import Clause, Rule
+from fuzzy.inference import forgiving, infer_quietly
+from fuzzy.rule import Rule
 from fuzzy.shown import shown
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -165,8 +164,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
         raise FuzzySystemError(
             f"{fis.name}: one point of {len(fis.inputs)} inputs ({names}) can be explained, got shape {x.shape}"
         )
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        result = infer(replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis, x)
+    result = infer_quietly(fis, x)
     takes_part = fis.structure.consequent.T >= 0  # (rules, outputs)
     share = np.where(takes_part, result.weights[:, None], 0.0)
     total = share.sum(axis=0)
@@ -184,7 +182,7 @@ def explain(fis: Sugeno, x: Any) -> Explanation:
         RuleShare(
             r + 1,
             rule,
-            tuple(_degree(clause, degrees[clause.variable]) for clause in rule.when),
+            tuple(clause.degree(degrees[clause.variable][clause.term]) for clause in rule.when),
             float(result.firing[r]),
             tuple(share[r].tolist()),
             tuple(proposed[r].tolist()),
@@ -209,17 +207,8 @@ def firing_strengths(fis: Sugeno, x: Any) -> np.ndarray:
     shape.
     """
     fis = detached(fis)
-    if fis.out_of_range in ("warn", "error"):
-        fis = replace(fis, out_of_range="ignore")
     x = np.asarray(x, dtype=float)
-    with warnings.catch_warnings(action="ignore", category=InferenceWarning):
-        firing = infer(replace(fis, no_rule_fires="nan"), x).firing
-    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, firing)
-
-
-def _degree(clause: Clause, degrees: Mapping[str, float]) -> float:
-    degree = degrees[clause.term] ** clause.power
-    return 1 - degree if clause.negated else degree
+    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, infer_quietly(forgiving(fis), x).firing)
 
 
 def _known(values: tuple[float, ...]) -> list[float]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import InferenceWarning, infer
+from fuzzy.inference import Inference, InferenceWarning, infer
 from fuzzy.insight.universe import place_of, point_of
 from fuzzy.system import FuzzySystemError, Sugeno
 
@@ -66,11 +66,7 @@ def surface(
     if len(counts) != len(places) or any(count < 2 for count in counts):
         raise FuzzySystemError(f"points must be at least 2, one number or one an input, got {points!r}")
     grids, x = _grid(fis, places, counts, point)
-    if fis.no_rule_fires == "error":
-        fis = replace(fis, no_rule_fires="nan")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
-        result = infer(fis, x)
+    result = _inferred(fis, x)
     return Surface(grids[0], grids[1] if len(grids) > 1 else None, result.output[..., j], result.fired[..., j])
 
 
@@ -90,12 +86,19 @@ def surfaces(
     fis = detached(fis)
     held = np.asarray(point, dtype=float)
     places = [_grid(fis, own, [points] * len(own), held)[1] for own in axes]
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
-        result = infer(fis, np.concatenate([x.reshape(-1, len(fis.inputs)) for x in places]))
+    result = _inferred(fis, np.concatenate([x.reshape(-1, len(fis.inputs)) for x in places]))
     ends = np.cumsum([x[..., 0].size for x in places])[:-1]
     found = zip(places, np.split(result.output, ends), np.split(result.fired, ends), strict=True)
     return [(z.reshape(*x.shape[:-1], -1), fired.reshape(*x.shape[:-1], -1)) for x, z, fired in found]
+
+
+def _inferred(fis: Sugeno, x: np.ndarray) -> Inference:
+    """The inference at ``x`` (..., inputs), without a word of where no rule fires: the result shows it."""
+    if fis.no_rule_fires == "error":
+        fis = replace(fis, no_rule_fires="nan")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*no rule fires", InferenceWarning)
+        return infer(fis, x)
 
 
 def _grid(
@@ -108,13 +111,6 @@ def _grid(
     for i, grid in zip(places, grids, strict=True):
         x[..., i] = grid
     return grids, x
-
-
-def forgiving(fis: Sugeno) -> Sugeno:
-    """The system without errors where no rule fires or an input lies outside: pictures show both."""
-    if fis.out_of_range in ("warn", "error"):
-        fis = replace(fis, out_of_range="ignore")
-    return replace(fis, no_rule_fires="nan") if fis.no_rule_fires == "error" else fis
 
 
 def surface_axes(fis: Sugeno, inputs: Sequence[str | int] | str | int | None) -> list[int]:

@@ -7,7 +7,7 @@ rules, memberships that stay ordered and covering. Where only consequents move, 
 
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from fuzzy.files.fisfile import format_fis
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
-from fuzzy.inference import InferenceWarning
+from fuzzy.inference import InferenceWarning, forgiving
 from fuzzy.system import Linear, Sugeno
 from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
@@ -164,7 +164,21 @@ def tune(
         stopped = "evaluations" if len(found) >= evaluations else "progress"
     except SearchInterrupt as stop:
         found, stopped = stop.found, "interrupted"
-    return _tuned(space, made, found, (x, y), checking, stopped)
+    place, checks = found.best, dict[int, float]()
+    if checking is not None:  # of all that were the best so far the one of least checking error
+        checks = {k: rmse(made(found.values[k]), *checking) for k in _records(found.costs)}
+        place = min(checks, key=lambda k: (checks[k], k))
+    system, nothing = made(found.values[place]), float("nan")
+    return TunedSystem(
+        system,
+        rmse(fis, x, y),
+        rmse(system, x, y),
+        checks.get(0, nothing),
+        checks.get(place, nothing),
+        space,
+        found,
+        stopped,
+    )
 
 
 def cross_validate_tuning(
@@ -213,9 +227,8 @@ def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
 
     Nothing is said of inputs outside their universes; where no rule fires the middle of the output's range stands.
     """
-    quiet = replace(fis, no_rule_fires="midrange", out_of_range="clip" if fis.out_of_range == "clip" else "ignore")
     with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
-        return float(np.sqrt(np.mean((outputs_of(quiet, x) - y) ** 2)))
+        return float(np.sqrt(np.mean((outputs_of(forgiving(fis, "midrange"), x) - y) ** 2)))
 
 
 def _samples(fis: Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -242,34 +255,6 @@ def _reach(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         linear = any(isinstance(term, Linear) for term in variable.terms.values())
         rows.append([*(spread / across), spread * (distance if linear else 1.0)])
     return np.array(rows)
-
-
-def _tuned(
-    space: SystemSpace,
-    made: Callable[[np.ndarray], Sugeno],
-    found: Evaluations,
-    data: tuple[np.ndarray, np.ndarray],
-    checking: tuple[np.ndarray, np.ndarray] | None,
-    stopped: str,
-) -> TunedSystem:
-    """The result: the best, or of all that were the best so far the one of least checking error."""
-    place, checks = found.best, dict[int, float]()
-    if checking is not None:
-        for k in _records(found.costs):
-            checks[k] = rmse(made(found.values[k]), *checking)
-        place = min(checks, key=lambda k: (checks[k], k))
-    nothing = float("nan")
-    system = made(found.values[place])
-    return TunedSystem(
-        system,
-        rmse(space.fis, *data),
-        rmse(system, *data),
-        checks.get(0, nothing),
-        checks.get(place, nothing),
-        space,
-        found,
-        stopped,
-    )
 
 
 def _records(costs: np.ndarray) -> Sequence[int]:

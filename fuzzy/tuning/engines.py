@@ -30,8 +30,12 @@ _NEAREST, _FARTHEST = 0.005, 0.3  # the steps of the others from the best, in un
 class Engine(ABC):
     """Asked for the points of a generation, and told their costs."""
 
-    best: np.ndarray  # (parameters,) unit coordinates of the best point so far
-    cost: float  # and its cost
+    def __init__(self, parameters: Sequence[SearchParameter]) -> None:
+        self.best, self.cost = start_of(parameters), math.inf  # unit coordinates of the best point so far, and its cost
+        self.size = generation_size(len(parameters))
+        self.counts = np.array([len(p.choices) for p in parameters])  # of what may be chosen; 0 of a number
+        self.is_choice = self.counts > 0
+        self.choices = self.counts[self.is_choice].tolist()
 
     def begin(self, cost: float) -> None:
         """Say the cost of the start."""
@@ -55,10 +59,8 @@ class RandomSearch(Engine):
     """A fifth of the points anywhere, the others about the best so far, at steps of all sizes."""
 
     def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
+        super().__init__(parameters)
         self.rng = np.random.default_rng(seed)
-        self.best, self.cost = start_of(parameters), math.inf
-        self.choices = np.array([len(p.choices) for p in parameters])
-        self.size = generation_size(len(parameters))
 
     def ask(self) -> np.ndarray:  # noqa: D102
         shape = self.size, len(self.best)
@@ -68,9 +70,9 @@ class RandomSearch(Engine):
         near = np.clip(1 - np.abs(1 - near), 0.0, 1.0)
         afar = self.rng.random((self.size, 1)) < AFAR
         points = np.where(afar, anywhere, near)
-        places = np.floor(self.rng.random(shape) * np.maximum(self.choices, 1))
+        places = np.floor(self.rng.random(shape) * np.maximum(self.counts, 1))
         moved = afar | (self.rng.random(shape) < max(1 / shape[1], 0.1))
-        return np.where(self.choices > 0, np.where(moved, places, self.best), points)
+        return np.where(self.is_choice, np.where(moved, places, self.best), points)
 
     def tell(self, points: np.ndarray, objectives: np.ndarray) -> None:  # noqa: D102
         self._keep(points, objectives.sum(axis=1))
@@ -80,11 +82,8 @@ class CmaEs(Engine):
     """CMA-ES; with choices, CatCMA with margin. Raises TuningError where the package cmaes is not installed."""
 
     def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
+        super().__init__(parameters)
         self.cmaes, self.seed, self.starts = _cmaes(), seed, 0
-        self.best, self.cost = start_of(parameters), math.inf
-        self.is_choice = np.array([bool(p.choices) for p in parameters])
-        self.choices = [len(p.choices) for p in parameters if p.choices]
-        self.size = generation_size(len(parameters))
         self._start()
 
     def _start(self) -> None:
@@ -122,18 +121,15 @@ class ParetoCmaEs(Engine):
     """
 
     def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
-        cmaes, rng = _cmaes(), np.random.default_rng(seed)
-        self.best = start_of(parameters)
-        self.is_choice = np.array([bool(p.choices) for p in parameters])
-        choices = [len(p.choices) for p in parameters if p.choices]
-        numbers, size = self.best[~self.is_choice], generation_size(len(parameters))
+        super().__init__(parameters)
+        cmaes, rng, numbers = _cmaes(), np.random.default_rng(seed), self.best[~self.is_choice]
         seeds = np.random.SeedSequence(seed).generate_state(_FRONT + 1)
         kernels = []
         for own in seeds[:_FRONT]:
             inside = np.clip(numbers + _STEP * rng.standard_normal(len(numbers)), 0.01, 0.99)
-            kernels.append(_mixed(cmaes, inside, choices, self.best[self.is_choice], size, int(own)))
+            kernels.append(_mixed(cmaes, inside, self.choices, self.best[self.is_choice], self.size, int(own)))
         spaces: dict[str, Any] = {"x_space": np.tile([0.0, 1.0], (len(numbers), 1))} if len(numbers) else {}
-        spaces |= {"c_space": choices} if choices else {}
+        spaces |= {"c_space": self.choices} if self.choices else {}
         self.engine = cmaes.COMOCatCMAwM(**spaces, kernels=kernels, seed=int(seeds[_FRONT]))
         self.asked: list[Any] = []
 

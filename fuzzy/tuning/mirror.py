@@ -5,7 +5,7 @@ does not steer differently to both sides because of the noise of a few runs.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -76,7 +76,7 @@ def _mirrored_rules(
             k = place[clause.variable]
             mapped = terms[k]
             assert mapped is not None
-            image.append((clause.variable, names[k][mapped[names[k].index(clause.term)]], clause.negated, clause.power))
+            image.append(replace(clause, term=names[k][mapped[names[k].index(clause.term)]]))
         found = where.get((frozenset(image), rule.connective, rule.weight))
         if found is None:
             return None
@@ -93,7 +93,7 @@ def _mirrored_rules(
 
 
 def _antecedent(rule: Rule) -> tuple[Any, ...]:
-    return frozenset((c.variable, c.term, c.negated, c.power) for c in rule.when), rule.connective, rule.weight
+    return frozenset(rule.when), rule.connective, rule.weight
 
 
 def _is_image(fis: Sugeno, output: Variable, rule: int, image: int, sign: int, inputs: Sequence[int]) -> bool:
@@ -107,10 +107,8 @@ def _is_image(fis: Sugeno, output: Variable, rule: int, image: int, sign: int, i
 
 def _consequent(fis: Sugeno, output: Variable, rule: int) -> np.ndarray | None:
     """The slopes and the constant (inputs + 1,) of a rule's consequent."""
-    for name, term in fis.rules[rule].then:
-        if name == output.name:
-            return coefficients(output.terms[term], len(fis.inputs))
-    return None
+    term = dict(fis.rules[rule].then).get(output.name)
+    return None if term is None else coefficients(output.terms[term], len(fis.inputs))
 
 
 def coefficients(consequent: Any, inputs: int) -> np.ndarray:

@@ -76,12 +76,12 @@ def rows_kept(wanted: int, file: Path) -> Iterator[Callable[[int], None]]:
         ) from None
 
 
-def already_there(folder: Path, quiet: bool) -> Callable[[int, int], None]:
-    """Give what is told how many pieces of the work are in the folder already, and says it on stderr."""
+def already_there(folder: Path, quiet: bool, what: str = "pieces") -> Callable[[int, int], None]:
+    """Give what is told how many pieces of the work, called ``what``, the folder has already, and says it on stderr."""
 
     def resumed(done: int, pieces: int) -> None:
         if not quiet:
-            print(f"{folder}: {done} of {pieces} pieces are there already", file=sys.stderr)
+            print(f"{folder}: {done} of {pieces} {what} are there already", file=sys.stderr)
 
     return resumed
 

@@ -1,6 +1,5 @@
 """The command ``robotics sweep``: scenario fields and controller gains × controllers × seeds, into one table."""
 
-import sys
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
@@ -16,6 +15,7 @@ from fuzzy.shell.terminal import print_json
 from fuzzy.words import counted
 from robotics.commands.completion import sweeps
 from robotics.commands.shared import Dask, Laws, Metric, print_forewarnings
+from robotics.commands.study_printing import already_there
 from robotics.studies.versions import versions
 
 
@@ -73,14 +73,11 @@ def sweep(
     folder = out if out is not None else Path("out") / plan.name
     check_folder(folder)
 
-    def resumed(done: int, chunks: int) -> None:
-        if not quiet:
-            print(f"{folder}: {done} of {chunks} chunks are there already", file=sys.stderr)
-
     def stopped(done: int, chunks: int) -> None:
         interrupted(f"{done} of {chunks} chunks are in {folder}; the same command goes on from there")
 
     preload = ["pyarrow", "robotics.studies.keptcomparison"]
+    resumed = already_there(folder, quiet, "chunks")
     with workers_at(workers, dask, preload) as crew, progress_bar(quiet) as begin:
         done = run_table(plan, folder, crew, fresh=fresh, begin=begin, resumed=resumed, stopped=stopped)
     if json:

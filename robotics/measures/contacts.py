@@ -194,36 +194,29 @@ def _touched(
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (size.length / 2, size.width / 2)
         c, s = np.cos(pose[2, 1]), np.sin(pose[2, 1])
         ends = corners @ np.array([[c, s], [-s, c]]) + pose[:2, 1]
-        inner = _common(np.concatenate([ends, np.roll(ends, -1, axis=0)], axis=1), (x, y), turn, half)
-        near = pose[:2, 1]
+        sides, near = np.concatenate([ends, np.roll(ends, -1, axis=0)], axis=1), pose[:2, 1]
     else:
         assert run.obstacles is not None
         assert obstacle is not None
-        inner, near = _in_obstacle(run.obstacles, (k, last, share), obstacle, (x, y), turn, half)
+        sides, near = _obstacle_sides(run.obstacles, (k, last, share), obstacle, (x, y))
+    inner = _common(sides, (x, y), turn, half)
     if inner is None:  # one lies in the other
         inner = np.clip(turn @ (near - (x, y)), -half, half)
     found = turn.T @ inner + (x, y)
     return float(found[0]), float(found[1])
 
 
-def _in_obstacle(
-    world: Geometry,
-    when: tuple[int, int, float],
-    obstacle: int,
-    at: tuple[float, float],
-    turn: np.ndarray,
-    half: np.ndarray,
-) -> tuple[np.ndarray | None, np.ndarray]:
-    """What a robot at ``at`` has in common with an obstacle, in its frame; and the obstacle's middle."""
+def _obstacle_sides(
+    world: Geometry, when: tuple[int, int, float], obstacle: int, at: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The sides (sides, 4) of an obstacle between two samples, and the middle of its circle nearest to ``at``."""
     first, last = (min(k, len(world.counts) - 1) for k in when[:2])
     circles, segments = ((1 - when[2]) * part[first] + when[2] * part[last] for part in (world.circles, world.segments))
     mine = np.flatnonzero(BodyColumns(world.bodies[0, : world.counts[0]].T).owner == obstacle)
     gaps = np.hypot(*(circles[mine, :2] - at).T) - circles[mine, 2]
     near = circles[mine[np.argmin(gaps)], :2]
     bodies = [BodyColumns(b) for b in world.bodies[0, mine]]
-    sides = [segments[b.first : b.first + b.number] for b in bodies]
-    inner = _common(np.concatenate(sides), at, turn, half)
-    return inner, near
+    return np.concatenate([segments[b.first : b.first + b.number] for b in bodies]), near
 
 
 def _common(sides: np.ndarray, at: tuple[float, float], turn: np.ndarray, half: np.ndarray) -> np.ndarray | None:

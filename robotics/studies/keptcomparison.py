@@ -8,7 +8,7 @@ discarded when all that is made of them is written.
 import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import accumulate, islice
 from pathlib import Path
@@ -88,23 +88,15 @@ class Case:
         laws, stretches, size = list(self.laws), self._stretches(seeds), self._size(seeds)
         found = []
         for index in range(place * size, min((place + 1) * size, len(self.points) * len(laws) * stretches)):
-            point, law, stretch = (
-                index // stretches // len(laws),
-                laws[index // stretches % len(laws)],
-                index % stretches,
-            )
+            rest, stretch = divmod(index, stretches)
+            point, law = divmod(rest, len(laws))
+            name = laws[law]
             found.append(
                 RunsPass(
-                    self.scenario,
-                    law,
-                    self.laws[law],
+                    replace(self, laws={name: self.laws[name]}, points=(self.points[point],)),
                     tuple(seeds[stretch * self._stretch : (stretch + 1) * self._stretch]),
-                    quantities=tuple(dict.fromkeys(asked.get((self.scenario.name, law), ()))),
-                    plain=self.plain,
-                    condition=self.condition,
-                    design=self.design,
-                    point=point + 1,
-                    values=self.points[point],
+                    tuple(dict.fromkeys(asked.get((self.scenario.name, name), ()))),
+                    point + 1,
                 )
             )
         return tuple(found)
@@ -127,33 +119,39 @@ class Case:
 class RunsPass:
     """The runs of a controller in a case, at one point of its design, and what of them claims ask for."""
 
-    scenario: Scenario = field(repr=False)  # of the case
-    controller: str  # what it is called
-    law: Law[Any] | str = field(repr=False)
+    case: Case  # with this controller and this point alone
     seeds: tuple[int, ...]
     quantities: tuple[Quantity, ...] = ()
-    plain: str = ""
-    condition: str = ""
-    design: ScenarioDesign | None = field(default=None, repr=False)
-    point: int = 1
-    values: Point = ()
+    point: int = 1  # its number
+
+    @property
+    def controller(self) -> str:
+        """What the controller is called."""
+        return next(iter(self.case.laws))
 
     @property
     def key(self) -> tuple[str, str]:
         """The names of case and controller."""
-        return self.scenario.name, self.controller
+        return self.case.scenario.name, self.controller
+
+    @property
+    def values(self) -> Point:
+        """What the axes of the design have at the point."""
+        return self.case.points[0]
 
     @property
     def columns(self) -> dict[str, Any]:
         """The columns that stand beside the scenario's."""
-        found: dict[str, Any] = {"condition": self.condition} if self.condition else {}
-        return found | ({"point": self.point} | self.design.columns(self.values) if self.design is not None else {})
+        condition, design = self.case.condition, self.case.design
+        found: dict[str, Any] = {"condition": condition} if condition else {}
+        return found | ({"point": self.point} | design.columns(self.values) if design is not None else {})
 
     def driven(self) -> tuple[Scenario, Law[Any] | str]:
         """The scenario and the controller at the point."""
-        if self.design is None:
-            return self.scenario, self.law
-        return self.design.scenario_at(self.values), self.design.law_at(str(self.law), self.values)
+        design, (law,) = self.case.design, self.case.laws.values()
+        if design is None:
+            return self.case.scenario, law
+        return design.scenario_at(self.values), design.law_at(str(law), self.values)
 
 
 Passes = tuple[RunsPass, ...]
@@ -176,15 +174,15 @@ def run_pass(
     own = own_metrics(metrics)
     scenario, law = part.driven()
     run = simulate(scenario, as_law(law), part.seeds, name=part.controller, progress=progress)
-    if kept is not None and part.design is None:
+    if kept is not None and part.case.design is None:
         kept(part.key, run)
     rows = rows_of(run, own)
     robots = run.stopped.shape[1]
     for metric, whose in part.quantities:
         values = measured(run, quantity_called(metric, own), whose)
         rows[f"{_VALUE}{metric}, {whose}"] = np.repeat(values, robots)
-    if part.plain:
-        rows["scenario"] = part.plain
+    if part.case.plain:
+        rows["scenario"] = part.case.plain
     for place, (name, value) in enumerate(part.columns.items(), start=1):
         rows.insert(place, name, value)
     notes = RunNotes.of(run)
@@ -194,11 +192,12 @@ def run_pass(
 
 
 def _place(part: RunsPass) -> str:
-    if part.design is None:
-        return f"scenario {part.scenario.name!r}, controller {part.controller!r}"
-    point, (first, *_, last) = part.design.described(part.point, part.values), (*part.seeds, part.seeds[-1])
+    scenario, controller = part.key
+    if part.case.design is None:
+        return f"scenario {scenario!r}, controller {controller!r}"
+    point, (first, *_, last) = part.case.design.described(part.point, part.values), (*part.seeds, part.seeds[-1])
     seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
-    return f"scenario {part.scenario.name!r}, {point}, controller {part.controller!r}, {seeds}"
+    return f"scenario {scenario!r}, {point}, controller {controller!r}, {seeds}"
 
 
 class TableCounts(NamedTuple):
@@ -269,7 +268,7 @@ class KeptComparisons:
             resumed(self.ends[-1] - len(todo), self.ends[-1])
         if not todo:
             return 0
-        ticks = (part.scenario.ticks + 1 for number in todo for part in self.chunk(number).passes)
+        ticks = (part.case.scenario.ticks + 1 for number in todo for part in self.chunk(number).passes)
         advance = begin("simulating", len(todo) if self.workers else sum(ticks))
         self.chunks(advance).compute(todo, advance if self.workers else None)
         return len(todo)

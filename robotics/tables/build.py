@@ -13,7 +13,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from fuzzy.errors import InputError, concerning
 from fuzzy.naming import check_known, expected
 from fuzzy.quantity import accepted, got, is_number
-from robotics.tables.keys import ACCEPTED, HOLDS_OF, Holds
+from robotics.tables.keys import HELD, HOLDS_OF, Holds
 
 Keys = tuple[str | int, ...]  # the place of a value in a file: the keys from the outermost in
 Special = Callable[[Any, Keys], Any]  # makes a field's value of what stands in the file, or raises an InputError
@@ -88,10 +88,10 @@ class Builder:
             return made
         if holds == "points" and isinstance(value, list):
             i, row = next((i, row) for i, row in enumerate(value, 1) if plain_value("point", row) is None)
-            what = f"point {i} of {field.name} must be {ACCEPTED['point']}; {got(row)}"
+            what = f"point {i} of {field.name} must be {HELD['point'].accepted}; {got(row)}"
             raise self.fault(what).about(*keys)
         bounded = "unit" in field.metadata or "whole" in field.metadata
-        raise refuse(accepted(field.metadata) if bounded else ACCEPTED[holds])
+        raise refuse(accepted(field.metadata) if bounded else HELD[holds].accepted)
 
     def table(self, value: Any, keys: Keys) -> dict[str, Any]:
         """``value`` itself, which must be a table."""

@@ -10,7 +10,7 @@ import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import KW_ONLY, MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from fuzzy.errors import InputError
 from fuzzy.naming import expected
@@ -31,31 +31,43 @@ Holds = Literal[
     "tables",
     "any",
 ]
-ACCEPTED: dict[Holds, str] = {  # in words
-    "number": "a finite number",
-    "whole number": "a whole number",
-    "text": "text in quotes",
-    "truth": "true or false",
-    "point": "2 finite numbers [x, y] in m",
-    "pose": "3 finite numbers [x, y, heading] in m, m, rad",
-    "points": "a list of points [x, y] in m",
-    "pairs": "a list of pairs [sender, receiver], robots counted from 1",
-    "texts": "a list of texts in quotes",
-    "table": "a table",
-    "tables": "tables, one for each",
-    "any": "a value",
+
+
+def _array(items: dict[str, Any], count: int) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": count}
+
+
+class Held(NamedTuple):
+    """What stands under keys that hold one sort of value."""
+
+    accepted: str  # in words
+    schema: Mapping[str, Any] = {}  # JSON's
+    kind: Any = None  # the type of a dataclass's field; None: no field is of one alone
+
+
+_NUMBER = {"type": "number"}
+_PAIR = _array({"type": "integer", "minimum": 1}, 2)
+HELD: dict[Holds, Held] = {
+    "number": Held("a finite number", _NUMBER, float),
+    "whole number": Held("a whole number", {"type": "integer"}, int),
+    "text": Held("text in quotes", {"type": "string"}, str),
+    "truth": Held("true or false", {"type": "boolean"}, bool),
+    "point": Held("2 finite numbers [x, y] in m", _array(_NUMBER, 2), tuple[float, float]),
+    "pose": Held("3 finite numbers [x, y, heading] in m, m, rad", _array(_NUMBER, 3), tuple[float, float, float]),
+    "points": Held(
+        "a list of points [x, y] in m", {"type": "array", "items": _array(_NUMBER, 2)}, tuple[tuple[float, float], ...]
+    ),
+    "pairs": Held(
+        "a list of pairs [sender, receiver], robots counted from 1",
+        {"type": "array", "items": _PAIR},
+        tuple[tuple[int, int], ...],
+    ),
+    "texts": Held("a list of texts in quotes", {"type": "array", "items": {"type": "string"}}, tuple[str, ...]),
+    "table": Held("a table"),
+    "tables": Held("tables, one for each"),
+    "any": Held("a value"),
 }
-HOLDS_OF: dict[Any, Holds] = {  # by the type of a dataclass's field
-    bool: "truth",
-    int: "whole number",
-    float: "number",
-    str: "text",
-    tuple[float, float]: "point",
-    tuple[float, float, float]: "pose",
-    tuple[tuple[float, float], ...]: "points",
-    tuple[tuple[int, int], ...]: "pairs",
-    tuple[str, ...]: "texts",
-}
+HOLDS_OF = {held.kind: holds for holds, held in HELD.items() if held.kind is not None}
 
 
 class KeyUnknownError(InputError):
@@ -97,7 +109,7 @@ class Key:
                 "unit": self.unit or "1"
             }
             return accepted(metadata | ({"whole": True} if self.holds == "whole number" else {}))
-        words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else ACCEPTED[self.holds]
+        words = "one of " + ", ".join(f'"{word}"' for word in self.words) if self.words else HELD[self.holds].accepted
         return words + (", or a list of values" if self.or_list else "") + (f", or {self.or_text}" * bool(self.or_text))
 
     @property

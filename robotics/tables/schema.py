@@ -8,7 +8,7 @@ only the reader says.
 from math import inf
 from typing import Any
 
-from robotics.tables.keys import Key, KeyTable, distinct_tables
+from robotics.tables.keys import HELD, Key, KeyTable, distinct_tables
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -84,22 +84,5 @@ def _type(key: Key) -> dict[str, Any]:
     for name, value in (("exclusiveMinimum", key.above), ("minimum", key.least), ("maximum", key.most)):
         if abs(value) < inf:
             bounds[name] = value
-    simple: dict[str, Any] = {
-        "number": {"type": "number"} | bounds,
-        "whole number": {"type": "integer"} | bounds,
-        "any": {},
-        "text": {"type": "string"},
-        "word": {"enum": list(key.words)},
-        "truth": {"type": "boolean"},
-        "point": _array({"type": "number"}, 2),
-        "pose": _array({"type": "number"}, 3),
-        "points": {"type": "array", "items": _array({"type": "number"}, 2)},
-        "pairs": {"type": "array", "items": _array({"type": "integer", "minimum": 1}, 2)},
-        "texts": {"type": "array", "items": {"type": "string"}},
-    }
-    made = dict(simple[key.holds])
+    made = {"enum": list(key.words)} if key.holds == "word" else {**HELD[key.holds].schema, **bounds}
     return {"anyOf": [made, {"const": key.word}]} if key.word else made
-
-
-def _array(items: dict[str, Any], count: int) -> dict[str, Any]:
-    return {"type": "array", "items": items, "minItems": count, "maxItems": count}

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzy.errors import InputError
+from fuzzy.inference import forgiving
 from fuzzy.insight.diagnosis import Finding, check
 from fuzzy.insight.explanation import explain
-from fuzzy.insight.surfacegrid import forgiving, surface, surfaces
+from fuzzy.insight.surfacegrid import surface, surfaces
 from fuzzy.membershipfunction import MATLAB_NAMES, as_number
 from fuzzy.plugins.designer.design import CHOICES, Design, RuleLine
 from fuzzy.shown import typeset

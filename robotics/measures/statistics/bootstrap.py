@@ -109,7 +109,7 @@ def interval(
     value, (counts, drawn) = statistic(costs), drawn_again(costs, statistic, draws, generator)
     own = _studentises(statistic, method)
     if own is None:
-        return Interval(value, *_percentiles(drawn, LEVEL))
+        return Interval(value, *percentiles(drawn, LEVEL))
     logarithmic = bool((costs > 0).all())
     errors = [np.sqrt(np.diagonal(part, axis1=1, axis2=2)) for part in _both(costs, own, counts, logarithmic)]
     return Interval(value, *_studentised(value, drawn, errors[0][0], errors[1], LEVEL, logarithmic))
@@ -147,7 +147,7 @@ def contrasts(
     one, many = _contrast(value, kind), _contrast(drawn, kind)
     own = _studentises(statistic, method)
     if own is None:
-        low, high = _percentiles(many, level)
+        low, high = percentiles(many, level)
     else:
         errors = [_apart(part) for part in _both(costs, own, counts, kind == "ratio")]
         low, high = _studentised(one, many, errors[0][0], errors[1], level, kind == "ratio")
@@ -209,7 +209,7 @@ def _studentised(
     value: np.ndarray, drawn: np.ndarray, error: np.ndarray, errors: np.ndarray, level: float, logarithmic: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """The ends (...) of the studentised interval; percentiles where some resample is not finite, or has no error."""
-    low, high = _percentiles(drawn, level)
+    low, high = percentiles(drawn, level)
     with np.errstate(all="ignore"):
         middle, others = (np.log(value), np.log(drawn)) if logarithmic else (value, drawn)
         t = np.sort((others - middle) / errors, axis=0)
@@ -223,7 +223,7 @@ def _studentised(
     return np.where(usable, first, low), np.where(usable, second, high)
 
 
-def _percentiles(drawn: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
+def percentiles(drawn: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
     """The ends (...) of the interval from drawn (draws, ...); what is unknown widens both.
 
     Ends are order statistics, not interpolated, so that infinities stay what they are.

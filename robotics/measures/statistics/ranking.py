@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotics.measures.statistics.aggregates import IQM
-from robotics.measures.statistics.bootstrap import Statistic, drawn_again
+from robotics.measures.statistics.bootstrap import Statistic, drawn_again, percentiles
 from robotics.measures.statistics.costs import StatisticsError, checked
 from robotics.measures.statistics.intervals import LEVEL, Interval
 
@@ -90,10 +90,7 @@ def gap_closed(
     first, second, third = found[:, :laws], found[:, laws : 2 * laws], found[:, -1:]
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(first > third, (first - second) / (first - third), np.nan)
-    unknown, tail = np.isnan(share[1:]), (1 - LEVEL) / 2
-    low = np.quantile(np.where(unknown, -np.inf, share[1:]), tail, axis=0, method="lower")
-    high = np.quantile(np.where(unknown, np.inf, share[1:]), 1 - tail, axis=0, method="higher")
-    return Interval(share[0], low, high)
+    return Interval(share[0], *percentiles(share[1:], LEVEL))
 
 
 def pareto_front(objectives: np.ndarray) -> np.ndarray:

@@ -148,27 +148,52 @@ def tune(
         TuningInterrupt: After Ctrl-C; a KeyboardInterrupt.
     """
     space = law if isinstance(law, LawSpace) else LawSpace(as_law(law))
-    cost = cost or Cost()
+    charged = cost or Cost()
     found = [s if isinstance(s, Scenario) else load_scenario(s) for s in scenarios]
     if not found:
         raise TuningError("at least one scenario is needed to tune on")
     if runs < 1:
         raise TuningError(f"runs must be a whole number >= 1; got {runs}")
     seeds = range(first_seed, first_seed + runs)
-    if pareto and len(cost.objectives) != 2:
+    if pareto and len(charged.objectives) != 2:
         raise TuningError(
-            f"a front is looked for between two objectives; the cost has {', '.join(cost.objectives)}: give each term "
-            "one of two"
+            f"a front is looked for between two objectives; the cost has {', '.join(charged.objectives)}: give each "
+            "term one of two"
         )
     space = reached(space, found, seeds)
-    about = _about(space, law if isinstance(law, str) else specification, found, seeds, cost) | {
+    about = _about(space, law if isinstance(law, str) else specification, found, seeds, charged) | {
         "evaluations": evaluations,
         "seed": seed,
         "engine": "pareto" if pareto else engine,
     }
+
+    def evaluate(values: np.ndarray) -> np.ndarray:
+        """What candidates (candidates, parameters) cost: the mean (candidates, objectives) over scenarios and seeds.
+
+        A candidate that is no law, or cannot drive, costs what a failed run costs: such as a gain that another one
+        forbids.
+        """
+        laws: dict[int, Law[Any]] = {}
+        for place, row in enumerate(values):
+            try:
+                laws[place] = space.made(row)
+            except InputError:
+                if len(values) == 1:
+                    raise
+        costs = np.full((len(values), len(charged.objectives)), charged.failed / len(charged.objectives))
+        if workers is None:
+            with suppress(ControllerError):  # of one that cannot drive; the others can
+                costs[list(laws)] = mean_costs(charged, found, list(laws.values()), seeds, threads)
+                return costs
+        one = partial(_candidate_costs, charged, found, seeds, 1 if workers else threads, len(values) > 1)
+        for (place, _), own in run_pieces(one, laws.items(), workers, called=lambda piece: f"candidate {piece[0] + 1}"):
+            if own is not None:
+                costs[place] = own
+        return costs
+
     try:
         evaluated = resumable_search(
-            partial(_evaluate, space, found, seeds, cost, threads, workers),
+            evaluate,
             space.parameters,
             about=about,
             folder=folder,
@@ -176,12 +201,12 @@ def tune(
             evaluations=evaluations,
             seed=seed,
             engine=about["engine"],
-            names=cost.objectives,
+            names=charged.objectives,
             progress=progress,
         )
     except SearchInterrupt as stop:
-        raise TuningInterrupt(Tuned(space, cost, stop.found, about)) from None
-    return Tuned(space, cost, evaluated, about)
+        raise TuningInterrupt(Tuned(space, charged, stop.found, about)) from None
+    return Tuned(space, charged, evaluated, about)
 
 
 def reached(space: LawSpace, scenarios: Sequence[Scenario], seeds: Sequence[int]) -> LawSpace:
@@ -204,38 +229,6 @@ def reached(space: LawSpace, scenarios: Sequence[Scenario], seeds: Sequence[int]
     if not all(points.any() for points in asked.values()):  # inputs that are not told are recorded as 0
         return space
     return space.holding_unreached(asked)
-
-
-def _evaluate(
-    space: LawSpace,
-    scenarios: Sequence[Scenario],
-    seeds: range,
-    cost: Cost,
-    threads: int | None,
-    workers: Workers | None,
-    values: np.ndarray,
-) -> np.ndarray:
-    """What candidates (candidates, parameters) cost: the mean (candidates, objectives) over scenarios and seeds.
-
-    A candidate that is no law, or cannot drive, costs what a failed run costs: such as a gain that another one forbids.
-    """
-    laws: dict[int, Law[Any]] = {}
-    for place, row in enumerate(values):
-        try:
-            laws[place] = space.made(row)
-        except InputError:
-            if len(values) == 1:
-                raise
-    found = np.full((len(values), len(cost.objectives)), cost.failed / len(cost.objectives))
-    if workers is None:
-        with suppress(ControllerError):  # of one that cannot drive; the others can
-            found[list(laws)] = mean_costs(cost, scenarios, list(laws.values()), seeds, threads)
-            return found
-    one = partial(_candidate_costs, cost, scenarios, seeds, 1 if workers else threads, len(values) > 1)
-    for (place, _), costs in run_pieces(one, laws.items(), workers, called=lambda piece: f"candidate {piece[0] + 1}"):
-        if costs is not None:
-            found[place] = costs
-    return found
 
 
 def _candidate_costs(
