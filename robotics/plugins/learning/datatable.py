@@ -36,6 +36,15 @@ class DataTable:
         return tuple(column.name for column in self.columns)
 
 
+class Samples(NamedTuple):
+    """A table of samples as it was read from a file."""
+
+    file: str  # its name
+    names: tuple[str, ...]  # of the columns
+    values: np.ndarray  # (rows, columns)
+    skipped: int = 0  # rows of the file that were left out, as they lack a number
+
+
 def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:
     """Write a table as CSV with a header, whole or not at all, each number as short as is exact.
 
