@@ -158,7 +158,7 @@ def demonstrate(
         setting, pushes = disturbed(setting, seeds, disturbance)
         tandem = replace(tandem, pushes=pushes)
     tandem = replace(tandem, every=_EVERY)
-    taken = _Taken(setting, len(seeds), tandem.pupil)
+    taken = _Taken(setting, np.asarray(seeds), tandem.pupil, number)
     for state in drive(setting, tandem, seeds):
         taken.look(state, outputs)
         if taken.done:
@@ -166,7 +166,7 @@ def demonstrate(
     if advance is not None:
         for _ in seeds:
             advance()
-    return taken.samples(np.asarray(seeds), number), taken.outcome
+    return joined(taken.parts), taken.outcome
 
 
 def _lead_of(pupil: Law[Any], setting: Setting) -> np.ndarray:
@@ -199,17 +199,18 @@ def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tup
 class _Taken:
     """The samples taken so far of one drive, and what became of its runs."""
 
-    def __init__(self, setting: Setting, runs: int, pupil: Law[Any]) -> None:
+    def __init__(self, setting: Setting, seeds: np.ndarray, pupil: Law[Any], number: int) -> None:
         self.setting, self._lead = setting, _lead_of(pupil, setting)
+        self._seeds, self._number = seeds, number
+        self.parts: list[Demonstrations] = []
         self._catch_up = getattr(pupil, "catch_up", 0.0)
         paths = setting.references.joined
         self._lengths = paths.lengths
         self._goals = paths.at(paths.lengths)
-        self._arrivals = np.full((runs, len(setting.robots)), np.inf)
+        self._arrivals = np.full((len(seeds), len(setting.robots)), np.inf)
         self._stopped = np.zeros(self._arrivals.shape, dtype=bool)
-        self._refused = np.zeros(runs, dtype=bool)
+        self._refused = np.zeros(len(seeds), dtype=bool)
         self._watch: Watch | None = None
-        self._rows: list[tuple[np.ndarray, ...]] = []
         self._time = 0.0
 
     @property
@@ -286,12 +287,5 @@ class _Taken:
         run, robot, _ = np.nonzero(asked)
         moments, of = np.unique(run * said.shape[1] + robot, return_inverse=True)
         runs, robots = np.divmod(moments, said.shape[1])
-        self._rows.append((known[asked], of, said[runs, robots], runs, held_back[runs, robots]))
-
-    def samples(self, seeds: np.ndarray, number: int) -> Demonstrations:
-        """All samples."""
-        parts = [
-            Demonstrations(known, of, said, seeds[runs], np.full(len(runs), number), held_back)
-            for known, of, said, runs, held_back in self._rows
-        ]
-        return joined(parts)
+        seed, number = self._seeds[runs], np.full(len(runs), self._number)
+        self.parts.append(Demonstrations(known[asked], of, said[runs, robots], seed, number, held_back[runs, robots]))

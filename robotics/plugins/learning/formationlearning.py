@@ -181,11 +181,10 @@ def learn_network(
     check: np.ndarray | None = None,
     *,
     rules: int = 8,
-    options: anfis.Options | None = None,
+    options: anfis.Options,
     advance: Callable[[], None] | None = None,
 ) -> Learnt:
     """Learn the network of one ``output``; the other arguments and errors are those of :func:`learn_networks`."""
-    options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
     check_known(output, outputs_of(names), "output", FormationLearningError)
     robot = robot_of(output)
