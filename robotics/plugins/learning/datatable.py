@@ -11,6 +11,7 @@ import numpy as np
 from fuzzy.files.atomic import write_whole
 
 COMMAND_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
+TIMED_COLUMNS = ("x_err", "y_err", "heading_err", "target_v", "target_w")  # what a law that follows a timing goes by
 
 
 class DataColumn(NamedTuple):
