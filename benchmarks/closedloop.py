@@ -35,7 +35,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.plugins.stress.crew import in_pieces
-from robotics.plugins.stress.crossing_runs import stress_crossing
+from robotics.plugins.stress.crossings import stress_crossing
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.vehicle import plant as p

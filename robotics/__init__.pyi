@@ -58,7 +58,7 @@ from robotics.plugins.reinforcement.single import TrackingEnv as TrackingEnv
 from robotics.plugins.reinforcement.task import TaskError as TaskError
 from robotics.plugins.reinforcement.team import TeamEnv as TeamEnv
 from robotics.plugins.reinforcement.vector import TrackingVectorEnv as TrackingVectorEnv
-from robotics.plugins.stress.crossing_runs import stress_crossing as stress_crossing
+from robotics.plugins.stress.crossings import stress_crossing as stress_crossing
 from robotics.plugins.stress.obstaclecourse import stress_obstacles as stress_obstacles
 from robotics.plugins.thesis.figures import plot_recovery as plot_recovery
 from robotics.plugins.thesis.figures import plot_scaling as plot_scaling

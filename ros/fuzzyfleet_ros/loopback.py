@@ -36,30 +36,15 @@ class Sensed(NamedTuple):
     fault: np.ndarray  # (robots,) int: of robotics.world.radio.faults.FAULTS, or 0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Outside(Law[None]):
     """The law that commands what came from outside, and says what came from there."""
 
-    words: tuple[str, ...]  # the names of the values of a message
-    patience: float  # s: after it a robot at fault stops by itself
-    eyes: bool  # whether range sensors are read
+    message: tuple[str, ...] = ()  # the names of the values that each robot broadcasts
+    watchdog: float = inf  # s: so long without a new command, and a robot at fault stops by itself
+    looks: bool = False  # whether range sensors are read
     order: np.ndarray = field(repr=False)  # (2, robots): v [m/s] and ω [rad/s], written before each period
-    said: np.ndarray = field(repr=False)  # (words, robots): likewise
-
-    @property
-    def message(self) -> tuple[str, ...]:
-        """The names of the values that each robot broadcasts."""
-        return self.words
-
-    @property
-    def looks(self) -> bool:
-        """Whether range sensors are read."""
-        return self.eyes
-
-    @property
-    def watchdog(self) -> float:
-        """The time [s] without a new command after which a robot at fault stops by itself."""
-        return self.patience
+    said: np.ndarray = field(repr=False)  # (values, robots): likewise
 
     def init(self, setting: Setting, runs: int) -> None:
         """It remembers nothing."""
@@ -67,7 +52,7 @@ class Outside(Law[None]):
     def control(self, seen: Observation, memory: None, dt: float) -> tuple[Command, None]:
         """What came from outside."""
         v, w = self.order[0][None].copy(), self.order[1][None].copy()
-        message = {name: self.said[i][None].copy() for i, name in enumerate(self.words)} or None
+        message = {name: self.said[i][None].copy() for i, name in enumerate(self.message)} or None
         return Command(v, w, v, w, message), None
 
 
@@ -96,8 +81,13 @@ class Loopback:
         """
         robots = len(setting.robots)
         words = law.message if law else ()
-        held = law.watchdog if law else inf
-        outside = Outside(words, held, any(setting.sensors), np.zeros((2, robots)), np.zeros((len(words), robots)))
+        outside = Outside(
+            message=words,
+            watchdog=law.watchdog if law else inf,
+            looks=any(setting.sensors),
+            order=np.zeros((2, robots)),
+            said=np.zeros((len(words), robots)),
+        )
         setting = replace(setting, divergence=inf)
         self.setting, self.outside, self.patience, self.seed = setting, outside, patience, seed
         seeds = checked_seeds([seed])
@@ -123,7 +113,7 @@ class Loopback:
     @property
     def speaks_now(self) -> bool:
         """Whether messages go on the air in this period."""
-        return bool(self.outside.words) and self.k % self.simulation.lanes.air.every == 0
+        return bool(self.outside.message) and self.k % self.simulation.lanes.air.every == 0
 
     def sense(self) -> Sensed:
         """What all robots sense now."""

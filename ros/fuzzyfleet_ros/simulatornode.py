@@ -65,7 +65,7 @@ class Simulator(Node):
         law = make_controller(values["law"]) if values["law"] else None
         patience = values["cmd_vel_timeout"] or float("inf")
         self.loop = Loopback(scenario.setting, law, values["seed"], patience=patience, keeps=bool(values["save"]))
-        self.robots, self.words = len(scenario.robots), self.loop.outside.words
+        self.robots, self.words = len(scenario.robots), self.loop.outside.message
         self.needs = law.needs if law else ()
         self.complained: set[str] = set()
         self.began = not values["waits"]

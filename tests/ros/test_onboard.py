@@ -189,7 +189,7 @@ def test_a_robot_that_says_nothing_is_not_heard():
     loop = Loopback(scenario.setting, make_controller("cooperation"))
     for _ in range(20):
         loop.sense()
-        loop.speak(0, [sin(1.0)] * len(loop.outside.words))
+        loop.speak(0, [sin(1.0)] * len(loop.outside.message))
         loop.advance()
     age = loop.sense().heard.age[0]
     assert np.isfinite(age[1:, 0]).all()

@@ -4,8 +4,8 @@ import ast
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -44,35 +44,21 @@ AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
 SYMBOLS = {"lam": "LAMBDA", "radius": "WHEEL_RADIUS"}
 
 
-@dataclass(frozen=True)
-class Carried:
-    """What a law in C has beside its columns."""
-
-    sections: str = ""  # of the thesis
-    bases: Callable[[Any], Mapping[str, Sugeno]] | None = None
-
-
-def _bases(law: Any) -> dict[str, Sugeno]:
-    return {"rules": law.tracking.fis, "turn": law.turn.fis}
-
-
-_FUZZY = Carried("(2.35), (2.36), 5.3.1", _bases)
-_OWN = Carried("(2.35), (2.36), 5.3.1", lambda law: _bases(law) | {"own": law.own.fis})
-CARRIED: dict[type[Law[Any]], Carried] = {
-    FuzzyTracking: _FUZZY,
-    OwnRules: _OWN,
-    Lyapunov: Carried("(2.30) to (2.32)"),
-    LinearQuadratic: Carried(),
-    TrackingPID: Carried(),
-    SlidingMode: Carried("(2.13) to (2.23)"),
+# The laws that can be written, and the thesis's sections of each
+SECTIONS: dict[type[Law[Any]], str] = {
+    FuzzyTracking: "(2.35), (2.36), 5.3.1",
+    OwnRules: "(2.35), (2.36), 5.3.1",
+    Lyapunov: "(2.30) to (2.32)",
+    LinearQuadratic: "",
+    TrackingPID: "",
+    SlidingMode: "(2.13) to (2.23)",
 }
 NAMES = "fuzzy (any rule base of tracking), fuzzy-lateral, fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm, esm"
 
 
-def carried(law: Law[Any], specification: str) -> Carried:
-    """How a law is written. Raises ExportError, listing those that can be, for one that cannot."""
-    found = CARRIED.get(type(law))
-    if found is None or not getattr(law, "has_equation", False):
+def check_written(law: Law[Any], specification: str) -> None:
+    """Raise ExportError, listing the laws that can be written in C, for one that cannot."""
+    if type(law) not in SECTIONS or not getattr(law, "has_equation", False):
         why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
             "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
@@ -83,7 +69,6 @@ def carried(law: Law[Any], specification: str) -> Carried:
                 raise ExportError(
                     f"{specification} cannot be written in C: its input {variable.name} is not handed to C"
                 )
-    return found
 
 
 class LawSources(NamedTuple):
@@ -103,7 +88,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     """Write a law's control step for the first robot of ``setting`` in C99.
 
     Args:
-        law: The law; those of CARRIED can be written.
+        law: The law; those of SECTIONS can be written.
         setting: Whose robot and control period count.
         name: The prefix of everything public, and the files' name.
         number: "double" or "float".
@@ -112,15 +97,15 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
         ExportError: A law or a type of numbers that is not written.
     """
     check_known(number, _NUMBERS, "number type of a law", ExportError)
-    how = carried(law, name)
+    check_written(law, name)
     if isinstance(law, OwnRules) and law.own is None:
-        law, how = replace(law.tracker, smooth=law.smooth), _FUZZY
-    return _Writer(law, how, setting, identifier(name), FLOATING[number]).sources()
+        law = replace(law.tracker, smooth=law.smooth)
+    return _Writer(law, setting, identifier(name), FLOATING[number]).sources()
 
 
 class _Writer:
-    def __init__(self, law: Any, how: Carried, setting: Setting, name: str, number: Floating) -> None:
-        self.law, self.how, self.setting, self.name, self.number = law, how, setting, name, number
+    def __init__(self, law: Any, setting: Setting, name: str, number: Floating) -> None:
+        self.law, self.setting, self.name, self.number = law, setting, name, number
         self.arithmetic = Arithmetic(number)
         self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
         self.lead, self.share, *_ = [float(np.ravel(row)[0]) for row in law.knowledge_rows(setting)]
@@ -133,7 +118,7 @@ class _Writer:
         own = rows[:, 0, 0] if len(rows) else np.empty(0)
         self.memory = np.append(own, np.zeros(SmoothedColumns.size if self.share < 1 else 0))
         self.constants: dict[str, tuple[float, str]] = {}  # each with its unit
-        self.bases = rule_bases(law, how)
+        self.bases = rule_bases(law)
         self.called: dict[str, CSources] = {}
         self.torque = law.level == "torque"
         self.outputs: list[str] = []
@@ -371,7 +356,7 @@ class _Writer:
             "head",
             name=name,
             law=comment(name),
-            sections=f" by {self.how.sections}" if self.how.sections else "",
+            sections=f" by {sections}" if (sections := SECTIONS[type(self.law)]) else "",
             real=real,
             seconds=self.setting.period,
             first=first,
@@ -380,10 +365,13 @@ class _Writer:
         return "\n".join([head, *guarded(name, declared.split("\n"))])
 
 
-def rule_bases(law: Any, how: Carried) -> dict[int, tuple[str, Sugeno]]:
+def rule_bases(law: Any) -> dict[int, tuple[str, Sugeno]]:
     """The rule bases of a law by where each begins in its packed rows: what it is called, and the system."""
+    fuzzy, own = isinstance(law, (FuzzyTracking, OwnRules)), isinstance(law, OwnRules)
+    systems = {"rules": law.tracking.fis, "turn": law.turn.fis} if fuzzy else {}
+    systems |= {"own": law.own.fis} if own else {}
     found, place = {}, 0
-    for (name, fis), row in zip((how.bases(law) if how.bases else {}).items(), law.rule_rows(), strict=False):
+    for (name, fis), row in zip(systems.items(), law.rule_rows(), strict=False):
         found[place] = (name, fis)
         place += len(row)
     return found

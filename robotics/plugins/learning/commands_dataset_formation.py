@@ -119,8 +119,7 @@ def _thesis_set(
     thesis: "partial[FormationRecipe]", given: Mapping[str, Any], check: bool, out: Path, command: str, json: bool
 ) -> None:
     """Make, write and tell of a set of the thesis's kinds."""
-    from robotics.plugins.learning.datacard import thesis_facts, write_card
-    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.datacard import thesis_facts, write_set
     from robotics.plugins.learning.formationdata import checking_recipe, formation_data
     from robotics.plugins.learning.scatter import DRAWS, NEIGHBOURS, SHARE, scatter
 
@@ -135,8 +134,7 @@ def _thesis_set(
     recipe = thesis(starts=_numbers(given["formations"])) if "formations" in given else thesis()
     seed, recipe = recipe.seed, checking_recipe(recipe) if check else recipe
     table = formation_data(recipe)
-    write_data(out, table.names, table.values)
-    card = write_card(out, thesis_facts(recipe, command), table.columns, table.values)
+    card = write_set(out, thesis_facts(recipe, command), table.columns, table.values)
     inputs, outputs = table.names[: table.inputs], table.names[table.inputs :]
     found = None
     plenty = len(table.values) * SHARE > NEIGHBOURS
@@ -165,18 +163,16 @@ def _scenario_set(
     scenario: "Scenario", recipe: "ScenarioRecipe", check: bool, out: Path, command: str, json: bool, quiet: bool
 ) -> None:
     """Make, write and tell of a set of a scenario."""
-    from robotics.plugins.learning.datacard import robot_facts, write_card
-    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.datacard import robot_facts, write_set
     from robotics.plugins.learning.scenariodata import checking_set, passes, scenario_data
     from robotics.studies.versions import versions
 
     recipe = checking_set(recipe) if check else recipe
     with progress_bar(quiet) as begin:
         table = scenario_data(scenario, recipe, begin(f"{scenario.name}: {recipe.teacher}", passes(recipe)))
-    write_data(out, table.names, table.values)
     facts = robot_facts(scenario, recipe, command)
     facts |= {"versions": ", ".join(f"{name} {number}" for name, number in versions().items())}
-    card = write_card(out, facts, table.columns, table.values)
+    card = write_set(out, facts, table.columns, table.values)
     if json:
         print_json(
             {"file": str(out), "card": str(card), "scenario": scenario.name, "teacher": recipe.teacher}

@@ -94,7 +94,8 @@ def formation(
         learning.write_networks(networks, out, data.name)
         if report is not None:
             from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
-            from robotics.plugins.learning.report import Samples, drive_networks, write_learning_report
+            from robotics.plugins.learning.datatable import Samples
+            from robotics.plugins.learning.report import drive_networks, write_learning_report
 
             words = ["robotics", "learn", "formation", str(data), *([] if check is None else ["--check", str(check)])]
             words += ["-o", str(out), f"--rules={rules}", f"--method={options.method}", f"--epochs={options.epochs}"]

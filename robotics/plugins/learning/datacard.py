@@ -16,7 +16,7 @@ from fuzzy.files.atomic import write_whole
 from robotics.laws.catalogue import make_controller
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import Law
-from robotics.plugins.learning.datatable import DataColumn
+from robotics.plugins.learning.datatable import DataColumn, write_data
 from robotics.plugins.learning.formationdata import LEARNING_TEXTS, FormationRecipe
 from robotics.plugins.learning.scatter import NEIGHBOURS, SHARE, scatter
 from robotics.plugins.learning.scenariodata import ScenarioRecipe
@@ -54,6 +54,12 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Dat
     said = "The scatter is √Γ of the Gamma test: about what a smooth function of the inputs errs by on fresh samples."
     write_whole(path, "\n".join([*lines, "", said]) + "\n")
     return path
+
+
+def write_set(data: str | Path, facts: Mapping[str, str], columns: Sequence[DataColumn], values: np.ndarray) -> Path:
+    """Write a set as CSV, and its card beside it; return the card's file. The arguments are :func:`write_card`'s."""
+    write_data(data, [column.name for column in columns], values)
+    return write_card(data, facts, columns, values)
 
 
 def read_card(path: str | Path) -> Card:

@@ -11,6 +11,7 @@ import numpy as np
 from fuzzy.files.atomic import write_whole
 
 COMMAND_OUTPUTS = MappingProxyType({"v": ("m/s", "commanded speed"), "w": ("rad/s", "commanded turn rate")})
+TIMED_COLUMNS = ("x_err", "y_err", "heading_err", "target_v", "target_w")  # what a law that follows a timing goes by
 
 
 class DataColumn(NamedTuple):
@@ -34,6 +35,15 @@ class DataTable:
     def names(self) -> tuple[str, ...]:
         """The names of its columns."""
         return tuple(column.name for column in self.columns)
+
+
+class Samples(NamedTuple):
+    """A table of samples as it was read from a file."""
+
+    file: str  # its name
+    names: tuple[str, ...]  # of the columns
+    values: np.ndarray  # (rows, columns)
+    skipped: int = 0  # rows of the file that were left out, as they lack a number
 
 
 def write_data(path: str | Path, names: Sequence[str], values: np.ndarray) -> None:

@@ -41,15 +41,7 @@ PUSH_TIME = 1.0  # s: the time constant with which pushes change
 _EVERY = 4  # periods from sample to sample
 HELD_BACK = 0.5  # of the timing's speed: a teacher that drives no faster holds the robot back
 _AFTER = 1.0  # s: samples are taken so long after a robot's arrival
-LABELS: dict[str, Callable[[Command], np.ndarray]] = {  # what the teacher's command says of each output
-    "v": lambda c: c.v,
-    "w": lambda c: c.w,
-    "speed": lambda c: c.v,
-    "dv": lambda c: c.v,  # less the reference's velocity, which the rule base corrects
-    "dw": lambda c: c.w,
-    "bend": lambda c: c.w,  # likewise, over the speed by which it is multiplied
-}
-
+_TURNS = ("w", "dw", "bend")  # the outputs of which the teacher's turn rate tells; of the others its speed
 
 Judge = Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
 _MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Demonstrations that have one row a moment
@@ -153,7 +145,7 @@ def demonstrate(
     Args:
         course: What is driven.
         tandem: The teacher and the pupil, and who of them drives.
-        outputs: Names of LABELS.
+        outputs: Names of COMMAND_UNITS of :mod:`robotics.plugins.learning.lesson`.
         seeds: One run for each.
         number: Of the round, to be kept with the samples.
         disturbance: How much every second run is disturbed: 1 by OFF_START and PUSHED, 0 not at all.
@@ -166,7 +158,7 @@ def demonstrate(
         setting, pushes = disturbed(setting, seeds, disturbance)
         tandem = replace(tandem, pushes=pushes)
     tandem = replace(tandem, every=_EVERY)
-    taken = _Taken(setting, len(seeds), tandem.pupil)
+    taken = _Taken(setting, np.asarray(seeds), tandem.pupil, number)
     for state in drive(setting, tandem, seeds):
         taken.look(state, outputs)
         if taken.done:
@@ -174,7 +166,7 @@ def demonstrate(
     if advance is not None:
         for _ in seeds:
             advance()
-    return taken.samples(np.asarray(seeds), number), taken.outcome
+    return joined(taken.parts), taken.outcome
 
 
 def _lead_of(pupil: Law[Any], setting: Setting) -> np.ndarray:
@@ -207,17 +199,18 @@ def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tup
 class _Taken:
     """The samples taken so far of one drive, and what became of its runs."""
 
-    def __init__(self, setting: Setting, runs: int, pupil: Law[Any]) -> None:
+    def __init__(self, setting: Setting, seeds: np.ndarray, pupil: Law[Any], number: int) -> None:
         self.setting, self._lead = setting, _lead_of(pupil, setting)
+        self._seeds, self._number = seeds, number
+        self.parts: list[Demonstrations] = []
         self._catch_up = getattr(pupil, "catch_up", 0.0)
         paths = setting.references.joined
         self._lengths = paths.lengths
         self._goals = paths.at(paths.lengths)
-        self._arrivals = np.full((runs, len(setting.robots)), np.inf)
+        self._arrivals = np.full((len(seeds), len(setting.robots)), np.inf)
         self._stopped = np.zeros(self._arrivals.shape, dtype=bool)
-        self._refused = np.zeros(runs, dtype=bool)
+        self._refused = np.zeros(len(seeds), dtype=bool)
         self._watch: Watch | None = None
-        self._rows: list[tuple[np.ndarray, ...]] = []
         self._time = 0.0
 
     @property
@@ -267,9 +260,10 @@ class _Taken:
 
     def _label(self, output: str, said: Command, state: State) -> np.ndarray:
         """What the rule base should have said for the teacher's command."""
-        wish = self._possible(output, LABELS[output](said))
+        wish = self._possible(output, said)
         if output not in CORRECTIONS:
             return wish
+        # Less the reference's velocity, which the rule base corrects; a bend is multiplied by a speed
         road = self.setting.references.road
         times = state.time + np.resize(self._lead, len(road.lengths))
         v, w = rows_at(road, times)[3:5].reshape(2, -1, len(self._lead))
@@ -280,10 +274,11 @@ class _Taken:
             return np.asarray((wish - w) / np.where(speed > 0, speed, np.nan))
         return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
 
-    def _possible(self, output: str, said: np.ndarray) -> np.ndarray:
+    def _possible(self, output: str, said: Command) -> np.ndarray:
         """What the teacher said, brought down to what the robots can do, which is all that it comes to."""
-        most = np.array([r.w_max if output in ("w", "dw", "bend") else r.v_max for r in self.setting.robots])
-        return np.asarray(np.clip(said, -most, most))
+        turns = output in _TURNS
+        most = np.array([r.w_max if turns else r.v_max for r in self.setting.robots])
+        return np.asarray(np.clip(said.w if turns else said.v, -most, most))
 
     def _keep(self, memory: TandemMemory, said: np.ndarray, held_back: np.ndarray) -> None:
         known = memory.known if memory.unheard is not None else memory.known[:, :, None]
@@ -292,12 +287,5 @@ class _Taken:
         run, robot, _ = np.nonzero(asked)
         moments, of = np.unique(run * said.shape[1] + robot, return_inverse=True)
         runs, robots = np.divmod(moments, said.shape[1])
-        self._rows.append((known[asked], of, said[runs, robots], runs, held_back[runs, robots]))
-
-    def samples(self, seeds: np.ndarray, number: int) -> Demonstrations:
-        """All samples."""
-        parts = [
-            Demonstrations(known, of, said, seeds[runs], np.full(len(runs), number), held_back)
-            for known, of, said, runs, held_back in self._rows
-        ]
-        return joined(parts)
+        seed, number = self._seeds[runs], np.full(len(runs), self._number)
+        self.parts.append(Demonstrations(known[asked], of, said[runs, robots], seed, number, held_back[runs, robots]))

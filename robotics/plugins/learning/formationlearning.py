@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 from robotics.laws.formation.leader_follower import FORMATION_INPUTS, FORMATION_OUTPUTS
 from robotics.laws.rules.quantities import quantity_of
+from robotics.plugins.learning.datatable import DataTable, Samples
 from robotics.plugins.learning.formationdata import FormationRecipe, formation_data
 from robotics.plugins.learning.scatter import NEIGHBOURS, scatter
 from robotics.studies.executors import processes
@@ -180,11 +181,10 @@ def learn_network(
     check: np.ndarray | None = None,
     *,
     rules: int = 8,
-    options: anfis.Options | None = None,
+    options: anfis.Options,
     advance: Callable[[], None] | None = None,
 ) -> Learnt:
     """Learn the network of one ``output``; the other arguments and errors are those of :func:`learn_networks`."""
-    options = options or anfis.Options(epochs=60)
     columns = {name: k for k, name in enumerate(names)}
     check_known(output, outputs_of(names), "output", FormationLearningError)
     robot = robot_of(output)
@@ -288,18 +288,6 @@ def write_networks(networks: Sequence[Learnt], folder: str | Path, data: str = "
 # has nothing random in it: its errors are exact numbers, and there is nothing to draw. ------------------------------
 
 
-class NamedColumns(Protocol):
-    """A table with the names of its columns."""
-
-    @property
-    def names(self) -> Sequence[str]:
-        """The columns' names."""
-
-    @property
-    def values(self) -> np.ndarray:
-        """The numbers (rows, columns)."""
-
-
 class FreshErrors(NamedTuple):
     """RMSE of one output, in its unit, over the sets; every field is (sets,)."""
 
@@ -330,7 +318,7 @@ def fresh_errors(networks: Sequence[Learnt], recipe: FormationRecipe, sets: int 
     return {output: FreshErrors(*np.transpose(rows)) for output, rows in errors.items()}
 
 
-def columns_of(fis: Sugeno, table: NamedColumns) -> tuple[np.ndarray, np.ndarray]:
+def columns_of(fis: Sugeno, table: DataTable | Samples) -> tuple[np.ndarray, np.ndarray]:
     """The inputs (samples, inputs) and the output (samples,) of ``fis``, of one output, in ``table``, by name."""
     inputs = [table.names.index(name) for name in input_columns(fis)]
     return table.values[:, inputs], table.values[:, table.names.index(fis.outputs[0].name)]

@@ -22,7 +22,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -53,24 +53,21 @@ FREE = 0.6  # m/s: what is said of another robot that does not matter; thrice wh
 GUESSES = 4  # times that the robot for which the teacher's number was is guessed anew
 
 
-class Fitted(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Fitted:
     """A rule base that was fitted, and how well."""
 
     system: Sugeno
     samples: int  # that were learnt from
     radius: float  # of the clusters
     train: np.ndarray  # (outputs,) RMSE, in each output's unit
-    check: np.ndarray  # (outputs,) RMSE on the checking seeds' samples
+    check: np.ndarray  # (outputs,) RMSE on the checking seeds' samples of all rounds so far
 
 
-class Round(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Round(Fitted):
     """What was learnt in one round, and how it drove on the checking seeds, undisturbed."""
 
-    system: Sugeno
-    samples: int  # that were learnt from
-    radius: float  # of the clusters
-    train: np.ndarray  # (outputs,) RMSE, in each output's unit
-    check: np.ndarray  # (outputs,) RMSE on the checking seeds' samples of all rounds so far
     met: np.ndarray  # (outputs,) RMSE from the teacher in the states that it met itself on the checking seeds
     touched: int  # runs with a contact
     missing: int  # robots that did not arrive, or were stopped
@@ -247,7 +244,8 @@ def _tried(lesson: ImitationPlan, teacher: Law[Any], file: Path, learnt: Fitted,
         met, outcome = demonstrate(course, tandem, lesson.outputs, lesson.checking, 0, advance=step)
         touched, missing = touched + int(outcome.touched.sum()), missing + int(outcome.missing.sum())
         parts.append(met)
-    return Round(*learnt, rmse(learnt.system, joined(parts), lesson.of_pairs), touched, missing)
+    met_itself = rmse(learnt.system, joined(parts), lesson.of_pairs)
+    return Round(**vars(learnt), met=met_itself, touched=touched, missing=missing)
 
 
 # A rule base from samples: clusters, least squares, hybrid learning --------------------------------------------------

@@ -12,7 +12,7 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import TRACKING_INPUTS
-from robotics.plugins.learning.demonstrations import LABELS, ImitationTask
+from robotics.plugins.learning.demonstrations import ImitationTask
 
 RIDGE = 1e-5  # of the least squares: without it, rules that few samples determine say anything beside them
 COMMAND_UNITS = {"v": "m/s", "w": "rad/s", "speed": "m/s", "dv": "m/s", "dw": "rad/s", "bend": "1/m"}
@@ -56,7 +56,7 @@ class ImitationPlan:
         for name in self.inputs:
             quantity_of(name, "inputs")
         for name in self.outputs:
-            check_known(name, LABELS, "output that a teacher shows", ImitationError)
+            check_known(name, COMMAND_UNITS, "output that a teacher shows", ImitationError)
         if len(self.seeds) < 2:
             raise ImitationError("at least two seeds are needed: one to learn from, and one to check with")
         if not self.courses:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +23,9 @@ from robotics.measures.contacts import can_touch, contact_sentences
 from robotics.measures.evidence import mean_of
 from robotics.measures.registry import headlines, measure_all
 from robotics.plugins.learning.datacard import Card, card_path, read_card
+from robotics.plugins.learning.datatable import DataTable, Samples
 from robotics.plugins.learning.figures import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages, rms
-from robotics.plugins.learning.formationlearning import Learnt, NamedColumns, columns_of, input_columns
+from robotics.plugins.learning.formationlearning import Learnt, columns_of, input_columns
 from robotics.plugins.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.show.figures.drawing import seeds_as_text
 from robotics.show.figures.formation_run import is_formation, plot_formation
@@ -56,15 +57,6 @@ _FALLING = 0.01  # decrease of the error over the last tenth of the epochs
 
 class LearningReportError(InputError):
     """Networks and tables that do not belong together."""
-
-
-class Samples(NamedTuple):
-    """A table of samples."""
-
-    file: str  # its name
-    names: tuple[str, ...]  # of the columns
-    values: np.ndarray  # (rows, columns)
-    skipped: int = 0  # rows of the file that were left out, as they lack a number
 
 
 @dataclass(frozen=True)
@@ -201,7 +193,7 @@ def stages(network: Learnt, x: np.ndarray) -> dict[str, np.ndarray]:
     return {stage: fis(x)[:, 0] for stage, fis in zip(STAGES, systems, strict=True)}
 
 
-def fit_of(network: Learnt, table: NamedColumns) -> Fit:
+def fit_of(network: Learnt, table: DataTable | Samples) -> Fit:
     """The network's output over a table, for a picture."""
     x, y = columns_of(network.after, table)
     return Fit(network.after.outputs[0].label, y, stages(network, x))

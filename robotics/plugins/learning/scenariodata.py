@@ -24,7 +24,7 @@ from robotics.laws.rules.formation_networks import asks_radio
 from robotics.laws.rules.quantities import Quantity, quantity_of
 from robotics.laws.rules.situation import NOTHING_NEAR, TEAM_MESSAGE, Situation
 from robotics.laws.setting import Setting
-from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
+from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, TIMED_COLUMNS, DataColumn, DataTable
 from robotics.plugins.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError
 from robotics.plugins.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.simulation.loop import drive
@@ -34,7 +34,6 @@ from robotics.world.vehicle import plant as p
 
 _FOLLOWING = ("leader_ahead", "stretch", "onward_bearing")  # what the law leader-follower is a function of
 _FORMATION = (*_FOLLOWING, "curvature")
-_TIMED = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 DISPLACED_STREAM = 9  # of a seed's random streams: see robotics.world.random_streams
 NEXT_SEEDS = 1000  # by which the seeds of a checking set are larger
 
@@ -97,7 +96,7 @@ def checking_set(recipe: ScenarioRecipe) -> ScenarioRecipe:
 def default_inputs(specification: str) -> tuple[str, ...]:
     """The quantities that the networks of a teacher know by default: those of which its commands are a function."""
     law, kind = make_controller(specification), preset_of(specification).kind
-    return _FOLLOWING if isinstance(law, FollowLeader) else _FORMATION if kind == "formation" else _TIMED
+    return _FOLLOWING if isinstance(law, FollowLeader) else _FORMATION if kind == "formation" else TIMED_COLUMNS
 
 
 def column(name: str, robot: int) -> str:

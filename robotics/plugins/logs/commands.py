@@ -54,8 +54,7 @@ def from_bag(
     """
     import numpy as np
 
-    from robotics.plugins.learning.datacard import write_card
-    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.datacard import write_set
     from robotics.plugins.logs.drive import read_drive
     from robotics.plugins.logs.drivedata import DRIVE_OUTPUTS, drive_data, drive_facts
 
@@ -75,8 +74,7 @@ def from_bag(
     facts = drive_facts(drives, recipe, table, _command(logs, robot or []))
     files: dict[str, Any] = {}
     for file, which in parts.items():
-        write_data(file, table.names, table.values[which])
-        card = write_card(file, facts, table.columns, table.values[which])
+        card = write_set(file, facts, table.columns, table.values[which])
         files[str(file)] = {"rows": len(table.values[which]), "card": str(card)}
     if json:
         print_json({"files": files, "inputs": table.inputs, "outputs": DRIVE_OUTPUTS, "followed": table.followed})

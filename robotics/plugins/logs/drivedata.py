@@ -32,7 +32,7 @@ from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_o
 from robotics.laws.rules.situation import Fixed, Recall, Situation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
-from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, DataColumn, DataTable
+from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, TIMED_COLUMNS, DataColumn, DataTable
 from robotics.plugins.logs.drive import Drive, PlannedPath, Track
 from robotics.plugins.logs.typestore import LogError
 from robotics.simulation.scenario.robots import load_robot
@@ -45,7 +45,6 @@ from robotics.world.radio.description import Radio
 from robotics.world.sensing.posture import Sensing
 
 DRIVE_OUTPUTS = tuple(COMMAND_OUTPUTS)
-TIMED_COLUMNS = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 UNTIMED = ("cross_track", "path_bearing", "curvature")
 DRIVEN = ("x_err", "y_err")  # more would be learnt by heart: of a way that was driven the rest follows from these
 _APART, DRIVEN_APART = 0.02, 0.1  # m: between the points of a path made of a reference, of a way that was driven

@@ -20,10 +20,9 @@ class LogError(InputError):
     """A log that cannot be written or read. The message says which, why, and what is accepted."""
 
 
-def check_distribution(distribution: str) -> str:
-    """``distribution``. Raises LogError for one that is not known."""
+def check_distribution(distribution: str) -> None:
+    """Raise LogError for a distribution that is not known."""
     check_known(distribution, DISTRIBUTIONS, "ROS 2 distribution", LogError)
-    return distribution
 
 
 def check_installed() -> None:

@@ -35,19 +35,9 @@ _SHARE = 256  # lanes of a thread at least: fewer are not worth one
 class Agents(Law[None]):
     """The law of robots that somebody else drives; each broadcasts where it is, and how fast, as it knows it."""
 
-    at: p.Level = "velocity"
-    sees: bool = False
+    level: p.Level = "velocity"  # what the agents command
+    looks: bool = False  # whether the robots carry range sensors among obstacles
     message = BROADCAST
-
-    @property
-    def level(self) -> p.Level:
-        """What the agents command."""
-        return self.at
-
-    @property
-    def looks(self) -> bool:
-        """Whether the robots carry range sensors among obstacles."""
-        return self.sees
 
     def init(self, setting: Setting, runs: int) -> None:
         """It remembers nothing."""

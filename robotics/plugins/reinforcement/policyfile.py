@@ -16,7 +16,7 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.errors import quoted
-from fuzzy.files.atomic import replacing
+from fuzzy.files.atomic import write_whole
 from fuzzy.naming import check_known, expected
 from robotics.laws.law import ControllerError
 from robotics.world.vehicle.plant import Level
@@ -93,8 +93,7 @@ class Policy:
     def write(self, path: str | Path) -> None:
         """Write it to a file, whole or not at all. Raises ControllerError."""
         try:
-            with replacing(path) as temporary:
-                temporary.write_text(self.text(), encoding="utf-8")
+            write_whole(path, self.text())
         except OSError as error:
             raise ControllerError(f"{path}: cannot be written: {error.strerror}") from None
 

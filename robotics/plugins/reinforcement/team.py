@@ -69,7 +69,7 @@ class TeamEnv(ParallelEnv):
         self.most = np.array([command_limits(robot, level) for robot in setting.robots]).T
         self.possible_agents = [f"robot_{n}" for n in range(1, len(setting.robots) + 1)]
         self.agents: list[str] = []
-        found = [team_entries(setting, level, n, self.law.sees) for n in range(len(setting.robots))]
+        found = [team_entries(setting, level, n, self.law.looks) for n in range(len(setting.robots))]
         self.entries = dict(zip(self.possible_agents, found, strict=True))
         self.action_most = self.most if units else np.ones_like(self.most)
         self.factor = np.ones_like(self.most) if units else self.most

@@ -42,8 +42,7 @@ def crossing(
       robotics stress crossing --robots 3 --runs 20 --json
     """
     from robotics.laws.catalogue import make_controller
-    from robotics.plugins.stress.crossing_runs import stress_crossing
-    from robotics.plugins.stress.crossings import crossing_forewarnings
+    from robotics.plugins.stress.crossings import crossing_forewarnings, stress_crossing
     from robotics.plugins.stress.outcome import StressOutcome
     from robotics.plugins.stress.single import ALIASES
     from robotics.simulation.opening import has_equation

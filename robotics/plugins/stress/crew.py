@@ -18,7 +18,7 @@ FEWEST = 60  # robots for which a process of its own pays
 _SHARED = 16  # workers for which what is kept is cut, whoever does it
 _PRELOAD = (
     "pyarrow",
-    "robotics.plugins.stress.crossing_runs",
+    "robotics.plugins.stress.crossings",
     "robotics.plugins.stress.obstaclecourse",
     "robotics.laws.catalogue",
 )
@@ -40,7 +40,7 @@ def in_pieces(
     Args:
         stress: Makes the outcome of some of ``seeds``, given as its one positional argument; a progress display is
             given as ``begin``. A :func:`functools.partial` of
-            :func:`robotics.plugins.stress.crossing_runs.stress_crossing` or
+            :func:`robotics.plugins.stress.crossings.stress_crossing` or
             :func:`robotics.plugins.stress.obstaclecourse.stress_obstacles`.
         robots: Number of robots of each run.
         seeds: One run for each.

@@ -5,20 +5,31 @@ from functools import partial
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from fuzzy.figures.drawing import PAGE_WIDTH
-from robotics.laws.catalogue import label
+from robotics.laws.catalogue import label, make_controller
 from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import measured, runs_touched
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.thesis import avoidance_runs
-from robotics.plugins.thesis.avoidance_runs import AVOIDANCE_TESTS, CASES, COURSES, CRASH_LAWS, OBSTACLE_LAWS, Results
+from robotics.plugins.thesis.avoidance_runs import (
+    AVOIDANCE_TESTS,
+    CASES,
+    COURSES,
+    CRASH_LAWS,
+    LATEST,
+    OBSTACLE_LAWS,
+    SIDE_BY_SIDE,
+    Results,
+    nominal_time,
+)
 from robotics.plugins.thesis.claims import judged
 from robotics.plugins.thesis.figures import plot_turn
 from robotics.plugins.thesis.rows import TEXTS, film_of, run_columns
-from robotics.plugins.thesis.side_by_side import side_by_side_picture, side_by_side_table
-from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance
+from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance, plot_trajectories
 from robotics.show.figures.meetings import plot_meetings
 from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
@@ -134,6 +145,36 @@ def _left_behind(run: Run) -> str:
     return ", ".join(robot for robot in robots if measured(run, "left_behind_s", robot).any()) or "–"
 
 
+def side_by_side_table(runs: Runs) -> Grid:
+    """The table of SIDE_BY_SIDE on AVOIDANCE_TESTS and COURSES, from the runs by scenario and law."""
+    seeds = len(runs[AVOIDANCE_TESTS[0], SIDE_BY_SIDE[0]].seeds)  # of a course there may be more
+    rows = [_row(runs[scenario, law], seeds) for scenario in (*AVOIDANCE_TESTS, *COURSES) for law in SIDE_BY_SIDE]
+    return TEXTS.grid("avoidance.side-by-side", rows, spread=ARRIVAL_SPREAD, latest=LATEST)
+
+
+def _row(run: Run, seeds: int) -> tuple[str, ...]:
+    def of(quantity: str, robots: str = "worst") -> np.ndarray:
+        return measured(run, quantity, robots)[:seeds]
+
+    touched = of("contacts") > 0
+    count = f"{touched.sum()} of {len(touched)}"
+    clearance = shown(mean_of(of("min_clearance_m")), "m")
+    guarded = _mean(of("emergency_share", "mean"), "1")
+    if run.obstacles is not None and not make_controller(run.controller).looks:
+        return (run.scenario, f"{label(run.controller)}: drives blind", count, "–", "–", "–", clearance, guarded)
+    late, apart = of("arrival_time_s") / nominal_time(run.scenario), of("arrival_spread_s")
+    arrived = ~touched & (late <= LATEST)
+    good = shown(rate_of(arrived & (apart <= ARRIVAL_SPREAD)), "1")
+    means = _mean(apart[arrived], "s"), _mean(late[arrived], "1")
+    return (run.scenario, label(run.controller), count, good, *means, clearance, guarded)
+
+
+def _mean(values: np.ndarray, unit: str) -> str:
+    """The mean with its interval; a dash where there is nothing to take it of."""
+    known = values[~np.isnan(values)]
+    return shown(mean_of(known), unit) if len(known) else "–"
+
+
 # Pictures ---------------------------------------------------------------------------------------------------------
 
 
@@ -161,6 +202,17 @@ def _pictures(runs: Runs) -> list[Picture]:
         ),
         *_pages(runs),
     ]
+
+
+def side_by_side_picture(runs: Runs) -> Picture:
+    """The trajectories of SIDE_BY_SIDE on the two tests, a row each."""
+    return TEXTS.picture(
+        "avoidance-side-by-side",
+        partial(plot_trajectories, [[runs[test, law] for law in SIDE_BY_SIDE] for test in AVOIDANCE_TESTS]),
+        titles="; ".join(load_scenario(test).title for test in AVOIDANCE_TESTS),
+        tests=" and ".join(AVOIDANCE_TESTS),
+        laws=", ".join(map(label, SIDE_BY_SIDE)),
+    )
 
 
 def _pages(runs: Runs) -> Iterator[Picture]:

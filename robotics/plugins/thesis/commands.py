@@ -21,8 +21,7 @@ def regenerate(
       robotics dataset regenerate --out datasets
     """
     from fuzzy.files.fisfile import write_fis
-    from robotics.plugins.learning.datacard import thesis_facts, write_card
-    from robotics.plugins.learning.datatable import write_data
+    from robotics.plugins.learning.datacard import thesis_facts, write_set
     from robotics.plugins.learning.formationdata import FILES, formation_data
     from robotics.plugins.thesis.printed_systems import NETWORKS, thesis_comment, thesis_system
 
@@ -30,10 +29,9 @@ def regenerate(
     written = []
     for name, recipe in FILES.items():
         table = formation_data(recipe)
-        write_data(out / name, table.names, table.values)
         kind, check = f" --kind {recipe.kind}", " --check" * recipe.stream
         facts = thesis_facts(recipe, f"robotics dataset formation{kind}{check} -o {name}")
-        written += [out / name, write_card(out / name, facts, table.columns, table.values)]
+        written += [out / name, write_set(out / name, facts, table.columns, table.values)]
     thesis = out / "thesis"
     if thesis.is_dir():
         for number in NETWORKS:

@@ -18,7 +18,7 @@ from robotics.laws.law import ControllerError
 from robotics.laws.specification import Specification
 from robotics.laws.tracking.fuzzy_tracking import RULE_BASES
 from robotics.measures.registry import measure_all
-from robotics.plugins.stress.crossing_runs import stress_crossing
+from robotics.plugins.stress.crossings import stress_crossing
 from robotics.show.report.plan import load_sweep
 from robotics.show.report.study import run_table
 from robotics.simulation.loop import simulate

@@ -9,8 +9,7 @@ from robotics.commands.application import main
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.law import ControllerError
-from robotics.plugins.stress.crossing_runs import stress_crossing
-from robotics.plugins.stress.crossings import crossing_ensemble
+from robotics.plugins.stress.crossings import crossing_ensemble, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.paths.path import Quintic, compile_path

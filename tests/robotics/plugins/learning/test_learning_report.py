@@ -16,12 +16,12 @@ from fuzzy.files.fisfile import read_fis
 from fuzzy.files.table import read_table, write_table
 from robotics.commands.application import main
 from robotics.measures.formations import leads, place_error
+from robotics.plugins.learning.datatable import Samples
 from robotics.plugins.learning.figures import ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
 from robotics.plugins.learning.formationdata import FormationRecipe, checking_recipe, formation_data
 from robotics.plugins.learning.formationlearning import Learnt, learn_network
 from robotics.plugins.learning.report import (
     LearningReportError,
-    Samples,
     errors_of,
     fit_of,
     learning_chapters,

@@ -15,11 +15,10 @@ from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.laws.law import ControllerError
 from robotics.measures.tracking import cross_track_error, measure
-from robotics.plugins.learning.datatable import write_data
+from robotics.plugins.learning.datatable import TIMED_COLUMNS, write_data
 from robotics.plugins.logs.drive import read_drive
 from robotics.plugins.logs.drivedata import (
     DRIVEN,
-    TIMED_COLUMNS,
     UNTIMED,
     DriveDataError,
     DriveRecipe,

@@ -11,8 +11,7 @@ from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.stress.crew import in_pieces
-from robotics.plugins.stress.crossing_runs import stress_crossing
-from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing
+from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
 from robotics.world.paths.joined import table_length

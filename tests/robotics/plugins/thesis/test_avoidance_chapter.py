@@ -27,7 +27,7 @@ from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import Metric, cross_track_error
 from robotics.plugins.thesis import avoidance
-from robotics.plugins.thesis.avoidance import CHAPTER_FIGURES, chapter_of
+from robotics.plugins.thesis.avoidance import CHAPTER_FIGURES, chapter_of, side_by_side_picture, side_by_side_table
 from robotics.plugins.thesis.avoidance_runs import (
     AVOIDANCE_TESTS,
     CASES,
@@ -38,7 +38,6 @@ from robotics.plugins.thesis.avoidance_runs import (
     SIDE_BY_SIDE,
     runs_of,
 )
-from robotics.plugins.thesis.side_by_side import side_by_side_picture, side_by_side_table
 from robotics.show.figures.avoidance import CRASH_ROWS, HOW, WHERE, plot_avoidance, plot_trajectories
 from robotics.show.figures.drawing import CONTACT
 from robotics.show.report.chapter import Chapter
