@@ -62,8 +62,8 @@ class DataSession(TableSession):
         name, value = message.get("name"), message.get("value")
         name = check_known(name, self.keys, "variable", DataPanelError)
         known = [] if self.table is None else self.table.names
-        if not isinstance(value, str) or (value and value not in known):
-            raise DataPanelError(expected(str(value), known, "column"))
+        if value != "":
+            check_known(value, known, "column", DataPanelError)
         self.columns = {**self.columns, name: value}
         self._choose_rows()
 
