@@ -85,8 +85,6 @@ class TrainSession(TableSession, TaskSession):
             **dict.fromkeys(("table", "before", "after", "pictures", "points", "residual", "terms", "about")),
             **self._of_columns(),
         )
-        bench.on_change(self._changed)
-        bench.on_close(self.close)
         self.asking = asyncio.get_running_loop().create_task(self._ask())
 
     # Messages
@@ -220,7 +218,8 @@ class TrainSession(TableSession, TaskSession):
 
     # What the page sees
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Show the system under design."""
         self.widget.update(system=self._system(), **self._of_columns())
 
     def _system(self) -> dict[str, Any]:

@@ -52,7 +52,6 @@ class DataSession(TableSession):
             lack="",
             **dict.fromkeys(("table", "pictures", "points", "residual", "terms")),
         )
-        bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
         self.universes = self.present.inputs
 
@@ -165,7 +164,8 @@ class DataSession(TableSession):
 
     # The design
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Show the variables, and draw the rows anew."""
         variables = self._variables()
         self.widget.update(variables=variables, sources=self.table_files())
         if self._follow_names():
