@@ -61,9 +61,8 @@ class DataSession(TableSession):
         name, value = message.get("name"), message.get("value")
         name = check_known(name, self.keys, "variable", DataPanelError)
         known = [] if self.table is None else self.table.names
-        if value != "":
-            check_known(value, known, "column", DataPanelError)
-        self.columns = {**self.columns, name: value}
+        column = "" if value == "" else check_known(value, known, "column", DataPanelError)
+        self.columns = {**self.columns, name: column}
         self._choose_rows()
 
     def _do_choose(self, message: dict[str, Any]) -> None:
