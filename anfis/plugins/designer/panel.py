@@ -30,7 +30,7 @@ from anfis.plugins.designer.task import (
 )
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
-from fuzzy.naming import check_known, expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.columns import LoadedTable, columns_data
 from fuzzy.plugins.designer.datapictures import Rows
 from fuzzy.plugins.designer.folder import LARGEST_FILE
@@ -85,8 +85,6 @@ class TrainSession(TableSession, TaskSession):
             **dict.fromkeys(("table", "before", "after", "pictures", "points", "residual", "terms", "about")),
             **self._of_columns(),
         )
-        bench.on_change(self._changed)
-        bench.on_close(self.close)
         self.asking = asyncio.get_running_loop().create_task(self._ask())
 
     # Messages
@@ -105,9 +103,9 @@ class TrainSession(TableSession, TaskSession):
         chosen = {ask.name: given.get(ask.name, ask.value) for ask in asks}
         for ask in asks:
             known = [value for value, _ in ask.options]
-            if known and chosen[ask.name] not in known:
-                raise TrainingTaskError(expected(chosen[ask.name], known, ask.title.lower()))
-            if not known and not (chosen[ask.name].isdecimal() and int(chosen[ask.name]) >= 1):
+            if known:
+                check_known(chosen[ask.name], known, ask.title.lower(), TrainingTaskError)
+            elif not (chosen[ask.name].isdecimal() and int(chosen[ask.name]) >= 1):
                 raise TrainingTaskError(f"{ask.title} must be a whole number >= 1, got {chosen[ask.name]!r}")
         self.show_table(await self.bench.background(generator.make, folder, chosen))
 
@@ -220,7 +218,8 @@ class TrainSession(TableSession, TaskSession):
 
     # What the page sees
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Show the system under design."""
         self.widget.update(system=self._system(), **self._of_columns())
 
     def _system(self) -> dict[str, Any]:

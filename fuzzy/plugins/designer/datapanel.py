@@ -52,7 +52,6 @@ class DataSession(TableSession):
             lack="",
             **dict.fromkeys(("table", "pictures", "points", "residual", "terms")),
         )
-        bench.on_change(self._changed)
         bench.on_change(self._universes_changed, hidden=True)
         self.universes = self.present.inputs
 
@@ -62,9 +61,8 @@ class DataSession(TableSession):
         name, value = message.get("name"), message.get("value")
         name = check_known(name, self.keys, "variable", DataPanelError)
         known = [] if self.table is None else self.table.names
-        if not isinstance(value, str) or (value and value not in known):
-            raise DataPanelError(expected(str(value), known, "column"))
-        self.columns = {**self.columns, name: value}
+        column = "" if value == "" else check_known(value, known, "column", DataPanelError)
+        self.columns = {**self.columns, name: column}
         self._choose_rows()
 
     def _do_choose(self, message: dict[str, Any]) -> None:
@@ -165,7 +163,8 @@ class DataSession(TableSession):
 
     # The design
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Show the variables, and draw the rows anew."""
         variables = self._variables()
         self.widget.update(variables=variables, sources=self.table_files())
         if self._follow_names():

@@ -40,9 +40,17 @@ class PanelSession:
         self._doing: asyncio.Task[None] | None = None  # a task that nobody holds may vanish
 
     def put(self, module: Path, **traits: Any) -> None:
-        """Put the ``module`` on the page with its first ``traits``."""
+        """Put the ``module`` on the page with its first ``traits``, and follow the page from now on."""
         self.widget = self.bench.widget(module, problem=None, **traits)
         self.widget.on_message(self.heard)
+        self.bench.on_change(self.changed)
+        self.bench.on_close(self.close)
+
+    def changed(self) -> Any:
+        """Follow a change of the document; it may be a coroutine function."""
+
+    def close(self) -> None:
+        """End what is being done, because the page is closed."""
 
     def heard(self, message: Any) -> Any:
         """Do what the page asks, in the order in which it asks; an error becomes a refusal."""

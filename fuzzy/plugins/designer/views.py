@@ -312,15 +312,11 @@ def compared_data(
         output: The surface's output, by number.
         point: The point (inputs,) at which the other inputs are held.
     """
-    try:
-        other = surface_data(fis, inputs, output, point)
-    except FuzzySystemError:
-        other = None
     return {
         "name": name,
         "inputs": [variable_data(v) for v in fis.inputs],
         "outputs": [variable_data(v) for v in fis.outputs],
-        "surface": other,
+        "surface": or_none(surface_data, fis, inputs, output, point),
     }
 
 

@@ -84,8 +84,6 @@ class StepSession(PanelSession):
             system=self._system(),
             response=None,
         )
-        bench.on_change(self._changed)
-        bench.on_close(self.close)
         self.opening = asyncio.get_running_loop().create_task(self._open())
 
     # Messages
@@ -221,7 +219,8 @@ class StepSession(PanelSession):
             self.before = await self.bench.read(document.path.name, read_saved, document.path)
         self.simulate()
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Simulate the loop anew, unless only another point is looked at."""
         if self.bench.document.saved and self.before is not self.present:
             self.before = self.present
         elif self.shown == self.present:

@@ -298,20 +298,17 @@ class _Reader:
         asked = {v.name: tuple(v.terms) for v in inputs}
         proposed = {v.name: tuple(v.terms) for v in outputs}
         rules: list[Rule] = []
-        methods: set[tuple[str, str]] = set()
+        ands, ors = set[str](), set[str]()
         for block in blocks:
             if not self._truth(block, "enabled", "true"):
                 continue
-            methods.add(
-                (self._method(block, "conjunction", AND_METHODS), self._method(block, "disjunction", OR_METHODS))
-            )
+            ands.add(self._method(block, "conjunction", AND_METHODS))
+            ors.add(self._method(block, "disjunction", OR_METHODS))
             line, activation = block.one("activation", "General")
             if activation not in ("General", ""):
                 raise self.fail(line, f"activation must be General, got {shortened(activation)!r}")
             rules += [self._rule(line, text, asked, proposed) for line, text in block.all("rule")]
-        ands = {conjunction for conjunction, _ in methods if conjunction} or {"prod"}
-        ors = {disjunction for _, disjunction in methods if disjunction} or {"probor"}
-        if len(ands) > 1 or len(ors) > 1:
+        if len(ands - {""}) > 1 or len(ors - {""}) > 1:
             raise self.fail(blocks[-1].line, "the rule blocks join by different operators; here all have the same")
         return rules, "min" if "min" in ands else "prod", "max" if "max" in ors else "probor"
 

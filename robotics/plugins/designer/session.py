@@ -79,8 +79,6 @@ class TryoutSession(FolderSession):
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
         later = dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment"))
         self.put(_MODULE, files=files, trial=self._trial(), **later)
-        bench.on_change(self._changed)
-        bench.on_close(self.close)
 
     # Messages
 
@@ -334,7 +332,8 @@ class TryoutSession(FolderSession):
         self.wish = wish
         self.wanted |= {"course", "tried"}
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Drive anew, unless nothing that drives was edited."""
         if self.trial is not None and self.last and self.present == self.last[1] and "tried" not in self.wanted:
             return  # one looks at another point, or edits what drives nobody
         if self.trial is None or _variables(self.present) != self.variables:

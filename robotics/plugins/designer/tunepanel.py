@@ -70,8 +70,6 @@ class TuneSession(TaskSession):
             after=[],
             left=self._left(),
         )
-        bench.on_change(self._look)
-        bench.on_close(self.close)
         self.unlisten = bench.document.listen(self._edited)
         self.asking = asyncio.get_running_loop().create_task(self._ask())
 
@@ -83,9 +81,9 @@ class TuneSession(TaskSession):
             self.widget.update(metrics=tunetask.metrics())
         await self.offers.look()
         self.own = self.offers.found(self.bench.document.path)["scenarios"]
-        await self._look()
+        await self.changed()
 
-    async def _look(self) -> None:
+    async def changed(self) -> None:
         """Look at what the present system may be tuned in."""
         if self.runs:
             return
@@ -257,7 +255,7 @@ class TuneSession(TaskSession):
 
     async def settle(self) -> None:
         """Look at what the design may be tuned in, once its search has ended."""
-        await self._look()
+        await self.changed()
 
     def _show(self, candidate: dict[str, Any]) -> None:
         """Put the best so far into the design, unless somebody edits it by hand meanwhile."""
