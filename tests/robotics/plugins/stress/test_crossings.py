@@ -15,9 +15,9 @@ from robotics.plugins.stress.crossing_runs import stress_crossing
 from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import PathColumns, Quintic
-from robotics.world.paths.quintic_table import quintic_table
 from tests.robotics.plugins.stress.equalprogress import samples
 
 
