@@ -39,11 +39,11 @@ from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.plugins.stress.crossings import APART, AREA, ASPECT, SPEED
 from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.world.paths.joined import join_tables
 from robotics.world.paths.path import Quintic
-from robotics.world.paths.quintic_table import quintic_table
 from robotics.world.paths.references import Reference, even_timing
 from robotics.world.paths.trajectory import Timing
 from robotics.world.sensing.posture import Sensing

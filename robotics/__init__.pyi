@@ -46,6 +46,7 @@ from robotics.plugins.learning.formationlearning import FormationLearningError a
 from robotics.plugins.learning.formationlearning import Learnt as Learnt
 from robotics.plugins.learning.formationlearning import learn_networks as learn_networks
 from robotics.plugins.learning.formationlearning import write_networks as write_networks
+from robotics.plugins.learning.formations import formation_scenario as formation_scenario
 from robotics.plugins.logs.drive import Drive as Drive
 from robotics.plugins.logs.drive import read_drive as read_drive
 from robotics.plugins.logs.drivedata import DriveRecipe as DriveRecipe
@@ -99,7 +100,6 @@ from robotics.simulation.run import load_run as load_run
 from robotics.simulation.scenario.description import Member as Member
 from robotics.simulation.scenario.description import Scenario as Scenario
 from robotics.simulation.scenario.description import ScenarioError as ScenarioError
-from robotics.simulation.scenario.formations import formation_scenario as formation_scenario
 from robotics.simulation.scenario.random_team import TeamError as TeamError
 from robotics.simulation.scenario.random_team import random_team as random_team
 from robotics.simulation.scenario.random_team import team_toml as team_toml

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin
 
 from fuzzy.entrypoints import entry_points
-from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted
 from fuzzy.system import Sugeno
@@ -16,7 +15,7 @@ from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
 from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
 from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.equation import KNOWLEDGE_FIELDS
-from robotics.laws.foreign import error_in_law, is_foreign
+from robotics.laws.foreign import telling_errors
 from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law, Preset
 from robotics.laws.lawfile import law_in_file, loaded_law
@@ -299,16 +298,11 @@ def make_controller(specification: str) -> Law[Any]:
         if not equals or not text:
             raise ControllerError(f"controller {name!r}: gain {gain!r} needs a value: {gain}=...")
         values[gain] = _value(name, known[gain], text)
-    try:
-        return _built(preset.law, values)
-    except ControllerError as error:
-        raise ControllerError(f"controller {name!r}: {error}") from None
-    except InputError:
-        raise
-    except Exception as error:  # a law of the user's may raise anything when it is made
-        if not is_foreign(preset.law):
-            raise
-        raise error_in_law(preset.law, error, "the making") from error
+    with telling_errors(preset.law, "the making"):
+        try:
+            return _built(preset.law, values)
+        except ControllerError as error:
+            raise ControllerError(f"controller {name!r}: {error}") from None
 
 
 def as_law(controller: Law[Any] | str) -> Law[Any]:

@@ -4,6 +4,8 @@ In Python the sentence is raised from what the law raised, whose traceback stays
 """
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,28 +25,32 @@ def is_foreign(law: type[Law[Any]]) -> bool:
     return not law.__module__.startswith(_OWN)
 
 
-def error_in_law(law: type[Law[Any]], error: Exception, what: str) -> ControllerError:
-    """What a law raised, as a sentence.
+@contextmanager
+def telling_errors(law: type[Law[Any]], what: str) -> Iterator[None]:
+    """Turn what a foreign law raises in this block into a ControllerError, a sentence with the law's file and line.
+
+    An InputError, and all that a law of this package raises, goes on as it is.
 
     Args:
         law: The law's class.
-        error: What it raised.
-        what: What failed, such as "control".
+        what: What is done in the block, such as "control".
     """
-    place = _place(law)
-    return ControllerError(f"{told(error, place, Path(place).name)} (in {what} of the law {law.__name__})")
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # a law of the user's may raise anything
+        if not is_foreign(law):
+            raise
+        place = _place(law)
+        sentence = f"{told(error, place, Path(place).name)} (in {what} of the law {law.__name__})"
+        raise ControllerError(sentence) from error
 
 
 def checked_init(law: Law[Any], setting: Setting, runs: int) -> Any:
     """The memory with which a law begins, of :meth:`Law.init`. Raises ControllerError where a foreign law fails."""
-    try:
+    with telling_errors(type(law), "init"):
         return law.init(setting, runs)
-    except InputError:
-        raise
-    except Exception as error:
-        if not is_foreign(type(law)):
-            raise
-        raise error_in_law(type(law), error, "init") from error
 
 
 def checked_control(law: Law[Any], seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
@@ -54,12 +60,8 @@ def checked_control(law: Law[Any], seen: Observation, memory: Any, dt: float) ->
     """
     if not is_foreign(type(law)):
         return law.control(seen, memory, dt)
-    try:
+    with telling_errors(type(law), "control"):
         returned: Any = law.control(seen, memory, dt)
-    except InputError:
-        raise
-    except Exception as error:
-        raise error_in_law(type(law), error, "control") from error
     if not (isinstance(returned, tuple) and len(returned) == 2 and isinstance(returned[0], Command)):
         raise _wrong(law, f"must return a Command and its memory; got {type(returned).__name__}")
     command, shape = returned[0], seen.x.shape

@@ -1,7 +1,7 @@
 """The recorded channels: the numbers that a run keeps of every period, and their places in the state.
 
-To record something more, declare it here, give it room in :class:`robotics.simulation.lanes.Kept`, and let
-:func:`robotics.simulation.steps.record` write it; runs then keep, save, load and cut it by its axes.
+To record something more, declare it here, give it room in :class:`robotics.simulation.recorder.Recording`, and let
+:func:`robotics.simulation.recorder.record` write it; runs then keep, save, load and cut it by its axes.
 """
 
 from collections.abc import Mapping

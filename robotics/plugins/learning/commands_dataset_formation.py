@@ -15,9 +15,9 @@ from robotics.commands.completion import controllers, scenarios
 
 if TYPE_CHECKING:
     from robotics.plugins.learning.formationdata import FormationRecipe
+    from robotics.plugins.learning.formationtext import FormationPlan
     from robotics.plugins.learning.scenariodata import ScenarioRecipe
     from robotics.simulation.scenario.description import Scenario
-    from robotics.simulation.scenario.formationtext import FormationPlan
 
 _OF_SCENARIO = ("teacher", "inputs", "runs", "displaced")
 _OF_PLAN = ("amplitude", "wavelength", "path", "spacing", "followers", "arrangement")
@@ -56,7 +56,7 @@ def formation(
     plan: Annotated[
         "partial[FormationPlan]",
         FieldOptions(
-            "robotics.simulation.scenario.formationtext:FormationPlan",
+            "robotics.plugins.learning.formationtext:FormationPlan",
             *(*_OF_PLAN, "speed"),
             given=True,
             path=Shown(metavar="SHAPE:NAME=VALUE,..."),
@@ -188,7 +188,7 @@ def _scenario_set(
 
 def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
     """The scenario of a formation, saved if wished."""
-    from robotics.simulation.scenario.formationtext import formation_text
+    from robotics.plugins.learning.formationtext import formation_text
     from robotics.simulation.scenario.reading import parse_scenario
 
     text = formation_text(plan)

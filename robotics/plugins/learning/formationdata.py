@@ -25,8 +25,8 @@ from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, described, is_number, quantity, whole
 from robotics.laws.formation.leader_follower import FormationTeacher, bearings, law, lead
 from robotics.plugins.learning.datatable import DataColumn, DataTable
+from robotics.plugins.learning.formations import PERIOD, formation_scenario, leader_path
 from robotics.simulation.loop import simulate
-from robotics.simulation.scenario.formations import PERIOD, formation_scenario, leader_path
 from robotics.tables.texts import TextFile
 from robotics.world.paths.path import compile_path
 

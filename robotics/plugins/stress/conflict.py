@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
+from robotics.plugins.stress.quintic_table import bend, coefficients, place, slope
 from robotics.world.paths.path import Quintic
-from robotics.world.paths.quintic_table import bend, coefficients, place, slope
 
 CLEAR = 0.6  # m: starts and ends are at least this far from the other paths
 CONFLICT = 0.4  # m: robots on time that come nearer than this are in conflict

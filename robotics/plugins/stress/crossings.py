@@ -28,11 +28,11 @@ from robotics.plugins.stress.conflict import (
 )
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.quintic_table import fill, tabulated
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.world.paths.joined import join_tables
 from robotics.world.paths.path import Quintic
-from robotics.world.paths.quintic_table import fill, tabulated
 from robotics.world.paths.references import even_timing
 from robotics.world.paths.trajectory import Timing
 from robotics.world.sensing.posture import LABORATORY

@@ -19,14 +19,14 @@ from robotics.measures.arrival import together
 from robotics.plugins.stress.crossings import SPEED, drawn_ensemble
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.lanes import Lanes, lanes_beside, lanes_crossing
+from robotics.plugins.stress.obstaclefields import GAP, random_field, random_trap
 from robotics.plugins.stress.outcome import StressOutcome, of_runs
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import ScenarioError
-from robotics.world.environment.obstaclefields import GAP, random_field, random_trap
 from robotics.world.environment.world import Disc, World, WorldError, compile_worlds
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import Line, Path
-from robotics.world.paths.quintic_table import quintic_table
 from robotics.world.paths.trajectory import Timing
 
 COURSE_STREAM = 7  # of a seed's random streams: see robotics.world.radio.channel

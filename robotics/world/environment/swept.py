@@ -31,7 +31,7 @@ DEPTH_TOLERANCE = 1e-4  # m: likewise, while they overlap
 GRID = 1e-3  # s: a contact, and a gap between two contacts, that is longer than this is found as such
 FITS = 0.5  # a velocity fits the chord if the mean of both ends' is off by no more than this share of the larger
 
-TO = codes(("robot", "obstacle"))  # the first axis of Watch.least and Watch.first
+TO = codes(("robot", "obstacle"))  # the first axis of ContactNotes.least and .first
 
 
 class ContactColumns(Columns):

@@ -8,7 +8,7 @@ prediction: the complementary one by a share of its difference from the pose sen
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from math import pi
 from typing import Literal, NamedTuple, cast
@@ -35,6 +35,9 @@ class SensingError(InputError):
 SLIP = 0.0003  # m after 1 m: a choice. The wheels of the simulator do not slip; those of robots do, and more
 SURE = 0.02  # how well a Kalman filter takes wheels and axle to be known at best: one that is surer never learns them
 KALMAN: Literal["kalman"] = "kalman"
+_OF_POSE_SENSOR = (  # fields that say nothing of odometry
+    "position_noise", "heading_noise", "relative_noise", "noise_start", "noise_end", "filter_gain", "estimator", "slip",
+)  # fmt: skip
 # Standard deviations
 _in_m = partial(quantity, 0.0, "m", least=0, most=10)
 _in_rad = partial(quantity, 0.0, "rad", least=0, most=pi)
@@ -80,19 +83,10 @@ class Sensing:
 
     def __post_init__(self) -> None:
         check_quantities(self, SensingError)
-        own: dict[str, float | str | None] = {
-            "position_noise": 0,
-            "heading_noise": 0,
-            "relative_noise": 0,
-            "noise_start": 0,
-            "noise_end": None,
-            "filter_gain": 1,
-            "estimator": "complementary",
-            "slip": SLIP,
-        }
-        for name, default in own.items():
-            if self.posture == "odometry" and getattr(self, name) != default:
-                raise SensingError(f'{name} belongs to posture = "pose"; odometry has its own')
+        for field in fields(self):
+            said = field.name in _OF_POSE_SENSOR and getattr(self, field.name) != field.default
+            if said and self.posture == "odometry":
+                raise SensingError(f'{field.name} belongs to posture = "pose"; odometry has its own')
         if self.estimator == KALMAN and self.filter_gain != 1:
             raise SensingError('filter_gain belongs to estimator = "complementary"; the other makes its own')
         if self.noise_end is not None and self.noise_end <= self.noise_start:

@@ -16,8 +16,8 @@ from robotics.plugins.learning.formationdata import (
     checking_recipe,
     formation_data,
 )
+from robotics.plugins.learning.formations import formation_scenario, leader_path
 from robotics.simulation.run import CHANNELS
-from robotics.simulation.scenario.formations import formation_scenario, leader_path
 from robotics.world.paths.path import Sine, compile_path
 from tests.robotics.handmade import handmade
 
@@ -175,7 +175,7 @@ def test_a_sine_may_have_a_straight_lead_in():
 def test_a_path_can_be_evaluated_after_its_trajectory(capsys):
     """In a process whose compiled functions come from Numba's cache."""
     code = (
-        "from robotics.simulation.scenario.formations import formation_scenario; s = formation_scenario(0.0); "
+        "from robotics.plugins.learning.formations import formation_scenario; s = formation_scenario(0.0); "
         "s.trajectory.at(0.0);"
         "print(float(s.trajectory.paths[0].at(0.0).y))"
     )

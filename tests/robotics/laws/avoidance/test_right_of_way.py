@@ -11,9 +11,9 @@ from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.law import ControllerError
 from robotics.plugins.stress.crossings import crossing_ensemble, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.paths.path import Quintic, compile_path
-from robotics.world.paths.quintic_table import quintic_table
 
 
 @pytest.fixture(scope="module")

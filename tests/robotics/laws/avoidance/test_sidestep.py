@@ -9,9 +9,9 @@ from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.avoidance.sidestep import SHARPEST, roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.world.paths.path import PathColumns, Quintic
-from robotics.world.paths.quintic_table import quintic_table
 
 CLEAR = 0.6
 

@@ -26,8 +26,8 @@ from robotics.laws.formation.leader_follower import (
 from robotics.laws.law import ControllerError
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error
 from robotics.plugins.learning.formationdata import FormationRecipe, formation_data
+from robotics.plugins.learning.formations import leader_path
 from robotics.simulation.loop import simulate
-from robotics.simulation.scenario.formations import leader_path
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from robotics.studies.comparison import compare
 from robotics.world.paths.path import Circle, Line, compile_path

@@ -14,9 +14,9 @@ from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import PathColumns, Quintic
-from robotics.world.paths.quintic_table import quintic_table
 from tests.robotics.plugins.stress.equalprogress import samples
 
 

@@ -10,12 +10,12 @@ from robotics.laws.catalogue import make_controller
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
 from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.single import single_run
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.world.paths.joined import join_tables
 from robotics.world.paths.path import Quintic
-from robotics.world.paths.quintic_table import quintic_table
 from robotics.world.paths.references import even_timing
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.faults import Fault, Faults
