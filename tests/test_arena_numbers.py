@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from robotics.laws.tuned import tuned_from
+from robotics.laws.presets import tuned_from
 from robotics.measures.statistics.aggregates import IQM
 from robotics.plugins.arena.description import load_arena
 from robotics.plugins.arena.presets import preset_name

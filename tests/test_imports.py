@@ -34,8 +34,8 @@ STAIRS = {
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
-        knowledge setting modes specification law equation universe foreign tuned lawfile tracking formation teams
-        avoidance rules catalogue
+        knowledge setting modes specification law equation universe foreign lawfile tracking formation teams avoidance
+        rules presets catalogue
     """,
     "robotics.simulation": """
         scenario lanes steps channels observer opening layout run spans mode_changes recorder loop

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin
@@ -11,173 +11,19 @@ from fuzzy.entrypoints import entry_points
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted
 from fuzzy.system import Sugeno
-from robotics.laws.avoidance.crash_avoidance import CrashAvoidance
-from robotics.laws.avoidance.obstacle_avoidance import ObstacleAvoidance
-from robotics.laws.avoidance.right_of_way import RightOfWay
 from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.laws.foreign import telling_errors
-from robotics.laws.formation.leader_follower import FormationTeacher
 from robotics.laws.law import ControllerError, Law, Preset
 from robotics.laws.lawfile import law_in_file, loaded_law
-from robotics.laws.rules.follow_leader import FollowLeader
-from robotics.laws.rules.formation_networks import FormationNetworks
-from robotics.laws.rules.fuzzy_team import FuzzyTeam
+from robotics.laws.presets import published_presets, tuned_presets
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.specification import Specification
-from robotics.laws.teams.cooperation import FuzzyCooperation
-from robotics.laws.teams.graph_sliding_mode import GraphSlidingMode
-from robotics.laws.teams.virtual_structure import VirtualStructure
-from robotics.laws.tracking.linear_quadratic import LinearQuadratic
-from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.laws.tracking.pdc import ParallelCompensation
-from robotics.laws.tracking.pid import TrackingPID
-from robotics.laws.tracking.pure_pursuit import PurePursuit
-from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.laws.tuned import tuned_presets
 from robotics.world.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
 OwnLaws = Mapping[str, Law[Any] | str] | Sequence[str | Law[Any] | tuple[str, Law[Any] | str]]
 LAW_ENTRY_POINTS = "fuzzyfleet.laws"  # the entry points by which plug-ins and other packages add laws
 _OWN = "fuzzyfleet"  # the distribution whose laws are the catalogue's
-
-
-_formation, _team = partial(Preset, kind="formation"), partial(Preset, kind="team")
-_PUBLISHED: dict[str, Preset] = {
-    "fuzzy": Preset(
-        OwnRules,
-        {},
-        "Fuzzy",
-        "Table 5.6 with rule 11 repaired; look-ahead 0.4 s and steering distance 0.35 m by design rule, not by search",
-    ),
-    "fuzzy-lateral": Preset(
-        OwnRules,
-        {"steering": "heading", "lateral": "path"},
-        "Fuzzy, with λ(y_err)",
-        "(2.36) with the path's heading as α; with the target's bearing, as in \"fuzzy\", λ is inert",
-    ),
-    "fuzzy-literal": Preset(
-        OwnRules,
-        {"rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
-        "Fuzzy, literal",
-        "Table 5.6 as printed, the target being the next sample",
-    ),
-    "fuzzy-correcting": Preset(
-        OwnRules,
-        {"rule_base": "correcting", "lead": "auto", "smooth": 0.2},
-        "Fuzzy, correcting",
-        "nine rules that correct the reference's velocity, which is read ahead; a choice, by hand and not by search",
-    ),
-    "lyapunov": Preset(Lyapunov, {}, "Lyapunov", "(2.30), (2.32) with 1, 10, 5: damping 0.79 by formula"),
-    "pdc": Preset(
-        ParallelCompensation,
-        {},
-        "Parallel compensation",
-        "(2.41) on the sets of Table 5.6; linear-quadratic gains by Bryson's rule, not by search",
-    ),
-    "lqr": Preset(
-        LinearQuadratic,
-        {},
-        "LQR",
-        "time-varying linear-quadratic regulator on (5.9), discrete-time; weights by Bryson's rule, not by search",
-    ),
-    "pursuit": Preset(
-        PurePursuit, {}, "Regulated pure pursuit", "as Nav2's controller of that name, with its numbers, on timed paths"
-    ),
-    "pid": Preset(
-        TrackingPID,
-        {},
-        "PID",
-        "PI on cross-track, PD on heading, PI along the path; all poles placed at 1 1/s at 0.3 m/s",
-    ),
-    "csm": Preset(SlidingMode, {"mode": "csm", "k": 1.0}, "Conventional SM", "K = 1, λ = 10 (2.1.3.2)"),
-    "assm": Preset(SlidingMode, {"mode": "assm", "k": 0.8}, "Arbitrary 2nd-order SM", "K = 0.8, λ = 10 (2.1.3.2)"),
-    "qssm": Preset(SlidingMode, {"mode": "qssm", "k": 0.8}, "Quasi-continuous SM", "K = 0.8, λ = 10 (2.1.3.2)"),
-    "esm": Preset(SlidingMode, {"mode": "esm"}, "Exponential SM", "K = 0.2, λ = 10, μ0 = 0.1, α = 3 (2.1.3.2)"),
-    "formation": _formation(
-        FormationNetworks,
-        {},
-        "Leader-follower networks",
-        "5.2 with followers corrected by their own posture; correction=none is as printed",
-    ),
-    "formation-teacher": _formation(
-        FormationTeacher,
-        {},
-        "Leader-follower law",
-        "the law that the well-posed formation data sample; a choice, 5.2.1 gives it in words only",
-    ),
-    "leader-follower": _formation(
-        FollowLeader,
-        {},
-        "Leader and followers on any paths",
-        "speeds by the lead along the leader's path, pure pursuit; the forms of 5.2.1 with gains of our own",
-    ),
-    "graph-esm": _team(GraphSlidingMode, {}, "Graph ESM", "3.1 in a form that synchronises; K = 0.2, λd = 2, λp = 1"),
-    "graph-esm-literal": _team(
-        GraphSlidingMode, {"form": "literal"}, "Graph ESM, literal", "(3.4), (3.5) with K_ij = l_ij; diverges"
-    ),
-    "virtual-structure": _team(
-        VirtualStructure, {}, "Virtual structure, waiting", "4.3 on measured progress, with a watchdog"
-    ),
-    "virtual-structure-measured": _team(
-        VirtualStructure, {"variant": "measured"}, "Virtual structure, measured", "(4.10) on measured progress"
-    ),
-    "virtual-structure-virtual": _team(
-        VirtualStructure, {"variant": "virtual"}, "Virtual structure, virtual", "(4.10), (4.11); K 1, 10, 5"
-    ),
-    "virtual-structure-literal": _team(
-        VirtualStructure,
-        {"variant": "virtual", "coupling": "literal", "tracker.catch_up": 0.0},
-        "Virtual structure, literal",
-        "(4.10) with the Laplacian's own entries; diverges",
-    ),
-    "cooperation": _team(FuzzyCooperation, {}, "Fuzzy cooperation", "5.3 with a one-sided lag and the target held"),
-    "cooperation-literal": _team(
-        FuzzyCooperation,
-        {"variant": "literal", "rule_base": "tracking-literal", "look_ahead": 0.05, "steering_distance": 0.0},
-        "Fuzzy cooperation, literal",
-        "Table 5.6 and (5.14) as printed",
-    ),
-    "right-of-way": _team(
-        RightOfWay, {}, "Right of way", "reservations of (clock, place) before the start, and a brake"
-    ),
-    "crash-literal": _team(
-        CrashAvoidance,
-        {"lateral": "world"},
-        "Crash avoidance, literal",
-        "(6.4) with λ of (2.36), (6.5) and (5.14) as printed; d_min 0.6 m",
-    ),
-    "crash-lag-clock": _team(
-        CrashAvoidance,
-        {"variant": "lag-clock", "lateral": "world"},
-        "Crash avoidance, clock of the lag",
-        "(6.4) with λ of (2.36), (6.5) with a clock that waits for robots behind only; d_min 0.6 m",
-    ),
-    "crash-yielding": _team(
-        CrashAvoidance,
-        {"variant": "yielding", "d_min": 1.0},
-        "Crash avoidance, yielding",
-        "(6.4), (6.5) with a clock that does not wait for robots that yield",
-    ),
-    "fuzzy-team": _team(
-        FuzzyTeam, {}, "Fuzzy team", "five rule bases: tracking, cooperation, crash, obstacles, and who decides"
-    ),
-    "fuzzy-team-planned": _team(
-        FuzzyTeam,
-        {"plan": "reservation"},
-        "Fuzzy team, planned",
-        "the same five rule bases on the paths and the timing of right-of-way's plan",
-    ),
-    "obstacles": _team(
-        ObstacleAvoidance, {}, "Obstacle avoidance", "the side kept, then along the wall; 6.2 otherwise"
-    ),
-    "obstacles-literal": _team(
-        ObstacleAvoidance,
-        {"variant": "literal", "ro_min": 0.8, "rule_base": "tracking-literal"},
-        "Obstacle avoidance, literal",
-        "(6.7) and Table 5.6 as printed, with the clock of the lag; ro_min 0.8 m",
-    ),
-}
 
 
 def _loaded(own: bool, taken: Mapping[str, Preset]) -> tuple[dict[str, Preset], dict[str, str]]:
@@ -213,6 +59,7 @@ def _origin(entry: EntryPoint) -> str:
     return f"the package {entry.dist.name}" if entry.dist is not None else entry.value
 
 
+_PUBLISHED = published_presets()
 _PUBLISHED |= _loaded(True, _PUBLISHED)[0]
 CATALOGUE: dict[str, Preset] = _PUBLISHED | tuned_presets(_PUBLISHED)
 

@@ -41,6 +41,9 @@ PUSH_TIME = 1.0  # s: the time constant with which pushes change
 _EVERY = 4  # periods from sample to sample
 HELD_BACK = 0.5  # of the timing's speed: a teacher that drives no faster holds the robot back
 _AFTER = 1.0  # s: samples are taken so long after a robot's arrival
+# m/s: a curvature is shown from this speed on. Slower, the same turn rate is a curvature of thousands, of a robot that
+# hardly moves, and such samples decided what least squares found.
+_SLOWEST = 0.1
 _TURNS = ("w", "dw", "bend")  # the outputs of which the teacher's turn rate tells; of the others its speed
 
 Judge = Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
@@ -271,7 +274,7 @@ class _Taken:
             return np.asarray(wish - w)
         if output == "bend":
             speed = np.maximum(np.abs(v), np.minimum(np.abs(said.v), self._catch_up))
-            return np.asarray((wish - w) / np.where(speed > 0, speed, np.nan))
+            return np.asarray((wish - w) / np.where(speed >= _SLOWEST, speed, np.nan))
         return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
 
     def _possible(self, output: str, said: Command) -> np.ndarray:

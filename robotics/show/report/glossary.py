@@ -11,8 +11,8 @@ from markupsafe import Markup, escape
 
 from fuzzy.shown import typeset
 from robotics.laws.catalogue import CATALOGUE
+from robotics.laws.presets import tuned_from
 from robotics.laws.specification import Specification
-from robotics.laws.tuned import tuned_from
 from robotics.tables.texts import TextFile
 
 _GLOSSARY = TextFile("robotics.show.report", "glossary.toml")
