@@ -13,6 +13,7 @@ import signal
 import tomllib
 from collections.abc import Callable, Iterator
 from functools import lru_cache
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,16 @@ def site(tmp_path_factory, monkeypatch):
     declare(folder, project["name"], project["entry-points"])
     monkeypatch.syspath_prepend(folder)
     return folder
+
+
+def module_in(file: Path) -> Any:
+    """The module in a file that stands in no package."""
+    spec = spec_from_file_location(file.stem, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def declare(site, name, groups, requires=()):

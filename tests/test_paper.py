@@ -1,6 +1,5 @@
 """The article: what it cites, shows and says of the arena is there."""
 
-import importlib.util
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 
 import fuzzy
 import robotics
+from tests.conftest import module_in
 
 PAPER = Path(__file__).parent.parent / "docs" / "paper"
 RANKED = pd.read_csv(PAPER.parent / "reference" / "arena.csv")
@@ -24,11 +24,7 @@ def test_it_cites_what_its_bibliography_has_and_all_of_it():
 
 
 def test_its_figures_are_made_by_its_code():
-    spec = importlib.util.spec_from_file_location("paper_figures", PAPER / "figures.py")
-    assert spec is not None
-    assert spec.loader is not None
-    figures = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(figures)
+    figures = module_in(PAPER / "figures.py")
     shown = re.findall(r"\]\((\w+\.png)\)", TEXT)
     assert sorted(shown) == sorted(figures.FIGURES)
     named = re.findall(r"\\label\{(fig:\w+)\}", TEXT)

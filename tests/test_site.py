@@ -3,7 +3,6 @@
 `make docs` makes the site; the tests marked long look at it, and are skipped where it is not there.
 """
 
-import importlib.util
 import json
 import re
 import tomllib
@@ -26,6 +25,7 @@ from fuzzy.inference import InferenceWarning, infer
 from fuzzy.plugins.designer.design import design_of
 from fuzzy.plugins.designer.views import design_data
 from tests.browsers import drag, rest, started
+from tests.conftest import module_in
 from tests.fuzzy.random_systems import systems
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -33,12 +33,7 @@ SITE = DOCS / "_build" / "html"
 
 
 def interactive() -> Any:
-    spec = importlib.util.spec_from_file_location("interactive", DOCS / "interactive" / "interactive.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_in(DOCS / "interactive" / "interactive.py")
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """What training must take: data and systems of every form; and Mackey-Glass, where the answer is known."""
 
-import importlib.util
 import warnings
 from dataclasses import replace
 from itertools import product
@@ -16,6 +15,7 @@ from anfis import DataError, DataWarning, Options, TrainingError
 from fuzzy.files.fisfile import format_fis
 from fuzzy.system import Linear
 from tests.anfis.training_problem import CHECK, FIS, RNG, TRAINED, X, Y, grid, rmse
+from tests.conftest import module_in
 
 torch.set_num_threads(1)
 
@@ -302,10 +302,7 @@ def mackey_glass() -> tuple[np.ndarray, np.ndarray]:
     path = Path(__file__).parents[2] / "benchmarks" / "mackeyglass.py"
     if not path.exists():
         pytest.skip("the benchmarks are not here")
-    spec = importlib.util.spec_from_file_location("mackeyglass", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.pairs()
+    return module_in(path).pairs()
 
 
 def bells(x: np.ndarray) -> fuzzy.Sugeno:

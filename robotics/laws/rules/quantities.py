@@ -1,6 +1,6 @@
 """The table of what a robot can know: the quantities that a rule base may name as its inputs.
 
-Each has a unit and a sentence; :mod:`robotics.laws.rules.table` makes ``docs/reference/quantities.md`` of this table.
+Each has a unit and a sentence, of which ``docs/reference/quantitiespage.py`` makes ``docs/reference/quantities.md``.
 A quantity of pairs is told of each other robot: a rule base with one among its inputs is evaluated for every other
 robot, and its outputs are joined.
 """

@@ -11,15 +11,16 @@ import pytest
 
 from fuzzy.errors import InputError
 from robotics.commands.filekinds import FILE_KINDS
-from robotics.show.report.scenariopage import page
 from robotics.simulation.scenario.keys import scenario_table
 from robotics.simulation.scenario.reading import parse_scenario, scenario_file, scenario_from_table, scenario_names
 from robotics.simulation.scenario.survey import survey_text
 from robotics.tables.keys import KeyUnknownError, Placed, find, walk
 from robotics.tables.schema import schema_of
 from robotics.tables.template import commented_file
+from tests.conftest import module_in
 
 ROOT = Path(__file__).parents[4]
+page = module_in(ROOT / "docs" / "reference" / "scenariopage.py").page
 LINE = {"shape": "line", "start": [0.0, 0.0], "end": [5.0, 0.0]}
 BASE: dict[str, Any] = {"robots": [{"start": [0.0, 0.0, 0.0], "path": LINE, "timing": {"speed": 0.1}}]}
 ALL = list(walk(scenario_table()))
@@ -121,7 +122,7 @@ def test_names_are_found_by_their_end_and_mistyped_ones_are_guessed():
 
 def test_the_page_is_what_the_descriptions_say():
     text = (ROOT / "docs" / "reference" / "file-scenario.md").read_text(encoding="utf-8")
-    assert text == page(), "python -m robotics.show.report.scenariopage > docs/reference/file-scenario.md"
+    assert text == page(), "python docs/reference/scenariopage.py > docs/reference/file-scenario.md"
     ((example),) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     assert len(parse_scenario(example, "page").robots) == 1
 

@@ -1,7 +1,7 @@
 """The page ``docs/reference/quantities.md``: what a robot can know, and what a rule base can say.
 
-``python -m robotics.laws.rules.table > docs/reference/quantities.md`` makes it of ``table.txt`` and of the tables
-beside this module.
+``python docs/reference/quantitiespage.py > docs/reference/quantities.md`` makes it of ``quantitiespage.txt`` and of the
+tables of :mod:`robotics.laws.rules`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ _COLUMNS = ("name", "unit", "meaning", "needs")
 
 
 def page() -> str:
-    """The text of the page, in Markdown: ``table.txt`` with the tables and numbers that it names."""
+    """The text of the page, in Markdown: ``quantitiespage.txt`` with the tables and numbers that it names."""
     some = {name: quantity_of(name.replace("N_", "1_").replace("SECONDS", "1"), name) for name in PATTERNS}
     named = [(name, *words, _needs(some[name])) for name, words in PATTERNS.items()]
     team = [

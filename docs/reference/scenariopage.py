@@ -1,6 +1,6 @@
 """The page ``docs/reference/file-scenario.md``: every key of a scenario's file and of a sweep's.
 
-``python -m robotics.show.report.scenariopage > docs/reference/file-scenario.md`` makes it of
+``python docs/reference/scenariopage.py > docs/reference/file-scenario.md`` makes it of
 ``scenariopage.txt`` and of the descriptions of both.
 """
 
