@@ -81,11 +81,7 @@ function decades(low, high) {
 }
 
 export async function render({ model, el }) {
-  await formStyled(
-    import.meta.url,
-    "../../../../fuzzy/plugins/designer/static/datapictures.css",
-    "./training.css",
-  );
+  await formStyled(import.meta.url, "../../../../fuzzy/plugins/designer/static/datapictures.css", "./training.css");
   const mapping = element("div", { class: "pn-columns" });
   const form = panelForm(model, (note) => data.before(note), { leads: true, columns: mapping }),
     { get, send, number } = form;
