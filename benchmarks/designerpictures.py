@@ -272,7 +272,7 @@ def _train(page: Any) -> None:
 
 def _tune(page: Any) -> None:
     tab(page, "Tune")
-    page.wait_for_selector(".pn-main:not([disabled])")
+    page.wait_for_selector(".fd-tuning .pn-main:not([disabled])")
     page.locator(".tu-many input[value=fuzzy-off-path]").check()
     page.locator(".tu-many input[value=lyapunov-sine]").uncheck()
     for label, value in (("Runs (seeds) of each", "3"), ("Evaluations", "200")):

@@ -134,4 +134,5 @@ def touch(page: Any, handle: Any, dx: float) -> None:
     """Drag ``handle`` to the right by ``dx`` [px] with a finger."""
     finger = Finger(page, handle)
     finger.move(dx, 5)
+    page.wait_for_timeout(100)  # [ms] it rests: what it moved does not fly on
     finger.lift()

@@ -311,7 +311,7 @@ def table_text(names: Sequence[str] | None, values: np.ndarray, units: Sequence[
 
 
 def _field(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"' if set(name) & set(',;\t"\r\n') else name
+    return '"' + name.replace('"', '""') + '"' if set(name) & set(',;\t"\r\n\ufeff') else name
 
 
 def _decoded(data: bytes, file: str) -> str:

@@ -161,6 +161,10 @@ def test_what_is_written_is_read_back(data) -> None:
     assert np.array_equal(table.values, values)
 
 
+def test_a_name_may_begin_with_a_byte_order_mark() -> None:
+    assert parse_table(table_text(["\ufeffx"], np.array([[1.0]])), "t.csv").numbers().names == ("\ufeffx",)
+
+
 @settings(max_examples=150)
 @given(data=st.data())
 def test_one_table_however_it_is_written(data) -> None:

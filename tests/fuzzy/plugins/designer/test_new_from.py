@@ -199,7 +199,8 @@ def test_what_cannot_be_made_is_said_and_nothing_is_overwritten(tab, server):
     page.get_by_role("button", name="Create").click()
     page.wait_for_url("**/?file=found.fis")
     page.wait_for_selector(".state.unsaved")
-    assert page.get_by_label("unit", exact=True).input_value() == "m"
+    unit = page.get_by_label("unit", exact=True).element_handle()
+    page.wait_for_function("(field) => field.value === 'm'", arg=unit)  # the panels are drawn after the header
     page.get_by_role("button", name="Save").click()
     page.wait_for_selector(".state:not(.unsaved)")
     assert [v.name for v in read_fis(server.folder / "found.fis").outputs] == ["v"]
