@@ -1,4 +1,4 @@
-"""Shares of runs with their intervals: failures, performance profiles, the probability that a law does better."""
+"""Shares of runs with their intervals: failures, the probability that a law does better."""
 
 import numpy as np
 
@@ -11,24 +11,6 @@ def failure_rate(costs: np.ndarray) -> Interval:
     """The share of runs that failed, arrays (laws,), with Wilson's interval; costs are (laws, scenarios, seeds)."""
     costs = checked(costs)
     return wilson(np.isinf(costs).sum(axis=(1, 2)), costs[0].size)
-
-
-def performance_profile(
-    costs: np.ndarray, limits: np.ndarray, *, generator: np.random.Generator, draws: int = 2000
-) -> Interval:
-    """The share of runs that cost at most each limit, arrays (laws, limits) [Dolan & Moré 2002; Agarwal 2021].
-
-    The intervals are pointwise, by the bootstrap within scenarios. A failed run is above every finite limit.
-
-    Args:
-        costs: The costs (laws, scenarios, seeds).
-        limits: The limits τ (limits,).
-        generator: Where the resamples come from.
-        draws: The number of resamples.
-    """
-    costs = checked(costs)
-    below = costs[:, None] <= np.asarray(limits, dtype=float)[:, None, None]
-    return _shares(below, resamples(costs.shape[1:], draws, generator))
 
 
 def probability_of_improvement(costs: np.ndarray, *, generator: np.random.Generator, draws: int = 2000) -> Interval:

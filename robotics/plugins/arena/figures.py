@@ -20,7 +20,7 @@ from fuzzy.figures.palette import DIVERGING, ROLES, STRONG
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.ranking import pareto_front
 from robotics.plugins.arena.entrants import Sort
-from robotics.show.figures.drawing import PlotError, few_ticks, panel_grid, write_log_ticks
+from robotics.show.figures.drawing import PlotError, write_log_ticks
 
 WIDTH = 6.3  # inches: 16 cm, the text of a printed page
 _MOST = 20.0  # times the reference's cost: what is more is written at the edge
@@ -272,50 +272,6 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
     return moved - max(0.0, float(moved.max()) - max(1.0, float(places.max())))
 
 
-def plot_profiles(laws: Sequence[Entrant], limits: np.ndarray, profiles: Interval) -> Figure:
-    """Draw the share of runs that cost at most a limit, a panel a family, in it the other families' laws in grey.
-
-    Args:
-        laws: The laws.
-        limits: The limits (limits,), > 0 and growing.
-        profiles: The shares (laws, limits), of robotics.measures.statistics.shares.performance_profile.
-        cost: What the axis of costs says, with its unit in brackets.
-    """
-    families = _families(laws)
-    columns = min(3, len(families))
-    most = max(sum(law.family == family for law in laws) for family in families)
-    with styled_figure(WIDTH, 0.3 + (1.65 + 0.125 * most) * -(-len(families) // columns)) as figure:
-        axes = panel_grid(figure, len(families), columns)
-        for ax, family in zip(axes, families, strict=True):
-            _draw_profiles(ax, laws, family, limits, profiles)
-            ax.set_xscale("log")
-            write_log_ticks(ax.xaxis, few_ticks(float(limits[0]), float(limits[-1])))
-            ax.set(xlim=(limits[0], limits[-1]), ylim=(0, 103))
-        for ax in axes[::columns]:
-            ax.set_ylabel("runs at most that [%]")
-        figure.supxlabel("cost [reference = 1], logarithmic", fontsize=8)
-        return figure
-
-
-def _draw_profiles(ax: Axes, laws: Sequence[Entrant], family: Sort, limits: np.ndarray, profiles: Interval) -> None:
-    color, turn = _FAMILIES[family].color, 0
-    for k, law in enumerate(laws):
-        share, low, high = (100 * part[k] for part in (profiles.value, profiles.low, profiles.high))
-        if law.family != family:
-            ax.plot(limits, share, color="0.8", linestyle="-", linewidth=0.5, zorder=1.5)
-            continue
-        ax.fill_between(limits, low, high, color=color, alpha=0.2, linewidth=0, zorder=2)
-        ax.plot(
-            limits, share, color=color, linestyle=LINES[turn % len(LINES)], linewidth=1.1, label=law.title, zorder=3
-        )
-        turn += 1
-    ax.set_title(_FAMILIES[family].words, color=color, fontsize=7.5, loc="left")
-    ax.legend(
-        loc="upper left", bbox_to_anchor=(0.0, -0.13), fontsize=6.3, handlelength=2.4, borderaxespad=0.2,
-        labelspacing=0.25,
-    )  # fmt: skip
-
-
 def plot_improvement(laws: Sequence[Entrant], chances: Interval, verdicts: np.ndarray) -> Figure:
     """Draw the probability that the row's law costs less than the column's, with the verdict on each pair.
 
@@ -495,12 +451,6 @@ def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> floa
     return float((np.maximum(across, 0.0) * np.maximum(up, 0.0)).sum()) / 100
 
 
-def _families(laws: Sequence[Entrant]) -> list[Sort]:
-    """The families that there are, in their own order."""
-    present = {law.family for law in laws}
-    return [family for family in _FAMILIES if family in present]
-
-
 def _lines(laws: Sequence[Entrant]) -> list[Any]:
     """A line style for each law: its own where there are enough, otherwise its own within its family."""
     if len(laws) <= len(LINES):
@@ -546,7 +496,8 @@ def _legend(
     """Draw the legend on top: of the ``marks`` (words, fill), and of families as marks or ``lines``."""
     found: dict[str, dict[str, Any]]
     found = {word: {"color": "0.35", "marker": "o", "markerfacecolor": fill} for word, fill in marks}
-    for name, color, marker in (_FAMILIES[family] for family in _families(laws)):
+    present = {law.family for law in laws}
+    for name, color, marker in (look for family, look in _FAMILIES.items() if family in present):
         found[name] = {"color": color} if lines else {"color": color, "marker": marker}
     line: Any = "-" if lines else "none"
     handles, words = [Line2D([], [], markersize=4, linestyle=line, **how) for how in found.values()], [*found]

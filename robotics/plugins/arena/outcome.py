@@ -16,7 +16,7 @@ from robotics.measures.statistics.bootstrap import contrasts, interval
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import holm, signed_rank_p_values, verdicts
 from robotics.measures.statistics.ranking import Reweighted, gap_closed, reweighted
-from robotics.measures.statistics.shares import failure_rate, performance_profile, probability_of_improvement
+from robotics.measures.statistics.shares import failure_rate, probability_of_improvement
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import Arena
 from robotics.plugins.arena.work import Search
@@ -24,7 +24,6 @@ from robotics.plugins.arena.work import Search
 STATISTIC = UNSEEN_IQM  # by which laws are ranked; intervals are over scenarios and seeds
 _DRAWS = 2000
 _FEW_DRAWS = 500  # of intervals that are many
-_LIMITS = 60  # points of a performance profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,19 +234,6 @@ class Outcome:
     def mean(self) -> np.ndarray:
         """The arithmetic mean over scenarios of the interquartile mean of each tuned law's cost (laws,)."""
         return self.scenario_costs.mean(axis=1)
-
-    @cached_property
-    def limits(self) -> np.ndarray:
-        """Relative costs (limits,) at which the performance profile is taken."""
-        some = self.relative[np.isfinite(self.relative)]
-        return np.geomspace(max(float(np.quantile(some, 0.005)), 1e-3), float(np.quantile(some, 0.995)), _LIMITS)
-
-    @cached_property
-    def profiles(self) -> Interval:
-        """The share of each law's runs whose relative cost is at most each limit (laws, limits)."""
-        return performance_profile(
-            self.relative, self.limits, generator=self.generator, draws=min(self.draws, _FEW_DRAWS)
-        )
 
     @cached_property
     def by_scenario(self) -> np.ndarray:

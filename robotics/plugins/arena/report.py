@@ -287,9 +287,8 @@ def _costs(outcome: Outcome) -> Chapter:
     laws, pairs = entrants(outcome), np.ix_(order, order)
     ordered = [laws[k] for k in order]
     improvement = partial(figures.plot_improvement, ordered, outcome.improvement[pairs], outcome.verdicts[pairs])
-    profiles = partial(figures.plot_profiles, laws, outcome.limits, outcome.profiles)
-    shown = [_TEXTS.picture("improvement", improvement), _TEXTS.picture("profiles", profiles, reference=unit)]
-    return _TEXTS.chapter("costs", tables=[grid, parts], details=[per], pictures=[*shown, *_front(outcome)])
+    pictures = [_TEXTS.picture("improvement", improvement), *_front(outcome)]
+    return _TEXTS.chapter("costs", tables=[grid, parts], details=[per], pictures=pictures)
 
 
 def _budgets(outcome: Outcome) -> Chapter:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from robotics.measures.statistics.intervals import wilson
-from robotics.measures.statistics.shares import failure_rate, performance_profile, probability_of_improvement
+from robotics.measures.statistics.shares import failure_rate, probability_of_improvement
 
 
 def costs(laws: int = 3, scenarios: int = 4, seeds: int = 20, seed: int = 0) -> np.ndarray:
@@ -74,16 +74,3 @@ def test_probabilities_hang_on_the_order_of_costs_only_and_not_on_that_of_seeds(
     changed = np.take_along_axis(np.log1p(found) ** 3, np.broadcast_to(chosen, found.shape), axis=2)
     values = [probability_of_improvement(each, generator=random, draws=2).value for each in (found, changed)]
     assert values[0] == pytest.approx(values[1], abs=1e-12)
-
-
-def test_the_profile_is_the_share_of_runs_below_each_limit():
-    found, limits = costs(), np.array([0.0, 0.5, 1.0, 5.0, 1e9])
-    profile = performance_profile(found, limits, generator=np.random.default_rng(6))
-    for law in range(3):
-        expected = [sum(1 for cost in found[law].ravel() if cost <= limit) / 80 for limit in limits]
-        assert profile.value[law] == pytest.approx(expected)
-    assert (profile.low <= profile.value).all()
-    assert (profile.value <= profile.high).all()
-    assert (profile.high[:, 0] > 0).all()  # no run of 80 below: more runs might be
-    failed = np.isinf(found).mean(axis=(1, 2))
-    assert profile.value[:, -1] == pytest.approx(1 - failed)

@@ -16,7 +16,6 @@ from robotics.plugins.arena.figures import (
     plot_budget,
     plot_improvement,
     plot_pareto,
-    plot_profiles,
     plot_ranking,
     plot_robustness,
 )
@@ -108,20 +107,6 @@ def test_the_budget_names_its_lines_at_their_ends_and_names_stay_apart():
     assert heights == sorted(heights)
     drawn = [y_of(line) for line in ax.lines if len(x_of(line)) == 5]
     assert any(np.allclose(row, value[0]) for row in drawn)
-
-
-def test_profiles_have_a_panel_a_family_with_the_others_in_grey():
-    limits = np.geomspace(0.3, 8.0, 30)
-    shares = 1 / (1 + np.exp(-4 * (np.log(limits) - np.linspace(0.0, 0.5, COUNT)[:, None])))
-    figure = plot_profiles(LAWS, limits, about(shares, 0.02))
-    assert faults_of(figure) == []
-    assert [ax.get_title(loc="left") for ax in figure.axes] == [
-        "fuzzy", "Lyapunov, sliding mode", "geometric", "linear", "predictive",
-    ]  # fmt: skip
-    for ax in figure.axes:
-        assert len(ax.lines) == COUNT
-    bold = [line for line in figure.axes[0].lines if line.get_label() in ("Fuzzy", "Parallel compensation")]
-    assert [y_of(line).tolist() for line in bold] == [(100 * shares[0]).tolist(), (100 * shares[2]).tolist()]
 
 
 def test_the_matrix_says_how_often_and_what_that_means():
