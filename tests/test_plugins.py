@@ -54,7 +54,8 @@ import pytest
 
 sys.exit(pytest.main(tests))
 """
-QUIET = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "-m", "not long and not browser"]
+QUIET = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "-m"]
+QUIET += ["not long and not browser and not hypothesis"]  # random cases say nothing of what is missing
 
 
 def users_of(package, plugin):

@@ -90,6 +90,12 @@ def of_interrupt(error: BaseException | None) -> bool:
     return False
 
 
+def raise_interrupt(error: BaseException) -> None:
+    """Raise KeyboardInterrupt if ``error`` was raised because of one: nothing else is wrong."""
+    if of_interrupt(error):
+        raise KeyboardInterrupt from error
+
+
 def _stop(number: int, _: FrameType | None) -> None:
     _answers.number = signal.Signals(number)
     raise KeyboardInterrupt

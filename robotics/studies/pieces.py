@@ -13,6 +13,7 @@ from time import monotonic
 from typing import TypeVar
 
 from fuzzy.errors import InputError
+from fuzzy.shell.interrupts import raise_interrupt
 from robotics.studies.executors import WorkerError, Workers
 
 _PATIENCE = 5.0  # s that a cluster may be without workers before it is said
@@ -101,6 +102,7 @@ def _result(future: "Future[Result]", called: str, kept: type[InputError] | None
     except (CancelledError, BrokenExecutor):
         raise _unreachable(kept) from None
     except Exception as error:
+        raise_interrupt(error)
         if kept is None or isinstance(error, kept):
             raise
         said = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"

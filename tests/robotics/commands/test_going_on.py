@@ -88,10 +88,13 @@ def check_end(place, name, out):
 
 @pytest.mark.parametrize(
     ("name", "kills"),
-    [("compare", 2), *(pytest.param(name, 20, marks=pytest.mark.long) for name in ("compare", "study"))],
+    [("compare", 2), *(pytest.param(name, 6, marks=pytest.mark.long) for name in ("compare", "study"))],
 )
 def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kills):
-    """Killed a random number of pieces after each start, and a random moment later; the study with two processes."""
+    """Killed a random number of pieces after each start, and a random moment later; the study with two processes.
+
+    `python -m tests.kill_studies` kills studies of every kind as often as one likes.
+    """
     random = np.random.default_rng(kills)
     out, before, done = tmp_path / "out", dict[str, Any](), 0
     options = ["--workers", "2"] if name == "study" else []

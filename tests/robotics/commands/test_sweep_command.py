@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from robotics.commands.application import main
-from robotics.studies import executors
+from robotics.studies import executors, keptcomparison
 from tests.robotics.commands.warmstart import PATIENCE, Warm, dask_cluster, landed, wait_for_the_end_of, wait_until
 
 SCENARIO = """
@@ -128,7 +128,7 @@ def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm):
     """Killed a random number of chunks after each start, and a random moment later."""
     random = np.random.default_rng(0)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(17):
+    for _ in range(6):
         child = warm.start(command(place, out))
         count, moment = len(before) + int(random.integers(0, 4)), random.uniform(0, 0.05)
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)
@@ -173,6 +173,22 @@ def test_a_killed_worker_costs_nothing(place, tmp_path, warm):
     status, printed, error = warm.end()
     assert (status, error, json.loads(printed)["computed"]) == (0, "", CHUNKS)
     assert (tmp_path / "out" / "results.parquet").read_bytes() == expected(place)
+
+
+def test_an_interrupt_that_a_library_translates_keeps_what_is_done(place, tmp_path, monkeypatch, capsys):
+    drives = keptcomparison.simulate
+
+    def translates(scenario, *arguments, **options):
+        if len(landed(tmp_path)) == 3:
+            try:
+                raise KeyboardInterrupt
+            except KeyboardInterrupt as error:
+                raise SystemError("returned a result with an exception set") from error
+        return drives(scenario, *arguments, **options)
+
+    monkeypatch.setattr(keptcomparison, "simulate", translates)
+    assert main(command(place, tmp_path)) == 130
+    assert "robotics: interrupted; 3 of 60 chunks are in " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
