@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.sealed import UNSIGNED, intact, sealed
-from fuzzy.shell.interrupts import raise_interrupt
 from fuzzy.shell.progress import Advance
 from robotics.studies.executors import WorkerError, Workers
 from robotics.studies.pieces import kept_piece, run_pieces
@@ -65,7 +64,6 @@ def run_chunk(
         try:
             rows = one(part)
         except Exception as error:
-            raise_interrupt(error)
             if fault is None:
                 raise
             # A worker's traceback is of little use far away; what was run can be run again by hand.
