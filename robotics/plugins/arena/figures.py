@@ -1,13 +1,11 @@
 """The pictures of an arena: who leads and how surely, at which budget, at what effort, and what a change does to it."""
 
-import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cbook import pts_to_poststep
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
@@ -29,7 +27,6 @@ _FORMS = (("as published", "white"), ("tuned", "0.35"))  # of a law, and how its
 _MARKS = {"better": "▲", "worse": "▼", "equivalent": "=", "undecided": "?"}
 _RATIOS = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 _BUDGETS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # evaluations at which there may be a tick
-_SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))  # of a point: right, left, above, ...
 # From good over nothing to bad, blue and orange as in the series
 _SCALE = LinearSegmentedColormap.from_list("cost", DIVERGING)
 
@@ -210,7 +207,8 @@ def plot_budget(laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval) 
         ax.set(yscale="log", ylim=(low, high), ylabel="cost of the best so far [1], logarithmic")
         write_log_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         write_log_ticks(ax.yaxis, _round_ticks(low, high))
-        _write_at_ends(ax, laws, curves.value[:, -1], figure.get_size_inches()[1] * 0.78)
+        ends = np.column_stack([np.full(len(laws), budgets[-1]), curves.value[:, -1]])
+        _write_beside(ax, laws, ends, figure.get_size_inches()[1] * 0.78)
         _legend(figure, laws, lines=True)
         return figure
 
@@ -242,21 +240,25 @@ def _round_ticks(low: float, high: float) -> list[float]:
     return [t for t in (s * 10.0**d for d in decades for s in steps) if low <= t <= high]
 
 
-def _write_at_ends(ax: Axes, laws: Sequence[Entrant], values: np.ndarray, height: float) -> None:
-    """Write each law's name beside the end of its line, pushed apart where names would overlap.
+def _write_beside(ax: Axes, laws: Sequence[Entrant], points: np.ndarray, height: float) -> None:
+    """Write the laws' names in a column to the right, pushed apart where they would overlap, each joined to its point.
 
     Args:
-        ax: The axes, with a logarithmic axis of costs.
+        ax: The axes, with logarithmic axes.
         laws: The laws.
-        values: Where the lines end (laws,); a law that fails to the end stands on top.
+        points: Where the names belong (laws, 2); a law whose height is infinite fails, and stands on top.
         height: The height of the axes in inches.
     """
-    low, high = np.log(ax.get_ylim())
-    at = np.where(np.isfinite(values), (np.log(np.where(np.isfinite(values), values, 1.0)) - low) / (high - low), 1.0)
-    placed = _apart(np.clip(at, 0.0, 1.0), 0.115 / height)
-    for law, own, where, value in zip(laws, at, placed, values, strict=True):
-        words = "" if np.isfinite(value) else ": fails"
-        _write_name(ax, law, (1.0, min(own, 1.0)), (1.045, where), words, {"shrinkA": 1, "shrinkB": 0})
+    ends = np.log([ax.get_xlim(), ax.get_ylim()])
+    fails = ~np.isfinite(points[:, 1])
+    at = (np.log(np.where(fails[:, None], np.exp(ends[:, 1]), points)) - ends[:, 0]) / (ends[:, 1] - ends[:, 0])
+    placed = _apart(np.clip(at[:, 1], 0.0, 1.0), 0.115 / height)
+    for law, own, where, failed in zip(laws, np.minimum(at, 1.0), placed, fails, strict=True):
+        color = _FAMILIES[law.family].color
+        line = {"arrowstyle": "-", "color": color, "linewidth": 0.5, "relpos": (0, 0.5), "shrinkA": 0, "shrinkB": 0}
+        look: dict[str, Any] = {"fontsize": 6.5, "color": color, "va": "center", "annotation_clip": False}
+        words = f"{law.title}: fails" if failed else law.title
+        ax.annotate(words, own, (1.045, where), "axes fraction", "axes fraction", arrowprops=line, **look)
 
 
 def _apart(places: np.ndarray, gap: float) -> np.ndarray:
@@ -382,9 +384,8 @@ def plot_pareto(
         _round_axes(ax, points)
         ax.set(xlabel=f"{titles[0]}, logarithmic\n← better", ylabel=f"{titles[1]}, logarithmic\n← better")
         _legend(figure, laws, _FORMS)
-        figure.draw_without_rendering()  # the layout is known now, and names find room
         named = [law for law, is_known in zip(laws, known, strict=True) if is_known]
-        _name_points(ax, named, tuned[known])
+        _write_beside(ax, named, tuned[known], figure.get_size_inches()[1] * 0.78)
         return figure
 
 
@@ -395,60 +396,6 @@ def _round_axes(ax: Axes, points: np.ndarray) -> None:
         low, high = values.min() / margin, values.max() * margin
         limit(low, high)
         write_log_ticks(axis, _round_ticks(low, high))
-
-
-def _along(ax: Axes, line: Line2D) -> np.ndarray:
-    """Points (n, 2) [pixels] along a drawn line, its steps included, some pixels apart; of one point that point."""
-    path = ax.transData.transform(np.asarray(line.get_xydata(), dtype=float))
-    if str(line.get_drawstyle()).startswith("steps"):
-        path = pts_to_poststep(*path.T).T
-    parts = [path[:1]]
-    for start, end in itertools.pairwise(path):
-        parts.append(np.linspace(start, end, 2 + int(np.hypot(*(end - start)) / 6)))
-    return np.concatenate(parts)
-
-
-def _name_points(ax: Axes, laws: Sequence[Entrant], tuned: np.ndarray) -> None:
-    """Write each law beside its tuned point, where it covers the least of marks, lines and names.
-
-    Where points crowd, a name stands farther off, and a thin line leads to it.
-    """
-    inch = figure_of(ax).dpi
-    taken = np.concatenate([_along(ax, line) for line in ax.lines])[:, [0, 1, 0, 1]]  # boxes: left, low, right, top
-    frame, to_axes = ax.get_window_extent(), ax.transAxes.inverted()
-    for law, (x, y) in zip(laws, ax.transData.transform(tuned), strict=True):
-        wide, tall = text_width(law.title, 6.5) * inch + 2, 0.1 * inch
-        chosen, reach, least = (x, y, x, y), 1, np.inf
-        for far, (side, (across, up)) in itertools.product((1, 3, 5, 8), enumerate(_SIDES)):
-            left = x + far * across * 0.07 * inch - (wide if across < 0 else wide / 2 if across == 0 else 0.0)
-            low = y + far * up * 0.09 * inch - tall / 2
-            box = (left, low, left + wide, low + tall)
-            outside = left < frame.x0 or box[2] > frame.x1 or low < frame.y0 or box[3] > frame.y1
-            cost = _overlap(box, taken) + 50.0 * outside + 0.01 * side + 0.7 * (far - 1)
-            if cost < least:
-                chosen, reach, least = box, far, cost
-        taken = np.vstack([taken, chosen])
-        mark, words = to_axes.transform([(x, y), (chosen[0], (chosen[1] + chosen[3]) / 2)])
-        ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.2}
-        _write_name(ax, law, mark, words, line={} if reach > 1 else None, zorder=2.5, bbox=ground)
-
-
-def _write_name(
-    ax: Axes, law: Entrant, at: Any, place: Any, more: str = "", line: dict[str, Any] | None = None, **look: Any
-) -> None:
-    """Write a law's name and ``more`` at a ``place``, in shares of the axes, and a thin ``line`` ``at`` its mark."""
-    color = _FAMILIES[law.family].color
-    arrow = None if line is None else {"arrowstyle": "-", "color": color, "linewidth": 0.5} | line
-    look |= {"fontsize": 6.5, "color": color, "va": "center", "annotation_clip": False}
-    ax.annotate(law.title + more, at, place, "axes fraction", "axes fraction", arrowprops=arrow, **look)
-
-
-def _overlap(box: tuple[float, float, float, float], others: np.ndarray) -> float:
-    """How much a box (left, low, right, top) overlaps the others (n, 4), each with a margin [pixels]."""
-    margin = 4.0
-    across = np.minimum(box[2], others[:, 2] + margin) - np.maximum(box[0], others[:, 0] - margin)
-    up = np.minimum(box[3], others[:, 3] + margin) - np.maximum(box[1], others[:, 1] - margin)
-    return float((np.maximum(across, 0.0) * np.maximum(up, 0.0)).sum()) / 100
 
 
 def _lines(laws: Sequence[Entrant]) -> list[Any]:
