@@ -34,8 +34,8 @@ from robotics.commands.crew import Crew
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
-from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.crossings import stress_crossing
+from robotics.plugins.stress.running import in_pieces
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.vehicle import plant as p

@@ -24,7 +24,7 @@ STAIRS = {
         shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """
-        data point premises proposals parameters consequents network compiled state methods checkpoint accuracy training
+        data point premises parameters consequents network compiled state methods checkpoint accuracy training
         folds pruning estimator plot commands plugins.designer
     """,
     "robotics": """

@@ -1,15 +1,17 @@
 """The node that is the simulator: velocities in; odometry, wheels, ranges, what the radio brings, and the clock out.
 
 In real time it moves on by its own clock. In lockstep a period only begins after every robot's command for the one
-before has come, so that a drive is that of ``robotics run``, however slow the network is.
+before has come, so that a drive is that of ``robotics run``, however slow the network is. The tree of frames is on /tf
+and /tf_static where tf2_ros is installed, whose wheels are not on the package index.
 """
 
 import time as clocks
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,11 +20,10 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState, Range
 
 from fuzzyfleet_ros import messages
-from fuzzyfleet_ros.frames import Posture
+from fuzzyfleet_ros.frames import HERE, Posture, quaternion
 from fuzzyfleet_ros.loopback import Loopback, Sensed
 from fuzzyfleet_ros.names import prefix, robot_name, scenario_of
 from fuzzyfleet_ros.parameters import Parameter, ParameterError, declared
-from fuzzyfleet_ros.transforms import Transforms
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.logs.names import MAP, token
 
@@ -248,3 +249,37 @@ def heard_words(sensed: Sensed, robot: int) -> tuple[list[str], list[float]]:
             names += [f"{robot_name(j)}/{word}" for word in ("age", *sensed.heard.fields)]
             values += [age, *sensed.heard.values[:, 0, robot, j].tolist()]
     return names, values
+
+
+class Transforms:
+    """map → odom → base_link → sensors, of every robot."""
+
+    def __init__(self, node: Node, robots: int, mounts: Sequence[Mapping[str, Posture]]) -> None:
+        """Open the topics of ``node``; ``mounts`` are the postures of each robot's sensors on it, by name."""
+        self.robots, self.moving = robots, None
+        try:
+            import tf2_ros
+        except ImportError:
+            return
+        self.moving = tf2_ros.TransformBroadcaster(node)
+        self.resting = tf2_ros.StaticTransformBroadcaster(node)
+        fixed = []
+        for i, sensors in enumerate(mounts):
+            inside = prefix(i, robots)
+            fixed.append(transform(0, MAP, f"{inside}odom", HERE))
+            fixed += [transform(0, f"{inside}base_link", f"{inside}{token(n)}", at) for n, at in sensors.items()]
+        self.resting.sendTransform(fixed)
+
+    def tell(self, robot: int, time: int, posture: Posture) -> None:
+        """Say where a robot, counted from 0, is at ``time`` [ns]."""
+        if self.moving is not None:
+            inside = prefix(robot, self.robots)
+            self.moving.sendTransform([transform(time, f"{inside}odom", f"{inside}base_link", posture)])
+
+
+def transform(time: int, frame: str, child: str, posture: Posture) -> Any:
+    """The posture of the frame ``child`` in ``frame`` at ``time`` [ns]."""
+    made = TransformStamped(header=messages.header(time, frame), child_frame_id=child)
+    made.transform.translation.x, made.transform.translation.y = posture.x, posture.y
+    made.transform.rotation.z, made.transform.rotation.w = quaternion(posture.heading)
+    return made

@@ -21,9 +21,9 @@ from anfis.consequents import (
 )
 from anfis.data import DataError, samples
 from anfis.network import Network
+from anfis.parameters import consequent_terms, present_values
 from anfis.point import Point, numbers
 from anfis.premises import premises
-from anfis.proposals import consequent_terms, present_values
 from fuzzy.inference import infer
 from fuzzy.system import Constant, Linear
 

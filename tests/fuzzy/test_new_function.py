@@ -18,9 +18,9 @@ from fuzzy.fitting.identification import identify
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, parameter, register
-from fuzzy.plugins.designer.conversion import converted
 from fuzzy.plugins.designer.design import Design, design_of
 from fuzzy.plugins.designer.edits import EditError, apply
+from fuzzy.plugins.designer.termedits import converted
 from fuzzy.plugins.designer.views import design_data, functions_data
 from fuzzy.profile import Outline, Profile
 

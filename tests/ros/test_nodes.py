@@ -292,7 +292,7 @@ def test_a_path_that_is_driven_is_over_once_and_another_one_begins(probe):
 def test_frames_are_told_where_tf2_is_installed(probe, monkeypatch):
     """Its wheels are not on PyPI: a module of the test's own stands in for it."""
     from fuzzyfleet_ros.frames import Posture
-    from fuzzyfleet_ros.transforms import Transforms
+    from fuzzyfleet_ros.simulatornode import Transforms
 
     sent: list = []
 

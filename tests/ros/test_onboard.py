@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyfleet_ros.alongpath import setting_along, thinned
+from fuzzyfleet_ros.controllersettings import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
 from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Received

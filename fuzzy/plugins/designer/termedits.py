@@ -1,4 +1,8 @@
-"""Edits of terms: each takes the design and a message, and gives the new design and the edit's name."""
+"""Edits of terms: each takes the design and a message, and gives the new design and the edit's name.
+
+Between two types of membership functions stands a trapezoid (:mod:`fuzzy.profile`): each class says which one stands
+for its functions, and which of its functions is fitted to one.
+"""
 
 from itertools import pairwise
 from typing import Any
@@ -8,7 +12,6 @@ import numpy as np
 from fuzzy.fitting.identification import grid_terms
 from fuzzy.membership import Triangle, membership_function
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction
-from fuzzy.plugins.designer.conversion import converted
 from fuzzy.plugins.designer.design import Design
 from fuzzy.plugins.designer.message import EditError, Message
 from fuzzy.plugins.designer.places import (
@@ -61,7 +64,7 @@ def _check_moved(label: str, old: MembershipFunction, new: tuple[float, ...]) ->
 
 
 def change_type(design: Design, message: Message) -> tuple[Design, str]:
-    """term_type {variable, term, type}: place and width stay, see :func:`fuzzy.plugins.designer.conversion.converted`.
+    """term_type {variable, term, type}: place and width stay, see :func:`fuzzy.plugins.designer.termedits.converted`.
 
     A linear consequent becomes the constant that it has in the middle of the inputs; a constant one gets no slopes.
     """
@@ -225,3 +228,26 @@ def rename_term(design: Design, message: Message) -> tuple[Design, str]:
     new_name(new, others, f"term of {variable.name!r}")
     changed = with_terms(variable, [(new if name == old else name, term) for name, term in variable.terms.items()])
     return put(design, place, changed, renamed(design, place, variable.name, {old: new})), f"rename {old} to {new}"
+
+
+def converted(function: MembershipFunction, kind: str, universe: tuple[float, float]) -> MembershipFunction:
+    """``function`` as the function of the MATLAB name ``kind``, over ``universe`` (lowest and highest value).
+
+    - Feet and shoulders stay where both types have them. A triangle's peak is the middle of the core. Curves keep
+      the points of degree 0.5, about the middle of the core if they are symmetric.
+    - A side that is open (linzmf to the left, say) is closed at the end of ``universe``, with the value 1 there.
+    - A function with two sides becomes the one with one side that it has: linsmf, smf the left, linzmf, zmf the right,
+      sigmf the one nearer the middle of the universe.
+
+    Raises MembershipError for an unknown name, and for functions that state no profile.
+    """
+    if kind == type(function).matlab:
+        return function
+    if kind not in MATLAB_NAMES:
+        return membership_function(kind, ())  # raises, with the names that there are
+    low, high = universe
+    new = MATLAB_NAMES[kind]
+    parameters = new.fitted(function.profile((high - low) or 1.0).closed(low, high))
+    # Computed widths and slopes need no more digits than a designer reads.
+    tidy = [p if role == "location" else float(f"{p:.6g}") for p, role in zip(parameters, new.roles, strict=True)]
+    return new(*tidy)

@@ -46,7 +46,7 @@ def run_stress(
 
     Args:
         about: What is printed before the outcome.
-        stress: As :func:`robotics.plugins.stress.crew.in_pieces` takes it, as the next four and ``threads``.
+        stress: As :func:`robotics.plugins.stress.running.in_pieces` takes it, as the next four and ``threads``.
         kind: The class of the outcome.
         robots: Number of robots of each run.
         seeds: One run for each.
@@ -56,7 +56,7 @@ def run_stress(
         threads: Whether processes are threads.
     """
     from robotics.laws.catalogue import files_of
-    from robotics.plugins.stress.crew import in_pieces
+    from robotics.plugins.stress.running import in_pieces
     from robotics.studies.versions import digest_of
 
     files = {name: digest_of(path) for name, path in sorted(files_of(stress.args[0]).items())}

@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from robotics.commands.crew import Crew
-from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.outcome import StressOutcome
+from robotics.plugins.stress.running import in_pieces
 from robotics.studies.executors import WorkerError, processes, uninterrupted
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals")

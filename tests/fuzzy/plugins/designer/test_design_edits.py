@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 import fuzzy
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES
-from fuzzy.plugins.designer.conversion import converted
 from fuzzy.plugins.designer.design import CHOICES, Design, design_of, file_text
 from fuzzy.plugins.designer.edits import EDITS, EditError, apply, edited
 from fuzzy.plugins.designer.sideeffects import broken
+from fuzzy.plugins.designer.termedits import converted
 from fuzzy.plugins.designer.views import design_data, surface_data, viewer_data
 from fuzzy.system import Linear, Sugeno, Variable
 from tests.fuzzy.plugins.designer.design_messages import JUNK, NEEDS, messages, system

@@ -7,8 +7,8 @@ import pytest
 
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
+from robotics.plugins.learning.commands_dataset_formation import FormationPlan, formation_text, path_table
 from robotics.plugins.learning.datacard import read_card
-from robotics.plugins.learning.formationtext import FormationPlan, formation_text, path_table
 from robotics.simulation.scenario.description import Member
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from robotics.world.paths.offset import Offset

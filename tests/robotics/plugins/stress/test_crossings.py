@@ -10,11 +10,11 @@ from robotics.commands.crew import Crew
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
-from robotics.plugins.stress.crew import in_pieces
 from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
 from robotics.plugins.stress.quintic_table import quintic_table
+from robotics.plugins.stress.running import in_pieces
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import PathColumns, Quintic
 from tests.robotics.plugins.stress.equalprogress import samples

@@ -39,7 +39,7 @@ def test_it_prints_what_happened_and_the_same_seed_prints_the_same_bytes(capsys)
 
 
 def test_the_number_of_processes_changes_nothing(capsys, monkeypatch):
-    monkeypatch.setattr("robotics.plugins.stress.crew.ROBOTS_A_PASS", 6)
+    monkeypatch.setattr("robotics.plugins.stress.running.ROBOTS_A_PASS", 6)
     options = ("--robots", "3", "--lanes", "crossing", "--freeze", "3", "--controller", "cooperation")
     arguments = ("stress", "obstacles", *options, "--runs", "3", "--workers")
     assert printed(capsys, *arguments, "1") == printed(capsys, *arguments, "2")

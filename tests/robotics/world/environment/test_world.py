@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.plugins.stress.obstaclefields import GAP, random_field, random_trap
+from robotics.plugins.stress.obstaclecourse import GAP, random_field, random_trap
 from robotics.world.environment.world import (
     BodyColumns,
     Disc,
@@ -310,7 +310,7 @@ def test_a_trap_stands_across_the_path_and_opens_towards_its_beginning():
 def test_what_does_not_fit_is_refused(monkeypatch):
     short = compile_path(Line(start=(0.0, 0.0), end=(1.0, 0.0)))
     rng = np.random.default_rng(0)
-    monkeypatch.setattr("robotics.plugins.stress.obstaclefields._SPREAD", 0.1)
+    monkeypatch.setattr("robotics.plugins.stress.obstaclecourse._SPREAD", 0.1)
     with pytest.raises(WorldError, match=r"no obstacle finds a place 0.6 m clear"):
         random_field(rng, [short])
     with pytest.raises(WorldError, match=r"begin and end 0.6 m or more from a trap"):

@@ -14,7 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from robotics.plugins.stress.obstaclefields import random_field, random_trap
+from robotics.plugins.stress.obstaclecourse import random_field, random_trap
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.world import (
     Disc,

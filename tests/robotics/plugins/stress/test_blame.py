@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotics.measures.blame import at_fault
+from robotics.plugins.stress.tally import at_fault
 from robotics.world.environment.swept import Watch
 from robotics.world.environment.world import Disc, World, compile_worlds
 from robotics.world.paths.path import Line
