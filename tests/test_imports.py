@@ -34,7 +34,7 @@ STAIRS = {
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
-        knowledge setting modes specification law equation universe foreign lawfile tracking formation teams avoidance
+        knowledge setting modes specification law equation universe foreign tracking formation teams avoidance
         rules presets catalogue
     """,
     "robotics.simulation": """
