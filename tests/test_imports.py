@@ -41,12 +41,12 @@ STAIRS = {
         scenario lanes steps channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
-        statistics once standing outside clearance blame decisions progress tracking evidence explained arrival contacts
+        statistics once standing outside clearance decisions progress tracking evidence explained arrival contacts
         formations own leading teams avoidance registry quantities
     """,
     "robotics.studies": """
         executors pieces versions chunks population together comparison forewarnings inspection design axes
-        keptcomparison passes tuning
+        keptcomparison tuning
     """,
     "robotics.show": "figures playback report",
 }
