@@ -1,12 +1,13 @@
 """A system as a source of C in Q16.16 fixed point: no floating point at run time, no library."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from fuzzy.plugins.ccode.identifier import comment
 from fuzzy.plugins.ccode.numbertype import LARGEST_FIXED, ONE, ExportError
-from fuzzy.plugins.ccode.phrases import called, limited_to, rule_tables, signature, table
+from fuzzy.plugins.ccode.phrases import called, limited_to, rendered, rule_tables, signature, table
 from fuzzy.plugins.ccode.plan import CodePlan, CodeTerm
 
 _DEGREE = 30  # binary places of a degree
@@ -65,10 +66,20 @@ class _Writer:
 
     def source(self) -> str:
         plan = self.plan
-        body = [*self._inputs(), *self._degrees(), *self._strengths()]
-        for o in range(len(plan.outputs)):
-            body += self._output(o)
-        function = "\n".join([signature(plan.name, "int32_t") + " {", *body, "    return told;", "}", ""])
+        function = rendered(
+            "fixed_infer.c.j2",
+            plan,
+            one=ONE,
+            width=self._width,
+            signature=signature(plan.name, "int32_t"),
+            inputs=[self._input(k) for k in range(len(plan.inputs))],
+            outputs=[
+                {"name": name, "rules": np.flatnonzero(part).tolist(), "default": q16(variable.midrange)}
+                for name, part, variable in zip(plan.outputs, plan.takes_part, plan.fis.outputs, strict=True)
+            ],
+            degree=self._logarithm if plan.logs else self._degree,
+            has_slopes=lambda o, i: (plan.slopes[o, :, i] != 0).any(),
+        )
         parts = [
             f"/* {comment(plan.fis.name)}, in Q16.16: see {plan.name}.h. Made of the system: change that, not this.\n"
             " * Shifting a negative number to the right keeps its sign, as every compiler for these machines does. */",
@@ -79,29 +90,14 @@ class _Writer:
         ]
         return "\n".join(parts)
 
-    def _inputs(self) -> list[str]:
-        plan, upper, clips = self.plan, self.plan.name.upper(), self.plan.fis.out_of_range == "clip"
-        rows = ["    int told = 0;"]
-        tests = []
-        for k, (name, variable) in enumerate(zip(plan.inputs, plan.fis.inputs, strict=True)):
-            low, high = (q16(end) for end in variable.universe)
-            used = any(term.input == k for term in plan.terms) or bool((plan.slopes[:, :, k] != 0).any())
-            if used:
-                rows.append(f"    const int32_t {name} = {limited_to(f'x[{k}]', low, high) if clips else f'x[{k}]'};")
-            if not clips:
-                tests.append(f"    if (x[{k}] < {low} || x[{k}] > {high}) told = {upper}_OUTSIDE;")
-        return [*rows, *tests, ""]
+    def _input(self, k: int) -> dict[str, Any]:
+        """An input by its name, limited or not, and whether the function needs it."""
+        plan, (low, high) = self.plan, (q16(end) for end in self.plan.fis.inputs[k].universe)
+        taken = limited_to(f"x[{k}]", low, high) if plan.fis.out_of_range == "clip" else f"x[{k}]"
+        used = any(term.input == k for term in plan.terms) or bool((plan.slopes[:, :, k] != 0).any())
+        return {"place": k, "name": plan.inputs[k], "low": low, "high": high, "taken": taken, "used": used}
 
     # Degrees of membership ----------------------------------------------------------------------------------
-
-    def _degrees(self) -> list[str]:
-        plan = self.plan
-        kind, what = ("int64_t", "logarithms of the degrees") if plan.logs else ("strength_t", "degrees of membership")
-        rows = [f"    /* Layer 1: {what} */", f"    {kind} degree[{max(1, len(plan.terms))}];"]
-        for k, term in enumerate(plan.terms):
-            call = self._logarithm(term) if plan.logs else self._degree(term)
-            rows.append(f"    degree[{k}] = {call}; /* {comment(term.name)} */")
-        return [*rows, ""]
 
     def _line(self, term: CodeTerm, slope: float, offset: float, places: int) -> str:
         return f"line({term.variable}, {line(slope, offset, places)})"
@@ -208,130 +204,7 @@ class _Writer:
         ]
         return [table("int32_t", f"{name}_slope", numbers), table("uint8_t", f"{name}_bits", bits)]
 
-    def _strengths(self) -> list[str]:
-        plan = self.plan
-        if not plan.rules:
-            return []
-        meaning = "1 is all of them" if plan.sums else "relative to the strongest"
-        rows = [f"    /* Layer 2: firing strengths; in the end {self._width} bits, {meaning} */"]
-        return [*rows, *(self._of_logarithms() if plan.logs else self._of_degrees()), ""]
-
     @property
     def _width(self) -> int:
         """How many bits a strength may have, so that the sum of all times a consequent has 62."""
         return min(30, 31 - math.ceil(math.log2(max(1, self.plan.rules))))
-
-    def _of_logarithms(self) -> list[str]:
-        n, sums = self.plan.rules, self.plan.sums
-        power = " * clause_power[k] >> 16" if self.plan.has_powers else ""
-        weight = f" * weight_of[r] >> {60 - self._width}" if self.plan.is_weighted else f" >> {30 - self._width}"
-        counts = "weight_of[r] > 0 && " if self.plan.is_weighted else ""
-        rows = [
-            f"    int64_t w[{n}], top = INT64_MIN;",
-            f"    for (int r = 0, k = 0; r < {n}; r++) {{",
-            "        w[r] = 0;",
-            f"        for (; k < rule_end[r]; k++) w[r] += degree[clause_term[k]]{power};",
-            f"        if ({counts}w[r] > top) top = w[r];",
-            "    }",
-        ]
-        if sums:
-            rows.append(f"    for (int r = 0; r < {n}; r++) w[r] = (int64_t)exponential(w[r]){weight};")
-            return [row.replace(", top = INT64_MIN", "") for row in rows if "top = w[r]" not in row]
-        return [
-            *rows,
-            f"    for (int r = 0; r < {n}; r++)",
-            f"        w[r] = (int64_t)exponential(w[r] < top ? w[r] - top : 0){weight};",
-        ]
-
-    def _of_degrees(self) -> list[str]:
-        n, fis = self.plan.rules, self.plan.fis
-        sums, changes = self.plan.sums, self.plan.has_powers or self.plan.has_negations
-        conjunction = "product" if fis.and_method == "prod" else "lesser"
-        rows = [
-            f"    strength_t fires[{n}];",
-            f"    int32_t w[{n}];",
-            *([] if sums else ["    int fewest = 1 << 20;"]),
-            f"    for (int r = 0, k = 0; r < {n}; r++) {{",
-            "        strength_t whole = {ONE, 0};",
-            *(["        int32_t either = 0;"] if self.plan.has_ors else []),
-            "        for (; k < rule_end[r]; k++) {",
-            f"            {'' if changes else 'const '}strength_t clause = degree[clause_term[k]];",
-        ]
-        if self.plan.has_powers:
-            rows += [
-                f"            if (clause_power[k] == {2 * ONE}) clause = product(clause, clause);",
-                f"            else if (clause_power[k] == {ONE // 2}) clause = root(clause);",
-                f"            else if (clause_power[k] != {ONE}) clause = hedged(clause, clause_power[k]);",
-            ]
-        if self.plan.has_negations:
-            rows.append("            if (clause_negated[k]) clause = strength_of(ONE - plain(clause), 0);")
-        joined = f"whole = {conjunction}(whole, clause);"
-        if self.plan.has_ors:
-            function = "both" if fis.or_method == "probor" else "most"
-            rows += [
-                f"            if (rule_or[r]) either = {function}(either, plain(clause));",
-                f"            else {joined}",
-                "        }",
-                "        if (rule_or[r]) whole = strength_of(either, 0);",
-            ]
-        else:
-            rows += [f"            {joined}", "        }"]
-        if self.plan.is_weighted:
-            rows += [
-                "        whole.value = (int32_t)(((int64_t)whole.value * weight_of[r]) >> 30);",
-                "        whole = strength_of(whole.value, whole.halvings);",
-            ]
-        rows.append("        fires[r] = whole;")
-        if not sums:
-            rows.append("        if (whole.value > 0 && whole.halvings < fewest) fewest = whole.halvings;")
-        drop, behind = 30 - self._width, "fires[r].halvings" if sums else "fires[r].halvings - fewest"
-        return [
-            *rows,
-            "    }",
-            f"    for (int r = 0; r < {n}; r++) {{",
-            f"        const int behind = {behind} + {drop};",
-            "        w[r] = fires[r].value == 0 || behind > 30 ? 0 : fires[r].value >> behind;",
-            "    }",
-        ]
-
-    # Outputs ------------------------------------------------------------------------------------------------------
-
-    def _output(self, o: int) -> list[str]:
-        plan, upper, name, n = self.plan, self.plan.name.upper(), self.plan.outputs[o], self.plan.rules
-        default = q16(plan.fis.outputs[o].midrange)
-        if not plan.takes_part[o].any():
-            return [f"    y[{o}] = {default};", f"    told |= {upper}_NO_RULE;"]
-        proposal = f"{name}_of[r]"
-        rows = [
-            f"    {{ /* Layers 4 and 5: {comment(plan.fis.outputs[o].name)} */",
-            "        int64_t fired = 0, said = 0;",
-        ]
-        rows.append(f"        for (int r = 0; r < {n}; r++) {{")
-        if not plan.takes_part[o].all():
-            rows.append(f"            if (!{name}_part[r]) continue;")
-        if plan.is_linear(o):
-            inputs = [i for i in range(len(plan.inputs)) if (plan.slopes[o, :, i] != 0).any()]
-            rows.append(f"            int64_t proposal = {proposal};")
-            for i in inputs:
-                place = f"{len(plan.inputs)} * r + {i}" if len(plan.inputs) > 1 else "r"
-                product = f"(int64_t){plan.inputs[i]} * {name}_slope[{place}]"
-                rows.append(f"            proposal += shifted({product}, {name}_bits[{i}]);")
-            rows.append("            if (proposal > INT32_MAX) proposal = INT32_MAX;")
-            rows.append("            if (proposal < -INT32_MAX) proposal = -INT32_MAX;")
-            proposal = "proposal"
-        rows += ["            fired += w[r];", f"            said += (int64_t)w[r] * {proposal};", "        }"]
-        if plan.sums:
-            rows += [
-                f"        said = shifted(said, {self._width});",
-                "        if (said > INT32_MAX) said = INT32_MAX;",
-                "        if (said < -INT32_MAX) said = -INT32_MAX;",
-            ]
-            value = "(int32_t)said"
-        else:
-            value = "(int32_t)((said + (said < 0 ? -fired : fired) / 2) / fired)"
-        return [
-            *rows,
-            f"        if (fired > 0) y[{o}] = {value};",
-            f"        else {{ y[{o}] = {default}; told |= {upper}_NO_RULE; }}",
-            "    }",
-        ]

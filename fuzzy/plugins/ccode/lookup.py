@@ -1,7 +1,6 @@
 """A system of one or two inputs as a table of its answers, interpolated between them."""
 
 from dataclasses import dataclass
-from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from fuzzy.plugins.ccode.fixedpoint import check_range, q16
 from fuzzy.plugins.ccode.identifier import comment
 from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, ExportError, Floating, c_type, checked_number
-from fuzzy.plugins.ccode.phrases import called, limited_to, signature, table
+from fuzzy.plugins.ccode.phrases import called, limited_to, rendered, signature, table
 from fuzzy.plugins.ccode.plan import CodePlan, planned
 from fuzzy.plugins.ccode.proofpoints import answers_of, proof_points
 from fuzzy.plugins.ccode.source import CSources, header
@@ -105,78 +104,37 @@ def with_lookup(fis: Sugeno, lookup: Lookup, name: str = "", number: str = "doub
 
 
 def _floating(plan: CodePlan, lookup: Lookup, kind: Floating) -> str:
-    real, outputs, upper = kind.name, len(plan.outputs), plan.name.upper()
-    values = table(real, f"{plan.name}_table", [kind.constant(float(v)) for v in lookup.values.ravel()])
-    zero, one = kind.constant(0.0), kind.constant(1.0)
-    nan = " + ".join(f"(x[{k}] - x[{k}])" for k in range(len(plan.inputs)))
-    lines = []
-    for k, (variable, n) in enumerate(zip(plan.fis.inputs, lookup.points, strict=True)):
+    values = table(kind.name, f"{plan.name}_table", [kind.constant(float(v)) for v in lookup.values.ravel()])
+    inputs = []
+    for variable, n in zip(plan.fis.inputs, lookup.points, strict=True):
         low, high = map(kind.constant, variable.universe)
         step = kind.constant((n - 1) / (variable.universe[1] - variable.universe[0]))
-        lines += [
-            f"const {real} in{k} = {limited_to(f'x[{k}]', low, high)};",
-            f"const {real} at{k} = (in{k} - ({low})) * {step}; /* in cells */",
-            f"const int near{k} = at{k} > {zero} ? (at{k} < {float(n)}{kind.suffix} ? (int)at{k} : {n}) : 0;",
-            f"const int cell{k} = near{k} > {n - 2} ? {n - 2} : near{k};",
-            f"const {real} share{k} = at{k} - ({real})cell{k};",
-            f"if (x[{k}] < {low} || x[{k}] > {high}) told = {upper}_OUTSIDE;",
-        ]
-    lines += _corners(plan, lookup, real)
-    if len(plan.inputs) == 1:
-        value = f"low[o] * ({one} - share0) + low[{outputs} + o] * share0"
-    else:
-        near = f"(low[o] * ({one} - share1) + low[{outputs} + o] * share1)"
-        far = f"(next[o] * ({one} - share1) + next[{outputs} + o] * share1)"
-        value = f"{near} * ({one} - share0) + {far} * share0"
-    lines += [f"for (int o = 0; o < {outputs}; o++) y[o] = {value};"]
-    lines += [f"if ({' || '.join(f'x[{k}] != x[{k}]' for k in range(len(plan.inputs)))})"]
-    lines += [f"    for (int o = 0; o < {outputs}; o++) y[o] = {nan};"]
-    return values + _function(plan, real, lines)
+        inputs.append({"low": low, "high": high, "step": step})
+    return values + _function(plan, lookup, inputs, kind.name, number=kind, zero=kind.constant(0), one=kind.constant(1))
 
 
 def _fixed(plan: CodePlan, lookup: Lookup) -> str:
-    outputs, upper = len(plan.outputs), plan.name.upper()
     values = table("int32_t", f"{plan.name}_table", [str(q16(float(v))) for v in lookup.values.ravel()])
-    lines = []
-    for k, (variable, n) in enumerate(zip(plan.fis.inputs, lookup.points, strict=True)):
-        low, high = map(q16, variable.universe)
-        span = high - low
-        lines += [
-            f"const int32_t in{k} = {limited_to(f'x[{k}]', low, high)};",
-            f"const int64_t at{k} = (((int64_t)in{k} - ({low})) * {n - 1} << 16) / {span}; /* in cells, Q16 */",
-            f"const int cell{k} = (int)(at{k} >> 16) > {n - 2} ? {n - 2} : (int)(at{k} >> 16);",
-            f"const int64_t share{k} = at{k} - ((int64_t)cell{k} << 16);",
-            f"if (x[{k}] < {low} || x[{k}] > {high}) told = {upper}_OUTSIDE;",
-        ]
-    lines += _corners(plan, lookup, "int32_t")
-    if len(plan.inputs) == 1:
-        lines.append(
-            f"for (int o = 0; o < {outputs}; o++)\n"
-            f"    y[o] = (int32_t)(low[o] + shifted(((int64_t)low[{outputs} + o] - low[o]) * share0, 16));"
-        )
-    else:
-        lines += [
-            f"for (int o = 0; o < {outputs}; o++) {{",
-            f"    const int64_t near = low[o] + shifted(((int64_t)low[{outputs} + o] - low[o]) * share1, 16);",
-            f"    const int64_t far = next[o] + shifted(((int64_t)next[{outputs} + o] - next[o]) * share1, 16);",
-            "    y[o] = (int32_t)(near + shifted((far - near) * share0, 16));",
-            "}",
-        ]
-    function = _function(plan, "int32_t", lines)
+    inputs = [dict(zip(("low", "high"), map(q16, variable.universe), strict=True)) for variable in plan.fis.inputs]
+    function = _function(plan, lookup, inputs, "int32_t", fixed=True)
     return f"{called('fixed.c', function)}\n{values}{function}"
 
 
-def _corners(plan: CodePlan, lookup: Lookup, real: str) -> list[str]:
+def _function(
+    plan: CodePlan, lookup: Lookup, inputs: list[dict[str, Any]], real: str, *, fixed: bool = False, **values: Any
+) -> str:
+    """The function that interpolates; ``inputs`` say of each the ends of its range, as C writes them."""
+    for k, (about, points) in enumerate(zip(inputs, lookup.points, strict=True)):
+        about |= {"place": k, "points": points, "taken": limited_to(f"x[{k}]", about["low"], about["high"])}
     outputs = len(plan.outputs)
-    if len(plan.inputs) == 1:
-        return [f"const {real} *const low = {plan.name}_table + {outputs} * cell0;"]
-    row = outputs * lookup.points[1]
-    return [
-        f"const {real} *const low = {plan.name}_table + {row} * cell0 + {outputs} * cell1;",
-        f"const {real} *const next = low + {row};",
-    ]
-
-
-def _function(plan: CodePlan, real: str, lines: list[str]) -> str:
-    body = indent("\n".join(["int told = 0;", *lines, "return told;"]), "    ")
-    return f"\n\n{signature(plan.name, real)} {{\n{body}\n}}\n"
+    return rendered(
+        "lookup_infer.c.j2",
+        plan,
+        inputs=inputs,
+        outputs=outputs,
+        row=outputs * lookup.points[-1],
+        real=real,
+        fixed=fixed,
+        signature=signature(plan.name, real),
+        **values,
+    )

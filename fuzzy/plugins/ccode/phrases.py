@@ -1,15 +1,19 @@
 """Phrases of C that systems in every type of numbers share, and laws too."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzy.plugins.ccode.identifier import comment
 from fuzzy.plugins.ccode.plan import CodePlan
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _DEFINED = re.compile(r"^#define (\w+)|^} (\w+);|^static [\w ]*?(\w+)\(", re.MULTILINE)  # a macro, a type, a function
@@ -42,26 +46,27 @@ def filled(file: Path, **words: str) -> str:
     return re.sub("|".join(words), lambda found: words[found[0]], file.read_text(encoding="utf-8"))
 
 
-def guarded(name: str, lines: Iterable[str], includes: Iterable[str] = ()) -> list[str]:
-    """The lines of a header, after its comment: read once, and by C++ too."""
-    upper = name.upper()
-    return [
-        f"#ifndef {upper}_H",
-        f"#define {upper}_H",
-        "",
-        *includes,
-        "#ifdef __cplusplus",
-        'extern "C" {',
-        "#endif",
-        "",
-        *lines,
-        "",
-        "#ifdef __cplusplus",
-        "}",
-        "#endif",
-        f"#endif /* {upper}_H */",
-        "",
-    ]
+def rendered(template: str, plan: CodePlan, **values: Any) -> str:
+    """The text of C that a ``template`` beside this module makes of a system and of what else it names."""
+    about = {"plan": plan, "fis": plan.fis, "n": plan.rules, "upper": plan.name.upper(), "comment": comment}
+    about |= {"clips": plan.fis.out_of_range == "clip", "multiplies": plan.fis.and_method == "prod"}
+    about |= {"either": "both" if plan.fis.or_method == "probor" else "most"}
+    return _environment().get_template(template).render(**about, **values)
+
+
+@cache
+def _environment() -> "Environment":
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        variable_start_string="${",
+        variable_end_string="}",
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+    )
 
 
 def signature(name: str, real: str) -> str:

@@ -15,7 +15,6 @@ from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import check_known
 from fuzzy.plugins.ccode.identifier import comment, identifier
 from fuzzy.plugins.ccode.numbertype import FLOATING, ExportError, Floating
-from fuzzy.plugins.ccode.phrases import guarded
 from fuzzy.plugins.ccode.source import CSources, c_sources
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
@@ -344,25 +343,20 @@ class _Writer:
         first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
         ahead = self.number.constant(look_ahead) if AIM_SYMBOLS[0] in inputs else ""
         typedefs = [_TEXTS.text("struct", name=name, kind=k, fields="\n".join(rows)) for k, rows in structs.items()]
-        declared = _TEXTS.text(
-            "declared",
+        return _TEXTS.text(
+            "header",
             name=name,
             upper=upper,
-            period=self.number.constant(self.setting.period),
-            look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
-            structs="\n".join(typedefs),
-        )
-        head = _TEXTS.text(
-            "head",
-            name=name,
             law=comment(name),
             sections=f" by {sections}" if (sections := SECTIONS[type(self.law)]) else "",
             real=real,
             seconds=self.setting.period,
+            period=self.number.constant(self.setting.period),
             first=first,
             second=second,
+            look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
+            structs="\n".join(typedefs),
         )
-        return "\n".join([head, *guarded(name, declared.split("\n"))])
 
 
 def rule_bases(law: Any) -> dict[int, tuple[str, Sugeno]]:
