@@ -237,7 +237,7 @@ class _Said:
 
     def effort(self) -> list[str]:
         """Who turns the least, and what it costs."""
-        effort = self.of.effort
+        effort = self.of.effort("tuned")
         if effort is None:
             return []
         least = min(self.finite, key=lambda k: float(effort[k]))

@@ -211,9 +211,13 @@ class Outcome:
 
     @cached_property
     def relative(self) -> np.ndarray:
-        """The tuned laws' costs over the reference's interquartile mean on that scenario (laws, scenarios, seeds)."""
-        unit = IQM(self.tuned[self.reference][:, None, :])
-        return np.asarray(self.tuned / unit[None, :, None])
+        """The tuned laws' costs over the reference's interquartile mean on that scenario (laws, scenarios, seeds).
+
+        Where the reference fails, they are over the least of the laws' means.
+        """
+        unit = self.scenario_costs[self.reference]
+        unit = np.where(np.isfinite(unit), unit, self.scenario_costs.min(axis=0))
+        return np.where(np.isfinite(self.tuned), self.tuned / unit[:, None], np.inf)
 
     @cached_property
     def pooled(self) -> Interval:
@@ -251,11 +255,10 @@ class Outcome:
         terms, cost = self.terms(part), self.arena.made_cost
         return np.stack([IQM(own) * term.scale for own, term in zip(terms, cost.terms, strict=True)])
 
-    @property
-    def effort(self) -> np.ndarray | None:
-        """The variation of the turn rate that tuned laws demand (laws,) [rad/s²]; None: the cost has no such term."""
-        place = next((n for n, term in enumerate(self.arena.made_cost.terms) if "variation" in term.metric), None)
-        return None if place is None else self.term_means("tuned")[place]
+    def effort(self, part: str) -> np.ndarray | None:
+        """The variation of the turn rate that laws demand (laws,) [rad/s²]; None: the cost has no such term."""
+        place = next((n for n, term in enumerate(self.arena.made_cost.terms) if "w_variation" in term.metric), None)
+        return None if place is None else self.term_means(part)[place]
 
     # Engines and budgets ---------------------------------------------------------------------------------------
 

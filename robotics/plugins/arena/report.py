@@ -146,7 +146,8 @@ def entrants(outcome: Outcome) -> list[Entrant]:
 
 def standings(outcome: Outcome) -> Standings:
     """What the one look shows."""
-    effort = outcome.term_means("tuned")[-1] if outcome.effort is None else outcome.effort
+    effort = outcome.effort("tuned")
+    effort = np.full(len(outcome.laws), np.nan) if effort is None else effort
     return Standings(
         entrants(outcome),
         outcome.titles[outcome.reference],
@@ -186,15 +187,19 @@ def ranking(outcome: Outcome) -> Picture:
 
 
 def _front(outcome: Outcome) -> list[Picture]:
-    """Precision against effort, where the cost has two terms that tell the laws apart."""
-    cost, before, after = outcome.arena.made_cost, outcome.term_means("published"), outcome.term_means("tuned")
-    points = after[[0, -1]][:, np.isfinite(after[[0, -1]]).all(axis=0)]
-    if len(cost.terms) < 2 or not points.size or not (np.ptp(points, axis=1) > 0).all():
+    """Precision against effort, where the cost has two such terms that tell the laws apart."""
+    before, after = outcome.effort("published"), outcome.effort("tuned")
+    metric = ALL_METRICS[outcome.arena.made_cost.terms[0].metric]
+    if before is None or after is None or len(outcome.arena.made_cost.terms) < 2:
         return []
-    scale = 100.0 if cost.terms[0].metric.endswith("_m") else 1.0
-    titles = ("variation of the turn rate [rad/s²]", "cross-track RMS [cm]" if scale == 100 else "error")
-    published = np.stack([before[-1], scale * before[0]], axis=1)
-    draw = partial(figures.plot_pareto, entrants(outcome), after[-1], scale * after[0], titles, published)
+    scale, unit = (100.0, "cm") if metric.unit == "m" else (1.0, metric.unit)
+    error = scale * outcome.term_means("tuned")[0]
+    known = np.isfinite(after) & np.isfinite(error)
+    if not known.any() or np.ptp(after[known]) == 0 or np.ptp(error[known]) == 0:
+        return []
+    titles = ("variation of the turn rate [rad/s²]", f"{metric.title} [{unit}]")
+    published = np.stack([before, scale * outcome.term_means("published")[0]], axis=1)
+    draw = partial(figures.plot_pareto, entrants(outcome), after, error, titles, published)
     return [_TEXTS.picture("front", draw)]
 
 

@@ -222,10 +222,13 @@ def _leads(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
 
 
 def _ranking(table: pd.DataFrame, own: Mapping[str, Metric]) -> Answer:
-    """The ranks of the laws run by run, by the first metric."""
+    """The ranks of the laws, by the first metric, in each run that all of them drove."""
     metric, about = _first(table, own)
-    laws = list(dict.fromkeys(table["controller"]))
-    values = np.stack([_runs(table[table["controller"] == law], metric, about) for law in laws])
+    by_law = {law: _by_run(mine, metric).agg(about.of_run) for law, mine in table.groupby("controller", sort=False)}
+    shared = pd.concat(by_law, axis=1, join="inner")
+    if shared.empty:
+        raise QuestionError("ranking: there is no scenario that all controllers drive")
+    laws, values = list(map(str, shared)), shared.to_numpy(dtype=float).T
     ranks = pd.DataFrame(-values if about.larger else values).rank(axis=0, method="average").to_numpy()
     means = [mean_of(row) for row in ranks]
     order = sorted(range(len(laws)), key=lambda k: means[k].value)

@@ -7,6 +7,8 @@ import pytest
 
 from robotics.measures.statistics.intervals import Interval
 from robotics.plugins.arena.answer import MOST_SENTENCES, answer, compared
+from robotics.plugins.arena.report import arena_chapters, standings
+from robotics.studies.tuning.cost import COST_TERMS
 from tests.robotics.plugins.arena.synthetic import SHAPE, noisy, outcome
 
 
@@ -72,6 +74,28 @@ def test_a_reference_that_fails_is_no_unit():
     found = outcome({"fuzzy": noisy(1.0, 0), "lyapunov": failing}, reference="lyapunov")
     assert found.laws[found.reference] == "fuzzy"
     assert "multiples" not in said(found)
+
+
+def test_where_every_law_fails_a_scenario_the_least_mean_is_the_unit_there():
+    costs = {"fuzzy": noisy(1.0, 1), "lyapunov": noisy(1.3, 2), "lqr": noisy(0.9, 3)}
+    for place, own in enumerate(costs.values()):
+        own[place] = np.inf
+    found = outcome(costs)
+    unit = found.scenario_costs[found.reference].copy()
+    unit[found.reference] = np.delete(found.scenario_costs[:, found.reference], found.reference).min()
+    np.testing.assert_allclose(found.relative[2, 3:], costs["lqr"][3:] / unit[3:, None], rtol=1e-12)
+    assert np.isinf(found.relative[found.reference, found.reference]).all()
+    assert np.isfinite(found.pooled.value).all()
+    assert "No law leads" in said(found)
+
+
+def test_of_a_cost_without_variation_no_effort_is_told():
+    costs = {"fuzzy": noisy(1.0, 1), "lyapunov": noisy(1.3, 2), "lqr": noisy(0.9, 3)}
+    found = outcome(costs, cost=COST_TERMS[:2])  # distance and heading
+    assert found.effort("tuned") is None
+    assert np.isnan(standings(found).effort).all()
+    (chapter,) = [each for each in arena_chapters(found) if each.name == "costs"]
+    assert [picture.name for picture in chapter.pictures] == ["improvement"]
 
 
 def test_distances_are_told_to_the_reference():

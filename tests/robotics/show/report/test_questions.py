@@ -106,6 +106,22 @@ def test_the_packages_questions_answer_what_a_hand_works_out():
     assert "leads in 1 of 1 scenario" in answers["leads"].sentence
 
 
+def test_laws_are_ranked_where_all_of_them_drive():
+    table = table_of({"lyapunov": [1.0, 2.0, 3.0, 4.0], "csm": [2.0, 1.0, 4.0, 9.0]})
+    alone = table[table["controller"] == "csm"].assign(scenario="another")
+    found = asked(["ranking"], with_rows(table, alone))["ranking"]
+    assert found.sentence == asked(["ranking"], table)["ranking"].sentence
+    apart = with_rows(table[table["controller"] == "lyapunov"], alone)
+    with pytest.raises(QuestionError, match="no scenario that all controllers drive"):
+        asked(["ranking"], apart)
+
+
+def with_rows(table: pd.DataFrame, more: pd.DataFrame) -> pd.DataFrame:
+    both = pd.concat([table, more], ignore_index=True)
+    both.attrs = dict(table.attrs)
+    return both
+
+
 def test_numbers_along_an_axis_are_the_means_of_its_values():
     table = table_of({"lyapunov": [1.0, 2.0, 3.0, 4.0]})
     table["latency"] = [0.0, 0.0, 0.1, 0.1]
