@@ -257,8 +257,7 @@ class _Job:
             float("nan") if data is None else total_rmse(fis, data.x, data.y)
             for data in (self.learnt, self.checking, self.testing)
         )
-        unclipped = replace(fis, out_of_range="ignore")
-        silent = int((~infer_quietly(unclipped, self.learnt.x).fired.all(axis=1)).sum())
+        silent = int((~infer_quietly(forgiving(fis), self.learnt.x).fired.all(axis=1)).sum())
         return PruningStep(len(fis.rules), train, check, test, silent)
 
 

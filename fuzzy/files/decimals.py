@@ -78,7 +78,7 @@ def why_no_number(text: str) -> str:
         float(text)
     except ValueError:
         parts = text[:1000].split()
-        if len(parts) > 1 and all(map(_is_number, parts)):
+        if len(parts) > 1 and all(map(is_number, parts)):
             return f"{quoted(text)} holds several numbers; separate the columns with commas, semicolons or tabs"
         return quoted(text)
     return quoted(text) if "_" in text else f"{quoted(text)} is not finite"
@@ -117,9 +117,10 @@ def _number(text: str, comma: bool) -> float:
         return np.nan
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether ``text`` is a number as tables hold them, also one that is not finite."""
     try:
         float(text)
     except ValueError:
         return False
-    return True
+    return "_" not in text  # float reads 1_000, by which a table means something else

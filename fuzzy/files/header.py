@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from fuzzy.errors import InputError, quoted
+from fuzzy.files.decimals import is_number
 from fuzzy.naming import expected
 
 _LISTED = 30  # names that a message lists
@@ -100,15 +101,6 @@ def place_of(columns: Sequence[HeaderColumn], wanted: str, unit: str = "") -> in
     if wanted.isascii() and wanted.isdecimal() and len(wanted) < 10 and 1 <= int(wanted) <= len(columns):
         return int(wanted) - 1
     raise DataError(expected(wanted, _near(wanted, columns), "column"))
-
-
-def is_number(text: str) -> bool:
-    """Whether ``text`` is a number as tables hold them, also one that is not finite."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return "_" not in text  # float reads 1_000, by which a table means something else
 
 
 def _near(wanted: str, columns: Sequence[HeaderColumn]) -> list[str]:

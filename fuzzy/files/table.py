@@ -22,10 +22,10 @@ import numpy as np
 
 from fuzzy.errors import quoted
 from fuzzy.files.atomic import replacing, write_whole
-from fuzzy.files.decimals import Marks, Numbers, numbers_of, sure_marks, why_no_number
+from fuzzy.files.decimals import Marks, Numbers, is_number, numbers_of, sure_marks, why_no_number
 from fuzzy.files.header import DataError as DataError
 from fuzzy.files.header import HeaderColumn as HeaderColumn
-from fuzzy.files.header import columns_of, is_number, numbered, place_of
+from fuzzy.files.header import columns_of, numbered, place_of
 from fuzzy.files.header import titled as titled
 from fuzzy.words import listed
 

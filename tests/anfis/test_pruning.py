@@ -69,6 +69,15 @@ def test_where_a_rule_stands_alone_the_middle_of_the_range_counts():
     assert anfis.prune(fis, x, Y, OPTIONS, keep=1).error.silent in (low.sum(), (~low).sum())
 
 
+def test_rules_fire_at_inputs_that_are_clipped():
+    terms = {"l": fuzzy.Triangle(-1.5, -0.5, 0.5), "h": fuzzy.Triangle(-0.5, 0.5, 1.5)}
+    y = fuzzy.Variable("y", (0, 1), {"p": 0.2, "q": 0.7})
+    fis = fuzzy.Sugeno([fuzzy.Variable("x", (-1, 1), terms)], [y], ["if x is l then y is p", "if x is h then y is q"])
+    fis = replace(fis, out_of_range="clip")
+    x = np.append(np.linspace(-1, 1, 20), [2.0, 3.0])[:, None]  # beyond 1.5 no rule would fire
+    assert anfis.prune(fis, x, x[:, 0], OPTIONS, keep=2).error.silent == 0
+
+
 def test_pruning_makes_a_grid_that_knows_its_samples_by_heart_better():
     pruned = anfis.prune(grid(5), *LEARNT, OPTIONS, check=CHECK, test=TEST, choice="least")
     assert [s.rules for s in pruned.path] == schedule(25) == [len(s.rules) for s in pruned.systems]
