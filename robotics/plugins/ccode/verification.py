@@ -187,7 +187,9 @@ def _check_robots(files: CLawFiles, scenario: Scenario) -> None:
     for robot in dict.fromkeys(setting.robots):
         other = replace(setting, robots=(robot,) * len(setting.robots))
         if law_sources(files.law, other, files.sources.name, files.number) != files.sources:
-            raise ExportError(f"{setting.name} drives other robots, or in another period, than the law was written for")
+            raise ExportError(
+                f"{setting.name} drives other robots, or with another period or latency, than the law was written for"
+            )
 
 
 def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]) -> DriveDifference:

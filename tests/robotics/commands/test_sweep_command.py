@@ -149,7 +149,7 @@ def test_workers_give_the_same_table_and_die_with_their_sweep(place, tmp_path, w
     """Killed with two processes at work, which must not stay behind."""
     random = np.random.default_rng(1)
     out, before = tmp_path / "out", dict[str, Any]()
-    for _ in range(6):
+    for _ in range(3):
         child = warm.start(command(place, out, "--workers", "2"))
         count = len(before) + int(random.integers(1, 5))
         wait_until(lambda count=count: len(landed(out)) >= count, child.is_running)

@@ -43,13 +43,19 @@ def test_a_learner_learns():
     40 to 80 of them; with 256 lanes and batches of 2048 there would be 73 of 4, and they end as it begins to learn.
     """
     learning = Learning(steps=300_000, lanes=64, batch=256, rate=3e-3)
-    before = train([LINE], replace(learning, steps=1024), seed=1)
-    after = [train([LINE], learning, seed=seed) for seed in range(1, 6)]
-    policies = [NeuralPolicy(policy=each.policy) for each in (before, *after)]
-    untrained, *trained = costs_of(Cost(), [LINE], policies, range(3)).sum(axis=-1).mean(axis=(1, 2))
-    assert untrained > 50
-    assert sum(cost < 20 for cost in trained) >= 4
-    assert sum(each.curve[-1][1] < each.curve[0][1] for each in after) >= 4
+    assert cost_of(train([LINE], replace(learning, steps=1024), seed=1)) > 50
+    learnt = 0
+    for seed in range(1, 6):
+        found = train([LINE], learning, seed=seed)
+        learnt += cost_of(found) < 20 and found.curve[-1][1] < found.curve[0][1]
+        if learnt == 4:  # of five that is enough
+            return
+    pytest.fail(f"{learnt} of 5 seeds learnt")
+
+
+def cost_of(trained):
+    policy = NeuralPolicy(policy=trained.policy)
+    return float(costs_of(Cost(), [LINE], [policy], range(3)).sum(axis=-1).mean())
 
 
 def test_scenarios_to_learn_on_are_in_no_block_of_an_arena():
