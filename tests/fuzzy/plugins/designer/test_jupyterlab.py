@@ -93,7 +93,8 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     page.wait_for_selector(".jp-Notebook .jp-Cell")
     handle, play = page.get_by_role("slider", name="near: peak"), page.locator(".fleet-player button.play")
     question = page.locator("dialog")  # which kernel? It comes when it likes, also between two clicks
-    page.add_locator_handler(question, lambda: page.keyboard.press("Enter"))
+    accept = question.locator("button.jp-mod-accept").last
+    page.add_locator_handler(question, lambda: accept.click(), no_wait_after=True)  # again, where it stays
     while page.locator(".jp-OutputArea-output").count() == 0:  # before the kernel is there nothing is run
         page.locator(".lm-MenuBar-item", has_text="Run").click()
         page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
