@@ -7,7 +7,6 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 from collections.abc import Sequence
 from functools import partial
 
-from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run, versions_with
 
 app = application(
@@ -22,4 +21,4 @@ app = application(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0 fine, 2 an error, 130 Ctrl-C."""
-    return run(app, (InputError,), "anfis", arguments)
+    return run(app, "anfis", arguments)

@@ -6,7 +6,6 @@ Data goes to stdout, messages to stderr. What a command needs is imported when i
 from collections.abc import Sequence
 from functools import partial
 
-from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run, versions_with
 
 app = application(
@@ -27,4 +26,4 @@ app = application(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0 fine, 1 a check found something, 2 an error, 130 Ctrl-C."""
-    return run(app, (InputError,), "fuzzy", arguments)
+    return run(app, "fuzzy", arguments)

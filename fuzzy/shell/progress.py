@@ -2,10 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from typing import Protocol
 
 
 class Advance(Protocol):
@@ -39,16 +36,6 @@ class Mover:
 
 
 @contextmanager
-def _taken_away(progress: "Progress") -> Iterator[None]:
-    """Take the bar away on an error: what stands there is then the sentence that says it."""
-    try:
-        yield
-    except BaseException:
-        progress.live.transient = True
-        raise
-
-
-@contextmanager
 def progress_bar(quiet: bool, width: int = 32) -> Iterator[Begin]:
     """A progress bar on stderr, for a ``with`` block: gives a function that begins a task.
 
@@ -59,7 +46,7 @@ def progress_bar(quiet: bool, width: int = 32) -> Iterator[Begin]:
 
     columns = (TextColumn(f"{{task.description:{width}}}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     console = Console(stderr=True)
-    with Progress(*columns, TimeRemainingColumn(), console=console, disable=quiet) as progress, _taken_away(progress):
+    with Progress(*columns, TimeRemainingColumn(), console=console, disable=quiet) as progress:
 
         def begin(description: str, total: int) -> Advance:
             task = progress.add_task(description, total=total)
@@ -74,4 +61,8 @@ def progress_bar(quiet: bool, width: int = 32) -> Iterator[Begin]:
 
             return advance
 
-        yield begin
+        try:
+            yield begin
+        except BaseException:
+            progress.live.transient = True  # what stands there is then the sentence that says it
+            raise

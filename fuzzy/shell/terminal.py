@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fuzzy.errors import InputError
 from fuzzy.shell.commandgroup import CommandGroup
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
 from fuzzy.shell.options import Application
@@ -90,22 +91,15 @@ def versions_with(library: str) -> str:
     return f"fuzzyfleet {version('fuzzyfleet')} ({library} {found}, Python {python})"
 
 
-def run(
-    app: typer.Typer,
-    errors: tuple[type[Exception], ...] = (),
-    prog_name: str = "",
-    arguments: Sequence[str] | None = None,
-) -> int:
+def run(app: typer.Typer, prog_name: str = "", arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return the exit code.
 
-    The code is 0 for success, 1 for what a command says with ``raise typer.Exit(1)``, 2 for an error of usage, one of
-    the expected ``errors`` or an OSError (one message on stderr), 130 for Ctrl-C, 143 for SIGTERM, 141 for a reader
-    that left.
+    The code is 0 for success, 1 for what a command says with ``raise typer.Exit(1)``, 2 for an error of usage, an
+    InputError or an OSError (one message on stderr), 130 for Ctrl-C, 143 for SIGTERM, 141 for a reader that left.
     A UserWarning becomes one line on stderr, once. Any other exception is a bug and passes through.
 
     Args:
         app: The command line.
-        errors: The exceptions that are expected.
         prog_name: The name in messages, by default that of the process.
         arguments: The arguments, by default those of the process.
     """
@@ -113,18 +107,15 @@ def run(
         # A terminal that cannot show a character gets an escape, not an exception.
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
-    with answered(prog_name):
+    with answered(prog_name), _warnings_as_lines():
         try:
-            with _warnings_as_lines():
-                code = _ended(app, errors, prog_name, arguments)
+            return _ended(app, prog_name, arguments)
         except BrokenPipeError:
-            return _pipe_broken()
-    return code
+            _drop_output()
+            return BROKEN_PIPE
 
 
-def _ended(
-    app: typer.Typer, errors: tuple[type[Exception], ...], prog_name: str, arguments: Sequence[str] | None
-) -> int:
+def _ended(app: typer.Typer, prog_name: str, arguments: Sequence[str] | None) -> int:
     """How a command line ended: its exit code, and the one message where there is one to say."""
     try:
         result = typer.main.get_command(app).main(
@@ -157,7 +148,7 @@ def _ended(
         if printed:
             _drop_output()
         return _say(prog_name, place + (error.strerror or str(error)))
-    except errors as error:
+    except InputError as error:
         return _say(prog_name, str(error))
     except Exception as error:
         if of_interrupt(error):
@@ -213,11 +204,6 @@ def _in_our_words(message: str) -> str:
 def _say(name: str, message: str) -> int:
     print(f"{name}: {message}" if name else message, file=sys.stderr)
     return USAGE
-
-
-def _pipe_broken() -> int:
-    _drop_output()
-    return BROKEN_PIPE
 
 
 def _drop_output() -> None:

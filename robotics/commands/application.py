@@ -6,7 +6,6 @@ Data goes to stdout, progress and messages to stderr. What a command needs is im
 
 from collections.abc import Sequence
 
-from fuzzy.errors import InputError
 from fuzzy.shell.terminal import application, run
 from robotics.studies.versions import versions
 
@@ -30,4 +29,4 @@ app = application(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0 fine, 2 an error or a diverged controller, 130 Ctrl-C."""
-    return run(app, (InputError,), "robotics", arguments)
+    return run(app, "robotics", arguments)

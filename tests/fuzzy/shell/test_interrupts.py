@@ -14,7 +14,7 @@ from fuzzy.shell.terminal import application, run
 def of(command):
     app = application("A command line.")
     app.command()(command)
-    return run(app, (), "it", [])
+    return run(app, "it", [])
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ for command in (brew, given, old):
 
 def call(line: str) -> int:
     seen.clear()
-    return run(app, (InputError,), "tea", line.split())
+    return run(app, "tea", line.split())
 
 
 def test_a_command_gets_the_finished_dataclass():
@@ -144,5 +144,5 @@ def test_a_shell_completes_options(line, names, monkeypatch, capsys):
     monkeypatch.setenv("COMP_WORDS", line)
     monkeypatch.setenv("COMP_CWORD", str(len(line.split()) - 1))
     monkeypatch.setenv("_TEA_COMPLETE", "complete_bash")
-    run(app, (), "tea", [])
+    run(app, "tea", [])
     assert capsys.readouterr().out.split() == names
