@@ -79,7 +79,8 @@ def write_figures(
     path = Path(path)
     point = tuple(float(value) for value in point_of(fis, at))
     pictures = pictures_of(fis, point)
-    check_format(ending)
+    if ending not in FORMATS:
+        raise FuzzySystemError(expected(str(ending)[:40], FORMATS, "format"))
     if path.suffix[1:].lower() in FORMATS:
         raise FuzzySystemError(f"all pictures go into a .zip file or a folder, not into {str(path)!r}")
     zipped = path.suffix.lower() == ".zip"
@@ -98,12 +99,6 @@ def write_figures(
         for name, content in files():
             write_whole(path / name, content)
     return ["README.txt", *(f"{picture.stem}.{ending}" for picture in pictures)]
-
-
-def check_format(ending: str) -> None:
-    """Raise FuzzySystemError for a format that pictures do not have."""
-    if ending not in FORMATS:
-        raise FuzzySystemError(expected(str(ending)[:40], FORMATS, "format"))
 
 
 def pictures_of(fis: Sugeno, point: Sequence[float]) -> list[SetPicture]:

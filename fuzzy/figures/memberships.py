@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from fuzzy.detached import detached
-from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, figure_of, new_figure, shortened, style, text_width
+from fuzzy.figures.drawing import COLUMN, DOUBLE, figure_of, line_look, new_figure, shortened, style, text_width
 from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import consequent_range, place_of, universe_grid
 from fuzzy.system import FuzzySystemError, Linear, Sugeno, Variable
@@ -120,8 +120,7 @@ def _curves(ax: Axes, variable: Variable) -> None:
         # The zeros of all terms lie on one line, where they would only hide each other.
         zero = np.pad(degree == 0, 1, constant_values=True)
         shown = np.where(zero[:-2] & zero[1:-1] & zero[2:], np.nan, degree)
-        color, line = COLORS[n % len(COLORS)], LINES[n % len(LINES)]
-        ax.plot(x, shown, color=color, linestyle=line, label=name, clip_on=False, zorder=2.5)
+        ax.plot(x, shown, **line_look(n), label=name, clip_on=False, zorder=2.5)
     _finish(ax, variable, _curve_labels(variable, x), *variable.universe)
 
 
@@ -191,10 +190,8 @@ def _finish(ax: Axes, variable: Variable, labels: Sequence[_Label], low: float, 
     _label_axes(ax, variable, upright=True)
     ax.set_xlim((low, high) if high > low else (low - 0.5, high + 0.5))
     low, high = ax.get_xlim()
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    box = ax.get_window_extent()
-    width, height = box.width / figure.dpi, box.height / figure.dpi
+    box, dpi = ax.get_window_extent(), figure_of(ax).dpi
+    width, height = box.width / dpi, box.height / dpi
     rows = _rows(labels, low, high, width)
     if rows is None:
         ax.set_ylim(0, 1.04)
@@ -224,19 +221,18 @@ def _finish(ax: Axes, variable: Variable, labels: Sequence[_Label], low: float, 
 def _rows(labels: Sequence[_Label], low: float, high: float, width: float) -> list[tuple[int, float, float]] | None:
     """Each label's (row, center, half width), the latter in the unit of the variable; None for too many rows."""
     scale = (high - low) / width if high > low else 1.0  # of the variable's unit to an inch
-    placed: list[tuple[int, float, float]] = []
-    order = sorted(range(len(labels)), key=lambda n: labels[n].place)
-    result: dict[int, tuple[int, float, float]] = {}
-    for n in order:
+    placed: dict[int, tuple[int, float, float]] = {}
+    for n in sorted(range(len(labels)), key=lambda n: labels[n].place):
         half = (text_width(labels[n].text, _SIZE) / 2 + 0.03) * scale
         if 2 * half > high - low:
             return None
         center = min(max(labels[n].place, low + half), high - half)
         row = next(
-            row for row in range(len(labels) + 1) if all(r != row or abs(center - c) >= half + h for r, c, h in placed)
+            row
+            for row in range(len(labels) + 1)
+            if all(r != row or abs(center - c) >= half + h for r, c, h in placed.values())
         )
         if row >= _ROWS:
             return None
-        placed.append((row, center, half))
-        result[n] = placed[-1]
-    return [result[n] for n in range(len(labels))]
+        placed[n] = row, center, half
+    return [placed[n] for n in range(len(labels))]

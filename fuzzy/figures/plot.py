@@ -69,15 +69,13 @@ def plot_surface(
             figure = figure_of(ax)
         else:
             figure = new_figure(DOUBLE if kind == "both" else COLUMN, 2.8)
-        if kind in ("contour", "both"):
-            axes = ax if ax is not None else figure.add_subplot(1, 2 if kind == "both" else 1, 1)
-            _contour(axes, fis, data, places, j)
-            _title(axes, held)
-        if kind in ("3d", "both"):
-            count = 2 if kind == "both" else 1
-            axes = ax if ax is not None else figure.add_subplot(1, count, count, projection="3d")
-            _solid(axes, fis, data, places, j)
-            if kind == "3d":
+        kinds = ("contour", "3d") if kind == "both" else (kind,)
+        for place, each in enumerate(kinds, start=1):
+            projection = "3d" if each == "3d" else None
+            axes = ax if ax is not None else figure.add_subplot(1, len(kinds), place, projection=projection)
+            draw = _solid if each == "3d" else _contour
+            draw(axes, fis, data, places, j)
+            if place == 1:
                 _title(axes, held)
         return figure
 

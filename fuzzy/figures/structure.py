@@ -81,7 +81,8 @@ def plot_structure(fis: Sugeno) -> Figure:
         ax.set(xlim=(0, width), ylim=(height + foot, -head))
         ax.axis("off")
         nodes = [
-            _column(len(column), x, half, height) for column, x, half in zip(columns, centers, halves, strict=True)
+            [_Node(x, (n + 0.5) * (height / len(column)), half) for n in range(len(column))]
+            for column, x, half in zip(columns, centers, halves, strict=True)
         ]
         _edges(ax, fis, nodes, terms, consequents, bundles)
         _boxes(ax, nodes[0], columns[0], ["0.9"] * len(nodes[0]))
@@ -108,11 +109,6 @@ def _operation(fis: Sugeno, r: int) -> str:
     sign = "or" if rule.connective == "or" and len(rule.when) > 1 else "Π" if fis.and_method == "prod" else "min"
     weight = f" ×{number(float(fis.structure.weight[r]))}" if rule.weight != 1 else ""
     return f"{sign} {r + 1}{weight}"
-
-
-def _column(count: int, x: float, half: float, height: float) -> list[_Node]:
-    step = height / max(count, 1)
-    return [_Node(x, (n + 0.5) * step, half) for n in range(count)]
 
 
 def _edges(
