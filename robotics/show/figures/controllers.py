@@ -16,7 +16,6 @@ from matplotlib.patches import Patch
 from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, figure_of, styled_figure
 from robotics.laws.catalogue import law_title
 from robotics.measures.tracking import cross_track_error, tracking_error, under_way
-from robotics.show.figures.comparison import plot_comparison
 from robotics.show.figures.drawing import (
     TARGET,
     Look,
@@ -25,7 +24,6 @@ from robotics.show.figures.drawing import (
     draw_band,
     draw_common_legend,
     draw_line,
-    looks,
     looks_of,
     mark_contacts,
     only,
@@ -34,11 +32,8 @@ from robotics.show.figures.drawing import (
 )
 from robotics.show.figures.faults import FEW_ROBOTS
 from robotics.show.figures.robots import START, draw_path, draw_way, mark_stop
-from robotics.show.figures.run import plot_run
 from robotics.simulation.run import Run
 from robotics.world.vehicle.robot import Robot
-
-__all__ = ["looks", "plot_comparison", "plot_errors", "plot_paths", "plot_run", "plot_velocities"]
 
 
 def plot_paths(
@@ -282,11 +277,8 @@ def _span(runs: Sequence[Run], channel: str, robot: int, limit: float | None) ->
     speeds = np.stack([run[channel][0, robot][shown] for run in runs])
     reach = limit if limit is not None else np.inf
     near = [side * reach for side in (-1.0, 1.0) if np.nanmax(side * speeds, initial=0.0) > 0.8 * reach]
-    known = [speeds.ravel(), runs[0].target(_REFERENCE[channel])[robot], np.array(near)]
+    known = [speeds.ravel(), runs[0].target(channel.removesuffix("_demand"))[robot], np.array(near)]
     return (*room_for(np.concatenate(known)), near)
-
-
-_REFERENCE = {"v": "v", "w": "w", "w_demand": "w"}  # the channel of the reference that is drawn beside a speed
 
 
 def _change(run: Run, robot: int) -> float:
@@ -299,7 +291,7 @@ def _change(run: Run, robot: int) -> float:
 def _draw_speed(ax: Axes, run: Run, robot: int, channel: str, look: Look) -> None:
     speed = run[channel][0, robot]
     draw_line(ax, run.time, speed, color=look.color, linestyle="-", linewidth=0.8)
-    draw_line(ax, run.time, run.target(_REFERENCE[channel])[robot], **TARGET, label="reference")
+    draw_line(ax, run.time, run.target(channel.removesuffix("_demand"))[robot], **TARGET, label="reference")
     mark_stop(ax, run, 0, robot, run.time, speed, look.color)
     ax.margins(x=0)
 

@@ -3,6 +3,7 @@
 import textwrap
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,20 +63,17 @@ class Look(NamedTuple):
 
 def looks(specifications: Iterable[str]) -> dict[str, Look]:
     """A look for every controller: each of the six presets has its own, others take the remaining ones in turn."""
-    wanted = list(dict.fromkeys(specifications))
-    places = {name: _PLACES[name] for name in wanted if name in _PLACES}
-    free = iter([n for n in range(len(COLORS)) if n not in places.values()] + list(range(len(COLORS), 1000)))
-    for name in wanted:
-        if name not in places:
-            places[name] = next(free)
-    return {name: _look(n) for name, n in places.items()}
+    wanted = dict.fromkeys(specifications)
+    taken = {_PLACES[name] for name in wanted if name in _PLACES}
+    free = (n for n in count() if n not in taken)
+    return {name: _look(_PLACES[name] if name in _PLACES else next(free)) for name in wanted}
 
 
 def _look(n: int) -> Look:
     """The n-th look: the style's own pairs of colour and line; then the colours again with other lines, 21 in all."""
-    count = len(COLORS)
-    line = LINES[n] if n < count else LINES[:6][(n + n // count) % 6]
-    return Look(COLORS[n % count], line, _MARKERS[n % len(_MARKERS)])
+    colors = len(COLORS)
+    line = LINES[n] if n < colors else LINES[:6][(n + n // colors) % 6]
+    return Look(COLORS[n % colors], line, _MARKERS[n % len(_MARKERS)])
 
 
 def looks_of(specifications: Iterable[str], given: Mapping[str, Look] | None) -> Mapping[str, Look]:

@@ -35,9 +35,8 @@ def plot_robot(model: RobotModel) -> Figure:
 def _draw_above(ax: Axes, model: RobotModel) -> None:
     """The outline, the wheels, the center of mass and what the sensors see, near the robot."""
     robot = model.robot
-    size = max(robot.length, robot.width)
-    reach = _SIGHT * size
-    _draw_sensors(ax, list(model.sensors.values()), reach, size)
+    reach = _SIGHT * max(robot.length, robot.width)
+    _draw_sensors(ax, list(model.sensors.values()), reach)
     ax.add_patch(Rectangle((-robot.length / 2, -robot.width / 2), robot.length, robot.width, **_BODY, zorder=2))
     thick = min(0.4 * robot.wheel_radius, robot.width / 6)
     for side in (-1, 1):
@@ -56,9 +55,8 @@ def _draw_above(ax: Axes, model: RobotModel) -> None:
     ax.set_title(f"● center of mass{sight}", fontsize=7)
 
 
-def _draw_sensors(ax: Axes, sensors: list[RangeSensor], reach: float, size: float) -> None:
+def _draw_sensors(ax: Axes, sensors: list[RangeSensor], reach: float) -> None:
     """The cones of sonars and the beams of lidars, from where they are mounted to the edge of the picture."""
-    far = 4 * reach
     beams = []
     for sensor in sensors:
         far = min(sensor.range, 4 * reach)
@@ -107,9 +105,8 @@ def _draw_limits(ax: Axes, robot: Robot) -> None:
 
 def drivable(robot: Robot) -> np.ndarray:
     """The corners (n, 2) of the velocities v [m/s], ω [rad/s] within all limits, counter-clockwise."""
-    v, w, half = robot.v_max, robot.w_max, robot.half_axle
-    limit = robot.wheel_speed_limit
-    v, w = min(v, limit), min(w, limit / half)
+    limit, half = robot.wheel_speed_limit, robot.half_axle
+    v, w = min(robot.v_max, limit), min(robot.w_max, limit / half)
     quarter = [(v, min(w, (limit - v) / half)), (min(v, limit - half * w), w)]
     corners = quarter + [(-x, y) for x, y in quarter[::-1]]
     return np.array([(v, -quarter[0][1]), *corners, *((-x, -y) for x, y in corners)][1:])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, Contact, contacts
@@ -141,10 +142,11 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
         raise ReplayError(f"the age from which messages are stale must be > 0 s, got {stale:g}")
 
     def over(values: np.ndarray) -> np.ndarray:
-        return np.stack([np.interp(times, run.time, _held(row)) for row in values])
+        return np.stack([np.interp(times, run.time, row) for row in _held(values)])
 
     team = run.team is not None
-    rows = {name: run[name][place] for name in ("x", "y", "v", "w")} | {"heading": _unwrapped(run["heading"][place])}
+    rows = {name: run[name][place] for name in ("x", "y", "v", "w")}
+    rows["heading"] = np.unwrap(_held(run["heading"][place]))
     rows |= {f"{name}_target": run[f"{name}_target"][place] if team else run.target(name) for name in "xy"}
     progress = run["progress"][place] if team else np.full(1, np.nan)
     hears, spans, limit = None, StaleSpans(*np.zeros((5, 0))), 0.0
@@ -185,18 +187,10 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
     )
 
 
-def _held(row: np.ndarray) -> np.ndarray:
-    """``row`` (samples,) with every unknown value as the last known one before it (the first known at the start)."""
-    known = np.flatnonzero(np.isfinite(row))
-    if known.size in (0, len(row)):
-        return row
-    last = np.searchsorted(known, np.arange(len(row)), side="right") - 1
-    return row[known[np.maximum(last, 0)]]
-
-
-def _unwrapped(rows: np.ndarray) -> np.ndarray:
-    """Angles (robots, samples) without jumps of 2π."""
-    return np.stack([np.unwrap(_held(row)) for row in rows])
+def _held(rows: np.ndarray) -> np.ndarray:
+    """``rows`` (robots, samples) with every unknown value as the last known one before it; at the start, the first."""
+    known = np.where(np.isfinite(rows), rows, np.nan)
+    return np.ascontiguousarray(pd.DataFrame(known.T).ffill().bfill().to_numpy().T)
 
 
 def _usual(run: Run, place: int) -> float:

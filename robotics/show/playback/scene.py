@@ -8,7 +8,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import DOUBLE, LINES, new_figure
 from fuzzy.figures.palette import COLORS
@@ -118,20 +117,21 @@ def set_scene(film: Replay, speed: float, dpi: float) -> Scene:
         dpi: Pixels per inch of the frames.
     """
     scene = Scene(film, speed, dpi)
-    moving = {id(artist) for artist in _moving(scene)}
-    still = [a for a in _leaves(scene.figure) if a.get_visible() and id(a) not in moving]
-    for artist in _moving(scene):
+    figure, moving = scene.figure, _moving(scene)
+    drawn = [figure.patch, *figure.texts, *(artist for ax in figure.axes for artist in ax.get_children())]
+    still = [artist for artist in drawn if artist.get_visible() and artist not in moving]
+    for artist in moving:
         artist.set_visible(False)
-    canvas = FigureCanvasAgg(scene.figure)
-    before, scene.figure.dpi = scene.figure.dpi, dpi
+    canvas = FigureCanvasAgg(figure)
+    before, figure.dpi = figure.dpi, dpi
     canvas.draw()
     background = np.asarray(canvas.buffer_rgba())[::-1].copy()
-    scene.figure.dpi = before
+    figure.dpi = before
     for artist in still:
         artist.set_visible(False)
-    for artist in _moving(scene):
+    for artist in moving:
         artist.set_visible(True)
-    scene.figure.add_artist(_Backdrop(background))
+    figure.add_artist(_Backdrop(background))
     return scene
 
 
@@ -148,16 +148,10 @@ class _Backdrop(Artist):
         renderer.draw_image(renderer.new_gc(), 0, 0, self.pixels)
 
 
-def _moving(scene: Scene) -> list[Artist]:
+def _moving(scene: Scene) -> set[Artist]:
     parts = [part for name, part in vars(scene).items() if name not in _STILL]
     several = [p.values() if isinstance(p, dict) else p if isinstance(p, list) else [p] for p in parts]
-    return [artist for each in several for artist in each]
-
-
-def _leaves(figure: Figure) -> list[Artist]:
-    """All that a figure with two axes draws, but for the figure and the axes themselves."""
-    inside = [artist for ax in figure.axes for artist in ax.get_children()]
-    return [*inside, figure.patch, *figure.texts]
+    return {artist for each in several for artist in each}
 
 
 def _wheels(scene: Scene, side: int) -> np.ndarray:
@@ -175,7 +169,8 @@ def show_frame(scene: Scene, time: float) -> None:
     kinds = [film.kind_at(i, time) for i in range(len(x))]
     stopped = film.stops <= time
     still = stands_still(now.v, _STANDS[0]) & stands_still(now.w, _STANDS[1])
-    hollow = still | stopped | np.array([bool(kind) for kind in kinds])
+    at_fault = np.array([bool(kind) for kind in kinds])
+    hollow = still | stopped | at_fault
     colors = np.array([COLORS[i % len(COLORS)] for i in range(len(x))])
     body = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * scene.sizes[:, None]
     arrow = np.array([[0.44, 0.0], [-0.3, 0.24], [-0.3, -0.24]]) * scene.sizes[:, None]
@@ -184,7 +179,6 @@ def show_frame(scene: Scene, time: float) -> None:
     scene.wheels.set_verts([wheel for side in (-1, 1) for wheel in placed(_wheels(scene, side), x, y, heading)])
     scene.bodies.set_facecolor(list(np.where(hollow, "white", colors)))
     scene.marks.set_verts(list(arrows))
-    at_fault = np.array([bool(kind) for kind in kinds])
     scene.marks.set_facecolor(list(np.where(at_fault, "black", np.where(hollow, colors, "white"))))
     for kind, collection in scene.hatched.items():
         collection.set_verts([outlines[i] for i, name in enumerate(kinds) if name == kind])

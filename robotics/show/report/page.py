@@ -20,7 +20,8 @@ from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS
 from robotics.measures.leading import Lead
-from robotics.show.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_velocities
+from robotics.show.figures.comparison import plot_comparison
+from robotics.show.figures.controllers import plot_errors, plot_paths, plot_velocities
 from robotics.show.figures.drawing import looks, seeds_as_text
 from robotics.show.figures.leads import plot_leads
 from robotics.show.report.answer import answer

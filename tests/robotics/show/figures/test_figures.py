@@ -18,8 +18,10 @@ from robotics.plugins.thesis.figures import (
     plot_tracking_velocities,
     plot_turn,
 )
-from robotics.show.figures.controllers import plot_comparison, plot_errors, plot_paths, plot_run, plot_velocities
+from robotics.show.figures.comparison import plot_comparison
+from robotics.show.figures.controllers import plot_errors, plot_paths, plot_velocities
 from robotics.show.figures.drawing import POINTS, cut_axis, looks, only, room_for, seeds_as_text, thinned, unjumped
+from robotics.show.figures.run import plot_run
 from robotics.simulation.channels import CHANNELS
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import parse_scenario
