@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from robotics.measures.once import CachedPerRun
-from robotics.measures.tracking import Metric, cross_track_error, same_for_all
+from robotics.measures.tracking import Metric, cross_track_error, rms_of, same_for_all
 from robotics.simulation.run import Run
 from robotics.world.paths.joined import PathTable, join_paths, table_length
 from robotics.world.paths.path import Path
@@ -150,9 +150,7 @@ def largest_place_error(run: Run) -> np.ndarray:
 
 def rms_place_error(run: Run) -> np.ndarray:
     """The root mean square of the place errors [m] (runs, robots), over the same time; infinite where there is none."""
-    errors = _in_formation(run)
-    count = np.isfinite(errors).sum(axis=-1)
-    return np.where(count > 0, np.sqrt(np.nansum(errors**2, axis=-1) / np.maximum(count, 1)), np.inf)
+    return rms_of(_in_formation(run))
 
 
 _FORMATION = ("formation",)

@@ -115,12 +115,9 @@ def outside_sentence(found: Sequence[OutsideInput]) -> str:
     more = len(found) - 1
     others = f"; so did {more} more input{'s' * (more > 1)}" if more else ""
     unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
+    share = f"{100 * one.share:.0f} %" if one.share >= 0.01 else "less than 1 %"
     return (
         f"controller {one.controller!r} on {one.scenario!r} left the data that it knows: {one.input} of robot "
         f"{one.robot} ({one.task}) came to {far}{unit}, its range is {least} to {most}{unit}; it "
-        f"was outside {_percent(one.share)} of the time{others}"
+        f"was outside {share} of the time{others}"
     )
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if share >= 0.01 else "less than 1 %"

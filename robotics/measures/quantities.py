@@ -12,22 +12,13 @@ from robotics.measures.once import CachedPerRun
 from robotics.measures.own import measured as measured_own
 from robotics.measures.progress import true_progress
 from robotics.measures.registry import ALL_METRICS
-from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time
+from robotics.measures.tracking import Metric, cross_track_error, same_for_all, settling_time, timetable_error
 from robotics.simulation.run import Run
-from robotics.world.paths.posture import PostureError, posture_error
-from robotics.world.paths.references import Reference
+from robotics.world.paths.posture import PostureError
 
 _START = 6.0  # s: the start is over
 _LATE = (15.0, 20.0)  # s: the span in which a robot that started off its path must have reached it
 _LAST = 5.0  # s: the end of a run
-
-
-def timetable_error(run: Run) -> PostureError:
-    """The posture error (5.9) against the scenario's own timetable, whatever place a law aims at; (5.17).
-
-    Each field is (runs, robots, samples). It is the one measure by which laws with clocks of their own can be compared.
-    """
-    return posture_error(run["x"], run["y"], run["heading"], Reference(*(rows.T[None] for rows in run.reference)))
 
 
 def _norm(e: PostureError) -> np.ndarray:

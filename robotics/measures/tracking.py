@@ -57,6 +57,14 @@ class Metric(NamedTuple):
     needs_guard: bool = False
 
 
+def timetable_error(run: Run) -> PostureError:
+    """The posture error (5.9) against the scenario's own timetable, whatever place a law aims at; (5.17).
+
+    Each field is (runs, robots, samples). It is the one measure by which laws with clocks of their own can be compared.
+    """
+    return posture_error(run["x"], run["y"], run["heading"], Reference(*(rows.T[None] for rows in run.reference)))
+
+
 def tracking_error(run: Run) -> PostureError:
     """The posture error (5.9) of every sample; each field is (runs, robots, samples).
 
@@ -65,11 +73,10 @@ def tracking_error(run: Run) -> PostureError:
     Args:
         run: The run.
     """
-    if run.team is not None:
-        place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
-        return posture_error(run["x"], run["y"], run["heading"], place)
-    target = Reference(*(rows.T[None] for rows in run.reference))
-    return posture_error(run["x"], run["y"], run["heading"], target)
+    if run.team is None:
+        return timetable_error(run)
+    place = Reference(run["x_target"], run["y_target"], run["heading_target"], *([np.zeros(1)] * 3))
+    return posture_error(run["x"], run["y"], run["heading"], place)
 
 
 @CachedPerRun
@@ -194,7 +201,7 @@ def _variation(run: Run, channel: str) -> np.ndarray:
 
 def _rms_under_way(run: Run) -> np.ndarray:
     """Infinite for a robot that was stopped before it got under way."""
-    return _rms_of(np.where(under_way(run), cross_track_error(run), np.nan))
+    return rms_of(np.where(under_way(run), cross_track_error(run), np.nan))
 
 
 def late(run: Run) -> np.ndarray:
@@ -204,16 +211,17 @@ def late(run: Run) -> np.ndarray:
 
 def _late_heading(run: Run) -> np.ndarray:
     """Infinite for a robot that was stopped before."""
-    return _rms_of(np.where(late(run), tracking_error(run).heading, np.nan))
+    return rms_of(np.where(late(run), tracking_error(run).heading, np.nan))
 
 
 def _late_distance(run: Run) -> np.ndarray:
     """Infinite as :func:`_late_heading`."""
     error = tracking_error(run)
-    return _rms_of(np.where(late(run), np.hypot(error.x, error.y), np.nan))
+    return rms_of(np.where(late(run), np.hypot(error.x, error.y), np.nan))
 
 
-def _rms_of(errors: np.ndarray) -> np.ndarray:
+def rms_of(errors: np.ndarray) -> np.ndarray:
+    """The root mean square (runs, robots) of the known ``errors`` (runs, robots, samples); infinite without any."""
     found = np.sqrt(_mean(errors**2))
     return np.where(np.isnan(found), np.inf, found)
 

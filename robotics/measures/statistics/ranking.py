@@ -1,6 +1,5 @@
 """Rankings: how sure each rank is, whether it hangs on the cost's weights, and who is beaten in nothing."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,25 +37,19 @@ def swapped_pairs(orders: np.ndarray) -> np.ndarray:
     return np.asarray((ahead != ahead[0]).sum(axis=1))
 
 
-def reweighted(
-    terms: np.ndarray, weights: np.ndarray, statistic: Statistic = IQM, factors: Sequence[float] = (0.5, 2.0)
-) -> Reweighted:
-    """Rank the laws with the weight of each term in turn multiplied by each of the factors.
+def reweighted(terms: np.ndarray, weights: np.ndarray, statistic: Statistic = IQM) -> Reweighted:
+    """Rank the laws with the weight of each term in turn halved, and doubled.
 
     Args:
         terms: The terms of the cost (terms, laws, scenarios, seeds), each over its scale; infinite where a run failed.
         weights: The weights (terms,), > 0: the cost is their sum over terms.
         statistic: What ranks the laws.
-        factors: What a weight is multiplied by, by default halved and doubled.
     """
     terms, weights = np.asarray(terms, dtype=float), np.asarray(weights, dtype=float)
     if terms.ndim != 4 or weights.shape != terms.shape[:1] or not (weights > 0).all():
         raise StatisticsError("give terms (terms, laws, scenarios, seeds) and a weight > 0 for each term")
-    scale = np.ones((1 + len(factors) * len(weights), len(weights)))
-    for term in range(len(weights)):
-        for k, factor in enumerate(factors):
-            scale[1 + term * len(factors) + k, term] = factor
-    cases = scale * weights
+    own = np.eye(len(weights), dtype=bool)
+    cases = np.array([weights, *(np.where(term, factor * weights, weights) for term in own for factor in (0.5, 2.0))])
     values = np.stack([statistic(checked(np.tensordot(case, terms, axes=1))) for case in cases])
     return Reweighted(cases, values, np.argsort(values, axis=1, kind="stable"))
 

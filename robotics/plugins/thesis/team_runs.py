@@ -11,7 +11,8 @@ import numpy as np
 from robotics.laws.catalogue import make_controller
 from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.progress import progress_gap, true_progress
-from robotics.measures.quantities import measured, timetable_error
+from robotics.measures.quantities import measured
+from robotics.measures.tracking import timetable_error
 from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
