@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.interrupts import interrupted
 from fuzzy.shell.options import Json, Quiet, argument, option
-from fuzzy.shell.progress import Advance, Mover, progress_bar
+from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
@@ -95,7 +96,7 @@ def tune(
     crossed: Sequence[TunedFold] = ()
     with progress_bar(quiet, width=44) as begin:
         if folds is not None:
-            bar = _Progress(begin("folds", folds * evaluations), evaluations)
+            bar = Mover(begin("folds", folds * evaluations))
             crossed = cross_validate_tuning(
                 fis,
                 samples.x,
@@ -103,7 +104,7 @@ def tune(
                 folds=folds,
                 order=fold_order,  # type: ignore[arg-type]
                 folder=folder,
-                progress=bar.fold,
+                progress=lambda fold, of: _told(bar, of, fold * evaluations, f"fold {fold + 1}: "),
                 **options,
             )
         found = tuned_on(
@@ -111,7 +112,7 @@ def tune(
             samples.x,
             samples.y,
             folder=folder,
-            progress=_Progress(begin(fis.name, evaluations), evaluations),
+            progress=partial(_told, Mover(begin(fis.name, evaluations))),
             **options,
         )
     write_fis(found.system, out, _comment(found, data, check, options))
@@ -129,20 +130,10 @@ def tune(
         interrupted(f"the best of {found.evaluations} evaluations is in {out}")
 
 
-class _Progress:
-    """Moves the bar to the number of evaluations, and says the least error so far."""
-
-    def __init__(self, advance: Advance, evaluations: int) -> None:
-        self.move, self.evaluations = Mover(advance), evaluations
-
-    def __call__(self, found: "Evaluations", fold: int = 0, prefix: str = "") -> None:
-        """After a generation."""
-        before, best = shown(float(found.costs[0])), shown(float(found.costs.min()))
-        self.move(fold * self.evaluations + len(found), f"{prefix}RMSE {before} before, best {best}")
-
-    def fold(self, fold: int, found: "Evaluations") -> None:
-        """After a generation of a fold's search."""
-        self(found, fold, f"fold {fold + 1}: ")
+def _told(moved: Mover, found: "Evaluations", done: int = 0, prefix: str = "") -> None:
+    """Move the bar beyond the ``done`` evaluations of other folds, and say the least error so far."""
+    before, best = shown(float(found.costs[0])), shown(float(found.costs.min()))
+    moved(done + len(found), f"{prefix}RMSE {before} before, best {best}")
 
 
 def _parts(text: str) -> list[str]:

@@ -2,14 +2,11 @@
 
 import sys
 import textwrap
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any, Literal, NamedTuple
 
 from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
-
-if TYPE_CHECKING:
-    from fuzzy.system import Variable
 
 _WIDTH = 100  # characters in a line
 
@@ -64,6 +61,10 @@ def _print_entry(start: str, lines: list[str], column: int) -> None:
         print(textwrap.fill(line, _WIDTH, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False))
 
 
+def _fields(things: Iterable[Any], *names: str) -> list[dict[str, Any]]:
+    return [{name: getattr(thing, name) for name in names} for thing in things]
+
+
 def _scenarios() -> list[dict[str, Any]]:
     from robotics.simulation.scenario.conditions import group_of
     from robotics.simulation.scenario.reading import load_scenario, scenario_names
@@ -77,8 +78,7 @@ def _scenarios() -> list[dict[str, Any]]:
 def _robots() -> list[dict[str, Any]]:
     from robotics.simulation.scenario.robots import load_robot, robot_names
 
-    models = [load_robot(name) for name in robot_names()]
-    return [{"name": m.name, "title": m.title, "source": m.source} for m in models]
+    return _fields([load_robot(name) for name in robot_names()], "name", "title", "source")
 
 
 def _controllers() -> list[dict[str, Any]]:
@@ -110,8 +110,8 @@ def _rule_bases() -> list[dict[str, Any]]:
         {
             "name": name,
             "title": fis_title(file),
-            "inputs": [_variable(v) for v in fis.inputs],
-            "outputs": [_variable(v) for v in fis.outputs],
+            "inputs": _fields(fis.inputs, "name", "unit", "universe"),
+            "outputs": _fields(fis.outputs, "name", "unit", "universe"),
             "rules": len(fis.rules),
         }
         for name, file in rule_base_files().items()
@@ -122,11 +122,7 @@ def _rule_bases() -> list[dict[str, Any]]:
 def _studies() -> list[dict[str, Any]]:
     from robotics.show.report.plan import load_study, study_names
 
-    plans = [load_study(name) for name in study_names()]
-    return [
-        {"name": p.name, "title": p.title, "scenarios": list(p.scenarios), "controllers": list(p.controllers)}
-        for p in plans
-    ]
+    return _fields([load_study(name) for name in study_names()], "name", "title", "scenarios", "controllers")
 
 
 def _metrics() -> list[dict[str, Any]]:
@@ -145,10 +141,6 @@ def _metrics() -> list[dict[str, Any]]:
 def _metric_line(row: dict[str, Any]) -> list[str]:
     asked = f"; measured if asked for: --metric {row['name']}" if row["own"] else ""
     return [f"{row['title']} [{row['unit']}]; {', '.join(row['kinds'])}{asked}"]
-
-
-def _variable(variable: "Variable") -> dict[str, Any]:
-    return {"name": variable.name, "unit": variable.unit, "universe": list(variable.universe)}
 
 
 def _rule_base_lines(row: dict[str, Any]) -> list[str]:

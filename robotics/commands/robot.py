@@ -1,6 +1,8 @@
 """The command ``robotics robot``: what a robot is, drawn and in numbers, and gains tuned for its wheel loop."""
 
 import textwrap
+from dataclasses import fields, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -59,8 +61,6 @@ def robot(
 
 
 def _report(model: "RobotModel", gains: "Gains | None") -> dict[str, Any]:
-    from dataclasses import replace
-
     found = {
         "name": model.name,
         "title": model.title,
@@ -78,8 +78,6 @@ def _report(model: "RobotModel", gains: "Gains | None") -> dict[str, Any]:
 
 def _numbers(robot: "Robot") -> list[dict[str, Any]]:
     """Every number with its unit and what it is; its rule where it was derived, otherwise None."""
-    from dataclasses import fields
-
     return [
         {
             "name": f.name,
@@ -107,8 +105,6 @@ def _limits(robot: "Robot") -> dict[str, float | None]:
 
 def _loop(robot: "Robot") -> dict[str, dict[str, float | None]]:
     """Overshoot and settling time of a step to half of the top speed; None: it does not settle."""
-    from math import isfinite
-
     from robotics.world.vehicle.wheel_loop import MOTIONS, step_response
 
     steps = {motion: step_response(robot, motion) for motion in MOTIONS}
@@ -169,8 +165,6 @@ def _said(loop: dict[str, dict[str, float | None]]) -> str:
 
 
 def _print_tuned(machine: "Robot", gains: "Gains") -> None:
-    from dataclasses import replace
-
     print("\nTuned: the shortest settling time of steps to 20-80 % of the top speed, overshoot up to 5 %")
     print(f"  before  {_said(_loop(machine))}")
     print(f"  after   {_said(_loop(replace(machine, **gains._asdict())))}")

@@ -73,13 +73,8 @@ class StudyPlan:
         folder: Where files are looked for.
         file: The file, in messages and in the record of what was run.
         content: The text of the file.
-        settings: The scenarios, read.
-        laws: The specifications of the controllers, located, by name.
         own_metrics: The user's own metrics, by name.
         metric_files: Their files as they are written, by those names.
-        shown_metrics: The metrics that come first, by their names in tables.
-        axis_list: The axes, with their values.
-        points: The points of the design.
 
     Raises:
         StudyError: A study that cannot be run.
@@ -140,33 +135,19 @@ class StudyPlan:
     folder: Path = field(default=Path(), compare=False)
     file: str = field(default="", compare=False)
     content: str = field(default="", compare=False, repr=False)
-    settings: tuple[Scenario, ...] = field(init=False, repr=False, compare=False)
-    laws: Mapping[str, str] = field(init=False, repr=False, compare=False)
-    own_metrics: Mapping[str, Metric] = field(init=False, repr=False, compare=False)
-    metric_files: dict[str, str] = field(init=False, repr=False, compare=False)
-    shown_metrics: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    axis_list: tuple[Axis, ...] = field(init=False, repr=False, compare=False)
-    points: tuple[Point, ...] = field(init=False, repr=False, compare=False)
+    own_metrics: dict[str, Metric] = field(init=False, default_factory=dict, repr=False, compare=False)
+    metric_files: dict[str, str] = field(init=False, default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_quantities(self, StudyError)
-        object.__setattr__(self, "settings", tuple(self._scenarios()))
-        object.__setattr__(self, "laws", self._laws())
-        own: dict[str, Metric] = {}
-        object.__setattr__(self, "own_metrics", own)
-        object.__setattr__(self, "metric_files", {})
-        shown = tuple(self._metric(text, own, ("metrics",)) for text in self.metrics)
-        object.__setattr__(self, "shown_metrics", shown)
-        _refuse_twice("metrics", shown)
+        _ = self.laws
+        _refuse_twice("metrics", self.shown_metrics)
         for i, claim in enumerate(self.claims):
             for j, condition in enumerate(claim.parts):
-                self._check(condition, own, ("claims", i) if claim.direct else ("claims", i, "parts", j))
+                self._check(condition, ("claims", i) if claim.direct else ("claims", i, "parts", j))
         _refuse_twice("claims", [claim.name for claim in self.claims])
         check_design(self.method, self.samples, self.seed)
-        axes = study_axes(self.axes, self.method, self.content)
-        object.__setattr__(self, "axis_list", axes)
-        design = (axes, self.method, self.samples or 0, self.seed or 0)
-        object.__setattr__(self, "points", design_points(*design, self.file) if axes else ((),))
+        _ = self.points
         _refuse_twice("questions", self.questions)
         for i, name in enumerate(self.questions):
             try:
@@ -282,7 +263,7 @@ class StudyPlan:
 
     def metric_called(self, metric: str) -> str:
         """What tables call a ``metric`` of a claim."""
-        return self._metric(metric, dict(self.own_metrics), ())
+        return self._metric(metric, ())
 
     @property
     def quantities(self) -> dict[tuple[str, str], list[tuple[str, str]]]:
@@ -307,23 +288,27 @@ class StudyPlan:
             return name
         return list(self.laws)[self.controllers.index(name)]
 
-    def _scenarios(self) -> Iterator[Scenario]:
+    @cached_property
+    def settings(self) -> tuple[Scenario, ...]:
+        """The scenarios, read."""
         if not self.scenarios:
             raise StudyError('scenarios must name at least one, such as ["lyapunov-sine", "mine.toml"]').about(
                 "scenarios"
             )
-        seen: set[str] = set()
+        found: dict[str, Scenario] = {}
         for i, text in enumerate(self.scenarios):
             try:
                 made = load_scenario(text, self.folder)
             except InputError as error:
                 raise StudyError(f"scenarios: {error}").about("scenarios", i) from None
-            if made.name in seen:
+            if made.name in found:
                 raise StudyError(f"scenarios: {made.name!r} is given twice").about("scenarios", i)
-            seen.add(made.name)
-            yield made
+            found[made.name] = made
+        return tuple(found.values())
 
-    def _laws(self) -> dict[str, str]:
+    @cached_property
+    def laws(self) -> Mapping[str, str]:
+        """The specifications of the controllers, located, by name."""
         if not self.controllers:
             raise StudyError('controllers must name at least one, such as ["fuzzy", "csm:k=0.3"]').about("controllers")
         _refuse_twice("controllers", self.controllers)
@@ -388,9 +373,25 @@ class StudyPlan:
         law = make_controller(self.laws[name])
         return [s for s, text in pairs if (not wanted or wanted & {s.name, text}) and not _refusal(s, law)]
 
-    def _metric(self, text: str, own: dict[str, Metric], keys: Keys) -> str:
-        """The name of a metric in tables; one of a file is added to ``own``."""
-        about = Specification.of(text)
+    @cached_property
+    def shown_metrics(self) -> tuple[str, ...]:
+        """The metrics that come first, by their names in tables."""
+        return tuple(self._metric(text, ("metrics",)) for text in self.metrics)
+
+    @cached_property
+    def axis_list(self) -> tuple[Axis, ...]:
+        """The axes, with their values."""
+        return study_axes(self.axes, self.method, self.content)
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """The points of the design."""
+        design = (self.axis_list, self.method, self.samples or 0, self.seed or 0)
+        return design_points(*design, self.file) if self.axes else ((),)
+
+    def _metric(self, text: str, keys: Keys) -> str:
+        """The name of a metric in tables; one of the user's own is kept among these."""
+        own, about = self.own_metrics, Specification.of(text)
         if about.file.endswith(".py"):
             try:
                 name, found = metric_at(str(about.located(self.folder)))
@@ -412,9 +413,9 @@ class StudyPlan:
             raise StudyError(f"{what}; or a function of your own, file.py:function").about(*keys)
         return text
 
-    def _check(self, condition: Condition, own: dict[str, Metric], keys: Keys) -> None:
+    def _check(self, condition: Condition, keys: Keys) -> None:
         """Refuse a part of a claim about what the study does not run or measure."""
-        metric = self._metric(condition.metric, own, (*keys, "metric"))
+        metric = self._metric(condition.metric, (*keys, "metric"))
         known = [*dict.fromkeys([*(s.name for s in self.settings), *self.scenarios])]
         for name in condition.on:
             if name != ALL_SCENARIOS and name not in known:

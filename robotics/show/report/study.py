@@ -142,18 +142,16 @@ def write_study(
     interrupted, and OSError.
     """
     check_comparison(scenarios, controllers, metrics)
-    laws = dict(named_laws(controllers))
+    laws, own = dict(named_laws(controllers)), list(metrics.values() if isinstance(metrics, Mapping) else metrics)
     configuration = {
         "scenarios": [scenario.name for scenario in scenarios],
         "controllers": {name: gains_of(law) for name, law in chosen_laws(controllers).items()},
         "metrics": [*own_metrics(metrics)],
-        "files_sha256": {name: digest_of(file) for name, file in sorted(_files_named(laws, metrics).items())},
+        "files_sha256": {name: digest_of(file) for name, file in sorted(_files_named(laws, own).items())},
         "seeds": list(seeds),
         "versions": versions(),
     }
-    named = all(isinstance(law, str) for law in laws.values()) and all(
-        isinstance(metric, str) for metric in (metrics.values() if isinstance(metrics, Mapping) else metrics)
-    )
+    named = all(isinstance(each, str) for each in (*laws.values(), *own))
     cases = [Case(scenario, laws) for scenario in scenarios]
     work = _work(folder, configuration, [cases], seeds, metrics, report, named=named)
     watch = _Watch(begin, kept, resumed)
@@ -615,12 +613,12 @@ def _files_of_axes(plan: StudyPlan, home: Path) -> dict[str, Path]:
     return found
 
 
-def _files_named(laws: Mapping[str, Law[Any] | str], metrics: OwnMetrics) -> dict[str, Path]:
+def _files_named(laws: Mapping[str, Law[Any] | str], metrics: Sequence[Any]) -> dict[str, Path]:
     """The files that specifications name: of laws, their gains, and metrics."""
     found: dict[str, Path] = {}
     for law in laws.values():
         found |= files_of(law) if isinstance(law, str) else {}
-    for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:
+    for metric in metrics:
         if isinstance(metric, str) and (file := Specification.of(metric).file):
             found[file] = Path(file)
     return found
