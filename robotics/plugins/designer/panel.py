@@ -43,7 +43,7 @@ def _formation(kind: str) -> Any:
 
     table = made(FILES[f"formation-{kind}.csv"])
     units = tuple(UNITS[name] for name in table.names)
-    return LoadedTable(f"formation data, {kind}", table.names, table.values, table.inputs, units)
+    return LoadedTable(f"formation data, {kind}", table.names, table.values, len(table.inputs), units)
 
 
 def _scenario_asks(folder: Path) -> Any:
@@ -83,9 +83,9 @@ def _scenario_formation(folder: Path, chosen: dict[str, str]) -> Any:
     recipe = ScenarioRecipe(teacher=chosen["teacher"], samples=1000, runs=0, places=16, starts=8, displaced=1.0)
     table = scenario_data(scenario, recipe)
     output = column(chosen["output"], robot)
-    columns = [*(column(n, robot) for n in table.inputs), output]
+    columns = [*(column(n, robot) for n in table.quantities), output]
     places = [table.names.index(n) for n in columns]
     units = tuple(table.columns[place].unit for place in places)
-    names = (*table.inputs, output)
+    names = (*table.quantities, output)
     title = f"{name}, {chosen['teacher']}, robot {robot}"
-    return LoadedTable(title, names, table.values[:, places], len(table.inputs), units)
+    return LoadedTable(title, names, table.values[:, places], len(table.quantities), units)

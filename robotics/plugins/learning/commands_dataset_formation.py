@@ -148,12 +148,12 @@ def _thesis_set(
     seed, recipe = recipe.seed, checking_recipe(recipe) if check else recipe
     table = formation_data(recipe)
     card = write_set(out, thesis_facts(recipe, command), table.columns, table.values)
-    inputs, outputs = table.names[: table.inputs], table.names[table.inputs :]
+    inputs, outputs = table.inputs, table.names[len(table.inputs) :]
     found = None
     plenty = len(table.values) * SHARE > NEIGHBOURS
     # One formation alone never contradicts itself, nor does the well-posed law
     if kind == "literal" and not check and plenty:
-        found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+        found = scatter(table.values[:, : len(inputs)], table.values[:, len(inputs) :])
     if json:
         about = {"file": str(out), "kind": kind, "check": check, "seed": seed, "rows": len(table.values)}
         said = None
@@ -190,12 +190,12 @@ def _scenario_set(
         print_json(
             {"file": str(out), "card": str(card), "scenario": scenario.name, "teacher": recipe.teacher}
             | {"check": check, "seed": recipe.seed, "rows": len(table.values), "robots": table.robots}
-            | {"inputs": table.inputs, "columns": table.names}
+            | {"inputs": table.quantities, "columns": table.names}
         )
         return
     print(
-        f"{out}: {len(table.values)} rows of {table.robots} robots, each with the inputs {', '.join(table.inputs)} and "
-        f"the outputs v, w; {card} says more"
+        f"{out}: {len(table.values)} rows of {table.robots} robots, each with the inputs {', '.join(table.quantities)} "
+        f"and the outputs v, w; {card} says more"
     )
 
 

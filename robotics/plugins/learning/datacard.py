@@ -38,8 +38,8 @@ def card_path(data: str | Path) -> Path:
     return Path(data).with_suffix(".card.md")
 
 
-def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[DataColumn], values: np.ndarray) -> Path:
-    """Write the card of the set in the file ``data`` and return its file, which appears whole or not at all.
+def write_set(data: str | Path, facts: Mapping[str, str], columns: Sequence[DataColumn], values: np.ndarray) -> Path:
+    """Write a set as CSV, and its card beside it; return the card's file. Each appears whole or not at all.
 
     Args:
         data: The file of the set.
@@ -47,6 +47,7 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Dat
         columns: Its columns.
         values: Its numbers (rows, columns).
     """
+    write_data(data, [column.name for column in columns], values)
     path = card_path(data)
     facts = {**facts, "rows": str(len(values))}
     lines = [f"# {Path(data).name}", "", *_table(("fact", "value"), facts.items()), "", "## Columns", ""]
@@ -56,14 +57,8 @@ def write_card(data: str | Path, facts: Mapping[str, str], columns: Sequence[Dat
     return path
 
 
-def write_set(data: str | Path, facts: Mapping[str, str], columns: Sequence[DataColumn], values: np.ndarray) -> Path:
-    """Write a set as CSV, and its card beside it; return the card's file. The arguments are :func:`write_card`'s."""
-    write_data(data, [column.name for column in columns], values)
-    return write_card(data, facts, columns, values)
-
-
 def read_card(path: str | Path) -> Card:
-    """Read a card that :func:`write_card` wrote."""
+    """Read a card that :func:`write_set` wrote."""
     lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if line.startswith("|")]
     rows = [[cell.strip().replace("\\|", "|").strip("`") for cell in _cells(line)] for line in lines]
     split = next(k for k, row in enumerate(rows) if row[0] == _COLUMNS[0])

@@ -36,6 +36,11 @@ class DataTable:
         """The names of its columns."""
         return tuple(column.name for column in self.columns)
 
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its columns that are no outputs."""
+        return tuple(column.name for column in self.columns if not column.output)
+
 
 class Samples(NamedTuple):
     """A table of samples as it was read from a file."""

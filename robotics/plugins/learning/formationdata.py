@@ -92,15 +92,6 @@ class FormationRecipe:
         return ("x_l", "y_l", "theta_l") if self.kind == "literal" else ("dx", "alpha_l", "kappa_f")
 
 
-class FormationTable(DataTable):
-    """A set of samples: the inputs, then the four outputs; multiples of 1e-6."""
-
-    @property
-    def inputs(self) -> int:
-        """How many columns are inputs."""
-        return len(self.columns) - len(_OUTPUTS)
-
-
 def checking_recipe(recipe: FormationRecipe) -> FormationRecipe:
     """The recipe of the checking set that belongs to another: one formation that this does not contain.
 
@@ -121,19 +112,19 @@ FILES: dict[str, FormationRecipe] = {
 }
 
 
-def formation_data(recipe: FormationRecipe) -> FormationTable:
+def formation_data(recipe: FormationRecipe) -> DataTable:
     """Make a set of formation data: rows in the order of the formations, then the cover.
 
     Args:
         recipe: What it is made of.
 
     Returns:
-        The table: its columns' names, values (rows, columns) in m, rad, 1/m, m/s and rad/s, and how many are inputs.
+        The table: the inputs, then the four outputs, in m, rad, 1/m, m/s and rad/s; multiples of 1e-6.
     """
     values = _literal(recipe) if recipe.kind == "literal" else _well_posed(recipe)
     meanings: dict[str, tuple[str, str]] = LEARNING_TEXTS.table("columns")
     columns = [DataColumn(name, *meanings[name], name in _OUTPUTS) for name in recipe.inputs + _OUTPUTS]
-    return FormationTable(tuple(columns), np.round(values, 6) + 0.0)  # + 0.0: no -0
+    return DataTable(tuple(columns), np.round(values, 6) + 0.0)  # + 0.0: no -0
 
 
 class FormationRun(NamedTuple):

@@ -81,7 +81,7 @@ class ScenarioRecipe:
 class RobotTable(DataTable):
     """A set of samples; the columns are those of robot 1, its inputs and then v and w, then those of robot 2."""
 
-    inputs: tuple[str, ...]  # the quantities, without robots' numbers
+    quantities: tuple[str, ...]  # that each robot knows, without robots' numbers
     robots: int
 
 

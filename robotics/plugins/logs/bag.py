@@ -88,7 +88,7 @@ class Bag:
                     parts = [part.partition("\n")[2] for part in text.split(rule)[1:]] if rule in text else [text]
                     for part in parts:
                         types |= get_types_from_idl(part)
-        known = self._known()
+        known = get_typestore(Stores.ROS1_NOETIC) if self._ros1 else typestore(self._distribution)
         if not types:
             for one in connections:
                 if one.msgtype not in known.fielddefs:
@@ -100,13 +100,6 @@ class Bag:
         with _readable(self.path, "the definitions of its types cannot be read"):
             store.register(types)
         return store
-
-    def _known(self) -> Any:
-        if not self._ros1:
-            return typestore(self._distribution)
-        from rosbags.typesys import Stores, get_typestore
-
-        return get_typestore(Stores.ROS1_NOETIC)
 
 
 @contextmanager

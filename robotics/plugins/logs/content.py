@@ -40,16 +40,6 @@ class LogRecord(NamedTuple):
     once: bool = False  # it holds for the whole run: whoever comes later gets it too
 
 
-class Fired(NamedTuple):
-    """How the rules of one rule base fired in a run of one seed."""
-
-    task: str
-    sentences: tuple[str, ...]
-    inputs: np.ndarray  # (samples, robots, inputs)
-    firing: np.ndarray  # (samples, robots, rules)
-    shares: np.ndarray  # (samples, robots, rules)
-
-
 def facts(run: Run, seed: int) -> dict[str, str]:
     """What a log says of its run beside its topics, in words."""
     about = {"scenario": run.scenario, "controller": run.controller, "seed": str(seed)}
@@ -68,7 +58,9 @@ class _Log:
         self.run, self.seed, self.make = run, seed, make
         count = len(run.about.robots)
         self.robots = tuple(Names.of(i, count) for i in range(1, count + 1))
-        self.fired = _fired(run)
+        # What each rule base was asked, and how strongly its rules fired (samples, robots, rules)
+        asked = decisions(run, 0) if run.about.rule_bases and run.inputs is not None else ()
+        self.fired = [(each, each.firing()) for each in asked]
         self.frame = {name: run[name][0] for name in CHANNELS}  # (robots, samples) each
         self.frame |= {f"{name}_reference": run.target(name) for name in REFERENCE}
         none = np.full_like(self.frame["x"], np.nan)
@@ -99,14 +91,14 @@ class _Log:
             message=list(run.about.message),
         )
         yield LogRecord(0.0, topics.INFO, info, once=True)
-        for each, system in zip(self.fired, (run.about.rule_bases or {}).values(), strict=False):
+        for each, _ in self.fired:
             base = make.make(
                 "fuzzyfleet_msgs/RuleBase",
                 task=each.task,
-                inputs=[variable.name for variable in system.inputs],
-                units=[variable.unit or "" for variable in system.inputs],
-                rules=list(each.sentences),
-                fis=_as_fis(system),
+                inputs=[variable.name for variable in each.system.inputs],
+                units=[variable.unit or "" for variable in each.system.inputs],
+                rules=[str(rule) for rule in each.system.rules],
+                fis=_as_fis(each.system),
             )
             yield LogRecord(0.0, topics.rule_base(each.task), base, once=True)
         yield LogRecord(0.0, topics.STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
@@ -219,8 +211,8 @@ class _Log:
 
     def _rules(self, robot: int, k: int, time: float, header: Any) -> Iterator[LogRecord]:
         """How the rules of each rule base fired that was asked."""
-        for each in self.fired:
-            strengths = each.firing[k, robot]
+        for each, firing in self.fired:
+            strengths = firing[k, robot]
             if np.isnan(strengths).any():
                 continue
             best = int(np.argmax(strengths)) if strengths.size and strengths.max() > 0 else -1
@@ -228,26 +220,13 @@ class _Log:
                 "fuzzyfleet_msgs/RuleFiring",
                 header=header,
                 task=each.task,
-                inputs=each.inputs[k, robot],
+                inputs=each.inputs[k, robot].astype(float),
                 firing=strengths,
-                shares=each.shares[k, robot],
+                shares=shares(strengths),
                 strongest=best + 1,
-                strongest_rule=each.sentences[best] if best >= 0 else "",
+                strongest_rule=str(each.system.rules[best]) if best >= 0 else "",
             )
             yield LogRecord(time, topics.firing(self.robots[robot], each.task), message)
-
-
-def _fired(run: Run) -> tuple[Fired, ...]:
-    """How the rules of all rule bases fired; nothing where the run does not say."""
-    if not run.about.rule_bases or run.inputs is None:
-        return ()
-    found = []
-    for each in decisions(run, 0):
-        inputs = np.ascontiguousarray(each.inputs, dtype=float)
-        strengths = each.firing()
-        sentences = tuple(map(str, each.system.rules))
-        found.append(Fired(each.task, sentences, inputs, strengths, shares(strengths)))
-    return tuple(found)
 
 
 def _as_fis(system: Any) -> str:

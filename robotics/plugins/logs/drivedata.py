@@ -194,11 +194,6 @@ class DriveTable(DataTable):
     followed: str  # what the robots were to follow, in words
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """The names of the quantities."""
-        return self.names[: -len(DRIVE_OUTPUTS)]
-
-    @property
     def for_checking(self) -> np.ndarray:
         """Whether each row (rows,) is one of the last block of every CHECKED."""
         return self.block % CHECKED == CHECKED - 1

@@ -22,6 +22,7 @@ from robotics.simulation.opening import Driver, PreparedRuns
 from robotics.world.environment.collision import footprints
 from robotics.world.environment.swept import ContactNotes, ContactWatch, body_spans
 from robotics.world.environment.world import Geometry, Moving
+from robotics.world.paths.trajectory import side_by_side
 from robotics.world.random_streams import RELATIVE_STREAM
 from robotics.world.sensing.carried import CarriedSensors, Looks
 from robotics.world.sensing.posture import wheel_errors
@@ -56,7 +57,10 @@ class Episodes:
             raise TaskError(f"the number of environments must be a whole number >= 1; got {count!r}")
         self.task, self.count, self.turn = task, count, 0
         self.everyone = np.arange(count)
-        self.lanes = _columns(task, count)
+        self.ticks = np.array([s.ticks for s in task.scenarios])  # the last sample of each scenario
+        self.starts = np.concatenate([s.starts for s in task.scenarios])  # (scenarios, 3): m, m, rad
+        self.parameters = np.stack([p.parameters(s.setting.robots[0]) for s in task.scenarios], axis=1)
+        self.lanes = _columns(task, count, int(self.ticks.max()) + 1)
         self.looks, self.sensors = _looks(task, count)
         here = Geometry.nothing() if self.looks is None else self.looks.here
         watch = ContactWatch.opened(task.scenarios[0].setting.robots, count, here, Moving.nothing())
@@ -78,18 +82,18 @@ class Episodes:
         chosen, setting = np.asarray(chosen, dtype=np.int64), task.scenarios[0].setting
         sensing = setting.sensing[0]
         spread = np.array([sensing.start_position, sensing.start_position, sensing.start_heading])
-        believed = task.starts[scenarios]
+        believed = self.starts[scenarios]
         draws = np.empty((len(chosen), 3))
         absolute, relative = lanes.senses.draws, lanes.senses.relative_draws
         for n, (lane, scenario, seed) in enumerate(zip(chosen.tolist(), scenarios.tolist(), seeds, strict=True)):
-            generator, samples = np.random.default_rng(seed), int(task.ticks[scenario]) + 1
+            generator, samples = np.random.default_rng(seed), int(self.ticks[scenario]) + 1
             draws[n] = generator.standard_normal((1, 3))[0]
             if len(absolute):
                 generator.standard_normal(out=absolute[lane, :samples])
             if len(relative):
                 np.random.default_rng([seed, RELATIVE_STREAM]).standard_normal(out=relative[lane, :samples])
         lanes.body.truth[:, chosen] = p.initial_state(believed + draws * spread, believed)
-        parameters = task.parameters[:, scenarios]
+        parameters = self.parameters[:, scenarios]
         if (errors := wheel_errors(setting.sensing, seeds)) is not None:
             p.ParameterColumns(parameters).odometry.array[...] *= errors
         lanes.body.parameters[:, chosen] = parameters
@@ -171,12 +175,15 @@ class Episodes:
             own.supply(looks._replace(draws=looks.draws[:, lane : lane + 1], drawn=drawn), int(clock[lane]))
 
 
-def _columns(task: Task, count: int) -> EpisodeLanes:
-    """The columns of lanes that have not begun: those of the simulator, with clocks and scenarios of their own."""
+def _columns(task: Task, count: int, samples: int) -> EpisodeLanes:
+    """The columns of lanes that have not begun: those of the simulator, with clocks and scenarios of their own.
+
+    An episode has so many ``samples`` at most.
+    """
     scenarios = len(task.scenarios)
     drivers = [Driver(task.scenarios[0].setting, Agents(task.level))]
     lanes, supply = PreparedRuns.of(drivers, [0] * count).lanes(0, count)
-    noise, shape = supply.noise, (int(task.ticks.max()) + 1, 3, 1)
+    noise, shape = supply.noise, (samples, 3, 1)
     draws = np.zeros((count if noise.generators else 0, *shape))
     relative = np.zeros((count if noise.relative else 0, *shape))
     return EpisodeLanes(
@@ -184,7 +191,7 @@ def _columns(task: Task, count: int) -> EpisodeLanes:
         opened(task.scenarios, np.zeros(count, dtype=np.int64), task.level, task.reward, task.approach),
         lanes.body,
         lanes.senses._replace(draws=draws, relative_draws=relative),
-        task.references.road,
+        side_by_side([s.trajectory for s in task.scenarios]).road,
         np.ones((2, scenarios)) if task.units else task.most_of,
         np.tile(highs_of(task.entries)[:, None], scenarios),
         np.full((len(task.sensors), count), np.inf),

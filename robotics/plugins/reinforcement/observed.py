@@ -14,7 +14,7 @@ from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.equation import AimColumns, HeardColumns, RobotColumns
 from robotics.laws.setting import Setting
-from robotics.world.paths.posture import wrapped, wrapped_compiled
+from robotics.world.paths.posture import posture_error, wrapped_compiled
 from robotics.world.paths.road import at, timed
 from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
@@ -191,8 +191,6 @@ def heard_of(robot: int, seen: np.ndarray, heard: np.ndarray) -> np.ndarray:
     """
     others = np.arange(heard.shape[2]) != robot
     theirs, own = TeamHeard(heard[:, robot][:, others]), RobotColumns(seen, robot)
-    said, age = theirs.said, np.minimum(theirs.age, OLDEST)
-    dx, dy = said.x - own.x, said.y - own.y
-    cos, sin = np.cos(own.heading), np.sin(own.heading)
-    rows = np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(said.heading - own.heading), said.v, age])
+    where = posture_error(own.x, own.y, own.heading, theirs.said)
+    rows = np.stack([*where, theirs.said.v, np.minimum(theirs.age, OLDEST)])
     return np.nan_to_num(rows).T.ravel()

@@ -16,8 +16,6 @@ from fuzzy.naming import expected
 from robotics.plugins.reinforcement.observed import Entry, command_limits, entries
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.environment.world import World, compile_worlds
-from robotics.world.paths.trajectory import side_by_side
-from robotics.world.vehicle import plant as p
 from robotics.world.vehicle.plant import Level
 
 RewardKind = Literal["dense", "cost"]
@@ -128,28 +126,6 @@ class Task:
     def action_limits(self) -> np.ndarray:
         """The limits of an action (2,): 1, or in units the widest of all robots'."""
         return self.most_of.max(axis=1) if self.units else np.ones(2)
-
-    # Tables by scenario ------------------------------------------------------------------------------------------
-
-    @cached_property
-    def references(self) -> Any:
-        """The references of all scenarios, side by side."""
-        return side_by_side([s.trajectory for s in self.scenarios])
-
-    @cached_property
-    def ticks(self) -> np.ndarray:
-        """The last sample of each scenario (scenarios,) int."""
-        return np.array([s.ticks for s in self.scenarios])
-
-    @cached_property
-    def parameters(self) -> np.ndarray:
-        """The plant's parameters (PARAMETERS, scenarios)."""
-        return np.stack([p.parameters(s.setting.robots[0]) for s in self.scenarios], axis=1)
-
-    @cached_property
-    def starts(self) -> np.ndarray:
-        """The start postures (scenarios, 3): x [m], y [m], heading [rad]."""
-        return np.concatenate([s.starts for s in self.scenarios])
 
     @cached_property
     def obstacles(self) -> Any:

@@ -44,7 +44,6 @@ class Trained:
     seed: int
     steps: int
     seconds: float
-    curve: tuple[tuple[int, float], ...]  # steps, and the mean cost of the episodes ended meanwhile
 
 
 def train(
@@ -66,7 +65,8 @@ def train(
     """
     about, scenarios = learning or Learning(), tuple(scenarios)
     task = Task(scenarios)
-    far = max(float(np.hypot(*(s.starts[0, :2] - _begin(s)))) for s in scenarios)
+    begins = [(s.starts[0], s.trajectory.at(0.0)) for s in scenarios]
+    far = max(float(np.hypot(start[0] - aim.x[0], start[1] - aim.y[0])) for start, aim in begins)
     v, w = (max(float(np.abs(getattr(s.trajectory.sampled(s.times), name)).max()) for s in scenarios) for name in "vw")
     most = task.most_of.min(axis=1)
     vector = TrackingVectorEnv(
@@ -83,7 +83,6 @@ def train(
     began = time.perf_counter()
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    watch = EpisodeWatch(announce)
     try:
         model = stable_baselines3.PPO(
             "MlpPolicy",
@@ -100,13 +99,13 @@ def train(
             },
             device="cpu",
         )
-        model.learn(about.steps, callback=watch)
+        model.learn(about.steps, callback=Announcer(announce))
     finally:
         torch.set_num_threads(threads)
         vector.close()
     seconds = time.perf_counter() - began
     policy = _policy(model, scale, vector.task, _about(about, scenarios, seed, model.num_timesteps, seconds))
-    return Trained(policy, seed, int(model.num_timesteps), seconds, tuple(watch.curve))
+    return Trained(policy, seed, int(model.num_timesteps), seconds)
 
 
 def _batch(samples: int, wanted: int) -> int:
@@ -115,12 +114,6 @@ def _batch(samples: int, wanted: int) -> int:
     while samples % count:
         count += 1
     return samples // count
-
-
-def _begin(scenario: Scenario) -> np.ndarray:
-    """Where the reference begins (2,) [m]."""
-    at = scenario.trajectory.at(0.0)
-    return np.array([at.x[0], at.y[0]])
 
 
 def _about(about: Learning, scenarios: Sequence[Scenario], seed: int, steps: int, seconds: float) -> dict[str, Any]:
@@ -197,8 +190,8 @@ class EpisodeVectorEnv(VecEnv):
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = terminated | truncated
         for lane in np.flatnonzero(done).tolist():
-            last, cost = self._scaled(infos["final_obs"][lane]), float(infos["final_info"]["cost"][lane])
-            told[lane] = {"terminal_observation": last, "TimeLimit.truncated": bool(truncated[lane]), "cost": cost}
+            last = self._scaled(infos["final_obs"][lane])
+            told[lane] = {"terminal_observation": last, "TimeLimit.truncated": bool(truncated[lane])}
         return self._scaled(observed), rewards, done, told
 
     def close(self) -> None:
@@ -207,7 +200,7 @@ class EpisodeVectorEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """An attribute, which is the same in all lanes."""
-        return [getattr(self.env, attr_name)] * self._count(indices)
+        return [getattr(self.env, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """EpisodeVectorEnv have no attributes of their own."""
@@ -219,28 +212,19 @@ class EpisodeVectorEnv(VecEnv):
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: Any = None) -> list[bool]:
         """No lane is wrapped."""
-        return [False] * self._count(indices)
-
-    def _count(self, indices: int | Sequence[int] | None) -> int:
-        return self.num_envs if indices is None else 1 if isinstance(indices, int) else len(list(indices))
+        return [False for _ in self._get_indices(indices)]
 
 
-class EpisodeWatch(BaseCallback):
-    """Tells how many steps were taken, and keeps what the episodes cost that ended between two updates."""
+class Announcer(BaseCallback):
+    """Tells, before every update, how many steps were taken."""
 
     def __init__(self, announce: Callable[[int], None] | None) -> None:
         super().__init__()
         self.announce = announce
-        self.ended: list[float] = []
-        self.curve: list[tuple[int, float]] = []
 
     def _on_step(self) -> bool:
-        self.ended += [info["cost"] for info in self.locals["infos"] if "cost" in info]
         return True
 
     def _on_rollout_end(self) -> None:
-        if self.ended:
-            self.curve.append((int(self.num_timesteps), float(np.mean(self.ended))))
-            self.ended = []
         if self.announce is not None:
             self.announce(int(self.num_timesteps))

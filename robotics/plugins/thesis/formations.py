@@ -26,7 +26,8 @@ from robotics.measures.quantities import measured
 from robotics.plugins.learning import figures as plots
 from robotics.plugins.learning import formationdata
 from robotics.plugins.learning import formationlearning as learning
-from robotics.plugins.learning.formationdata import FormationRecipe, FormationRun, FormationTable
+from robotics.plugins.learning.datatable import DataTable
+from robotics.plugins.learning.formationdata import FormationRecipe, FormationRun
 from robotics.plugins.learning.formationlearning import FRESH, FreshErrors, Learnt
 from robotics.plugins.learning.report import fit_of, parameter_grid, setting_of
 from robotics.plugins.learning.scatter import DRAWS, scatter
@@ -60,10 +61,10 @@ SETS: tuple[Kind, ...] = ("literal", "well-posed")  # the kinds of formation dat
 class _Data(NamedTuple):
     """A set of formation data."""
 
-    table: FormationTable
-    check: FormationTable  # the checking set of learning
-    along: FormationTable  # the runs of the set's formations along the path, in the order of time, for the pictures
-    check_along: FormationTable  # the checking formation's run along the path
+    table: DataTable
+    check: DataTable  # the checking set of learning
+    along: DataTable  # the runs of the set's formations along the path, in the order of time, for the pictures
+    check_along: DataTable  # the checking formation's run along the path
     runs: dict[str, FormationRun]  # of the set's formations, by title
     time: np.ndarray  # s, of the samples of ``along``: one run after another
     check_time: np.ndarray  # likewise of ``check_along``
@@ -165,9 +166,9 @@ def _table_5_1(kind: Kind, networks: Sequence[Learnt], last: Mapping[str, Callab
     return Grid.of(caption, networks, columns | dict(last))
 
 
-def _scattered(table: FormationTable) -> dict[str, Callable[[Learnt], str]]:
+def _scattered(table: DataTable) -> dict[str, Callable[[Learnt], str]]:
     """The column that says how far the outputs of a table scatter."""
-    found = scatter(table.values[:, : table.inputs], table.values[:, table.inputs :])
+    found = scatter(table.values[:, : len(table.inputs)], table.values[:, len(table.inputs) :])
     cells = {
         output: f"{found.rms[k]:.1e} ({found.least[k]:.1e} to {found.most[k]:.1e})"
         for k, output in enumerate(FORMATION_OUTPUTS)

@@ -46,7 +46,7 @@ def well_posed():
 
 def test_literal_set_is_what_5_2_1_describes(literal):
     assert literal.names == ("x_l", "y_l", "theta_l", "v_l", "w_l", "v_f", "w_f")
-    assert literal.inputs == 3
+    assert literal.inputs == ("x_l", "y_l", "theta_l")
     x, y, theta, v_l, w_l, v_f, _ = literal.values.T
     assert literal.values.shape == (2000, 7)
     # the extents that the printed widths of the clusters stand for: 10.04 m, 1.06 m, 0.84 rad
@@ -79,7 +79,7 @@ def test_literal_followers_turn_as_their_own_place_asks(literal):
 
 def test_well_posed_outputs_are_the_law_in_closed_form(well_posed):
     assert well_posed.names == ("dx", "alpha_l", "kappa_f", "v_l", "w_l", "v_f", "w_f")
-    assert well_posed.inputs == 3
+    assert well_posed.inputs == ("dx", "alpha_l", "kappa_f")
     assert well_posed.values.shape == (2000, 7)
     dx, alpha, kappa, v_l, w_l, v_f, w_f = well_posed.values.T
     # logistic curves through 1 at dx = 0: 3 to 0, and 1/2 to 1.2

@@ -11,7 +11,7 @@ from fuzzy.errors import InputError
 from robotics.laws.catalogue import make_controller
 from robotics.measures.formations import largest_place_error
 from robotics.measures.outside import outside
-from robotics.plugins.learning.datacard import read_card, robot_facts, write_card
+from robotics.plugins.learning.datacard import read_card, robot_facts, write_set
 from robotics.plugins.learning.formationlearning import (
     FormationLearningError,
     learn_networks,
@@ -105,7 +105,7 @@ def test_what_cannot_be_made_is_said(changes, says):
 def test_the_card_says_what_is_in_the_file(table, tmp_path):
     scenario = circling(duration=8.0)
     facts = robot_facts(scenario, SMALL, "robotics dataset formation | made by hand")
-    path = write_card(tmp_path / "a.csv", facts, table.columns, table.values)
+    path = write_set(tmp_path / "a.csv", facts, table.columns, table.values)
     assert path == tmp_path / "a.card.md"
     card = read_card(path)
     assert card.facts["rows"] == "400"
