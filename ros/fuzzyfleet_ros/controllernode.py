@@ -23,7 +23,7 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
-from fuzzyfleet_ros.onboard import Onboard, Order, OwnState
+from fuzzyfleet_ros.onboard import Onboard, Order, OwnState, Perceived
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
@@ -239,8 +239,8 @@ class Controller(Node):
             return
         received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
-        ranges = self.ranges if self.wanted else None
-        self.order, self.memory = task.step(time, self.known[self.own], others, received, ranges, self.memory)
+        seen = Perceived(time, self.known[self.own], others, received, self.ranges if self.wanted else None)
+        self.order, self.memory = task.step(seen, self.memory)
         self.last = now
         if self.order.lost:
             self.ended = f"it is stopped for good: {self.order.lost}"

@@ -68,6 +68,17 @@ class OwnState(NamedTuple):
     w: float  # rad/s, likewise
 
 
+class Perceived(NamedTuple):
+    """What a robot knows in one period."""
+
+    time: float  # s since the start
+    own: OwnState
+    others: Mapping[int, OwnState]  # where others are, counted from 0, for a law that reads it
+    received: Received  # what the radio has brought
+    # What its range sensors read, by name [m]; infinite or left out: nothing is seen. None: nobody looks
+    ranges: Mapping[str, float] | None = None
+
+
 class Order(NamedTuple):
     """What a law tells its robot in one period."""
 
@@ -88,7 +99,6 @@ class Onboard:
     robot: int  # counted from 0
     limits: np.ndarray  # (4, 1): of robotics.world.vehicle.plant.velocity_limits
     hears: np.ndarray  # (robots, robots) bool: the graph of the radio
-    scales: bool = True  # whether no wheel is to exceed its top speed, at the same curvature; else the base sees to it
 
     @classmethod
     def of(
@@ -133,7 +143,7 @@ class Onboard:
             limits[3] = inf
         fields = law.message
         graph = setting.radio.adjacency(robots).astype(bool) if fields else np.zeros((robots, robots), dtype=bool)
-        return cls(setting, law, robot, limits, graph, scales)
+        return cls(setting, law, robot, limits, graph)
 
     def start_of(self, robot: int) -> Posture:
         """Where the setting lets a robot, counted from 0, start."""
@@ -158,7 +168,7 @@ class Onboard:
         """
         known = OwnState(self.start, 0.0, 0.0)
         others = {j: OwnState(self.start_of(j), 0.0, 0.0) for j in range(len(self.setting.robots)) if j != self.robot}
-        self.step(0.0, known, others if self.sees_others else {}, self.silence(), {}, self.begin())
+        self.step(Perceived(0.0, known, others if self.sees_others else {}, self.silence(), {}), self.begin())
 
     @property
     def duration(self) -> float:
@@ -196,7 +206,7 @@ class Onboard:
         found = []
         for way in _MOVED:
             moved = {j: _onward(known, way) for j, known in enumerate(places) if j != self.robot}
-            command, _ = self._commanded(time, places[self.robot], moved, self.silence(), None, self.begin())
+            command, _ = self._commanded(Perceived(time, places[self.robot], moved, self.silence()), self.begin())
             found.append([self._own(value) for value in command[:4]])
         return any(not np.array_equal(found[0], other, equal_nan=True) for other in found[1:])
 
@@ -204,29 +214,13 @@ class Onboard:
         """What has been heard before the first message."""
         return Received.nothing(len(self.law.message), len(self.setting.robots))
 
-    def step(
-        self,
-        time: float,
-        known: OwnState,
-        others: Mapping[int, OwnState],
-        received: Received,
-        ranges: Mapping[str, float] | None,
-        memory: Any,
-    ) -> tuple[Order, Any]:
-        """Decide on the command of one period, and return the law's new memory.
-
-        Args:
-            time: Since the start [s].
-            known: Where this robot is.
-            others: Where others are, counted from 0, for a law that :attr:`sees_others`.
-            received: What the radio has brought.
-            ranges: What its range sensors read, by name [m]; infinite or left out: nothing is seen. None: nobody looks.
-            memory: Of the law.
+    def step(self, seen: Perceived, memory: Any) -> tuple[Order, Any]:
+        """Decide on the command of one period by what is ``seen``; return the law's new ``memory``, too.
 
         Raises ControllerError where a law of the user's own fails.
         """
-        command, memory = self._commanded(time, known, others, received, ranges, memory)
-        posture, reference = known.posture, self.setting.references.at(time)
+        command, memory = self._commanded(seen, memory)
+        posture, reference = seen.own.posture, self.setting.references.at(seen.time)
         target = self._target(command.target, reference)
         message: tuple[float, ...] = ()
         if command.message is not None:
@@ -247,21 +241,13 @@ class Onboard:
         v, w = saturate(self.limits, np.array([first]), np.array([second]))
         return Order(float(v[0]), float(w[0]), message, target, mode, ""), memory
 
-    def _commanded(
-        self,
-        time: float,
-        known: OwnState,
-        others: Mapping[int, OwnState],
-        received: Received,
-        ranges: Mapping[str, float] | None,
-        memory: Any,
-    ) -> tuple[Command, Any]:
+    def _commanded(self, seen: Perceived, memory: Any) -> tuple[Command, Any]:
         """What the law commands; a robot of which nothing is known is nowhere, so that whoever asks for it is lost."""
-        x, y, heading, v, w = seen = np.full((5, 1, len(self.setting.robots)), np.nan)
-        for j, other in {**others, self.robot: known}.items():
-            seen[:, 0, j] = (*other.posture, other.v, other.w)
-        references = self.setting.references
-        heard, looked = self._heard(time, received), self._ranges(ranges)
+        time, references = seen.time, self.setting.references
+        x, y, heading, v, w = states = np.full((5, 1, len(self.setting.robots)), np.nan)
+        for j, other in {**seen.others, self.robot: seen.own}.items():
+            states[:, 0, j] = (*other.posture, other.v, other.w)
+        heard, looked = self._heard(time, seen.received), self._ranges(seen.ranges)
         observation = Observation(time, x, y, heading, v, w, references.at(time), references, heard, looked)
         return checked_control(self.law, observation, memory, self.setting.period)
 

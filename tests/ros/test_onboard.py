@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fuzzyfleet_ros.controllersettings import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
-from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Received
+from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Perceived, Received
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
@@ -101,7 +101,7 @@ def test_a_law_of_torques_is_refused_or_drives_by_its_wish():
     with pytest.raises(OnboardError, match=r"commands the torques of the wheels.*torque_as_velocity"):
         Onboard.of(setting, law)
     board = Onboard.of(setting, law, torque_as_velocity=True)
-    order, _ = board.step(0.0, OwnState(board.start, 0.0, 0.0), {}, board.silence(), None, board.begin())
+    order, _ = board.step(Perceived(0.0, OwnState(board.start, 0.0, 0.0), {}, board.silence()), board.begin())
     wish = simulate(shortened("reference", 0.05), "csm", [0])
     assert (order.v, order.w) == pytest.approx((wish["v_demand"][0, 0, 0], wish["w_demand"][0, 0, 0]))
 
@@ -110,14 +110,14 @@ def test_bounds_hold_and_robots_that_are_lost_stop():
     setting = load_scenario("reference").setting
     board = Onboard.of(setting, make_controller("fuzzy"), v_max=0.1, w_max=0.2)
     away = board.start._replace(y=board.start.y - 2)
-    order, _ = board.step(1.0, OwnState(away, 0.0, 0.0), {}, board.silence(), None, board.begin())
+    order, _ = board.step(Perceived(1.0, OwnState(away, 0.0, 0.0), {}, board.silence()), board.begin())
     assert abs(order.v) <= 0.1
     assert abs(order.w) == pytest.approx(0.2)
     far = board.start._replace(y=1e3)
-    order, _ = board.step(1.0, OwnState(far, 0.0, 0.0), {}, board.silence(), None, board.begin())
+    order, _ = board.step(Perceived(1.0, OwnState(far, 0.0, 0.0), {}, board.silence()), board.begin())
     assert (order.v, order.w) == (0.0, 0.0)
     assert "m from its target, and 10 m are allowed" in order.lost
-    order, _ = board.step(1.0, OwnState(far._replace(x=nan), 0.0, 0.0), {}, board.silence(), None, board.begin())
+    order, _ = board.step(Perceived(1.0, OwnState(far._replace(x=nan), 0.0, 0.0), {}, board.silence()), board.begin())
     assert "not a finite number" in order.lost
 
 
@@ -157,7 +157,7 @@ def drive_path(setting, law):
     while not loop.over:
         seen = loop.sense()
         known = OwnState(Posture(*seen.posture[:, 0]), *seen.velocity[:, 0])
-        order, memory = board.step(loop.time, known, {}, board.silence(), None, memory)
+        order, memory = board.step(Perceived(loop.time, known, {}, board.silence()), memory)
         loop.command(0, order.v, order.w)
         loop.advance()
     loop.sense()

@@ -7,7 +7,7 @@ import numpy as np
 
 from fuzzyfleet_ros.frames import Posture
 from fuzzyfleet_ros.loopback import Loopback
-from fuzzyfleet_ros.onboard import Onboard, OwnState
+from fuzzyfleet_ros.onboard import Onboard, OwnState, Perceived
 
 
 @contextmanager
@@ -72,7 +72,7 @@ def drive(scenario, law, seed=0, deaf=()):
                     received[i] = received[i].with_message(j, loop.time, age, seen.heard.values[:, 0, i, j].tolist())
             others = {j: known[j] for j in range(len(boards)) if j != i} if board.sees_others else {}
             ranges = dict(zip(loop.names, seen.ranges[i], strict=True))
-            order, memories[i] = board.step(loop.time, known[i], others, received[i], ranges, memories[i])
+            order, memories[i] = board.step(Perceived(loop.time, known[i], others, received[i], ranges), memories[i])
             loop.command(i, order.v, order.w)
             if order.message:
                 loop.speak(i, order.message)

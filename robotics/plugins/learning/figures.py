@@ -1,6 +1,6 @@
 """Pictures of formation data and of the networks learnt from them: thesis Figs 5.3-5.5, 5.8, 5.9, 5.12 and 5.13."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, 
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
 from robotics.plugins.learning.formationdata import FormationRun
+from robotics.plugins.learning.formationlearning import Errors
 from robotics.show.figures.drawing import draw_common_legend, thinned
 
 _NARROWEST = 2e-3  # m/s or rad/s: an axis shows at least so much, or rounding would fill it
@@ -226,46 +227,38 @@ def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit:
         return figure
 
 
-class ShareOfRange(NamedTuple):
-    """Errors of one network as shares of the range of its output."""
-
-    output: str
-    clustering: float
-    training: float
-    checking: float  # not-a-number without checking data
-    scatter: tuple[float, float]  # least and greatest, of the output at equal inputs; not-a-number: unknown
-
-
-def plot_shares(shares: Sequence[ShareOfRange]) -> Figure:
+def plot_shares(errors: Sequence[Errors]) -> Figure:
     """Draw the errors of networks beside each other, a row for each output, in per cent of the output's range.
 
     A grey bar shows how far the output scatters at equal inputs, as far as it is known.
     """
-    marks: dict[str, tuple[Callable[[ShareOfRange], float], dict[str, Any]]] = {
-        "after clustering": (lambda s: s.clustering, {"marker": "o", "markerfacecolor": "white", "color": COLORS[0]}),
-        "after learning, training": (lambda s: s.training, {"marker": "s", "color": COLORS[0], "markersize": 4.5}),
-        "after learning, checking": (lambda s: s.checking, {"marker": "D", "color": COLORS[1], "markersize": 4.5}),
+    looks: dict[str, dict[str, Any]] = {
+        "after clustering": {"marker": "o", "markerfacecolor": "white", "color": COLORS[0]},
+        "after learning, training": {"marker": "s", "color": COLORS[0], "markersize": 4.5},
+        "after learning, checking": {"marker": "D", "color": COLORS[1], "markersize": 4.5},
     }
-    with styled_figure(DOUBLE, 0.85 + 0.24 * len(shares)) as figure:
+    spans = np.array([each.range or np.nan for each in errors])
+    shares = 100 * (np.array([(e.clustering, e.training, e.checking) for e in errors]).T / spans)
+    scattered = 100 * (np.array([each.scatter[1:] for each in errors]) / spans[:, None])
+    known = shares[np.isfinite(shares)]
+    with styled_figure(DOUBLE, 0.85 + 0.24 * len(errors)) as figure:
         ax = figure.add_subplot()
-        rows = np.arange(len(shares))
-        spans = np.array([100 * np.array(s.scatter) for s in shares])
-        least = min((100 * of(s) for of, _ in marks.values() for s in shares if of(s) > 0), default=1e-3)
-        for row, (low, high) in zip(rows, spans, strict=True):
+        rows = np.arange(len(errors))
+        least = min(known[known > 0], default=1e-3)
+        for row, (low, high) in zip(rows, scattered, strict=True):
             if high > 0:  # a bar of no length would not be seen
                 ends = [max(low, least / 2), max(high, 1.1 * max(low, least / 2))]
                 ax.plot(ends, [row, row], color="0.75", linewidth=7, linestyle="-", solid_capstyle="butt", zorder=1)
         ax.plot([], [], color="0.75", linewidth=7, linestyle="-", label="scatter of the data at equal inputs")
-        for name, (of, look) in marks.items():
-            values = np.array([100 * of(s) for s in shares])
+        for (name, look), values in zip(looks.items(), shares, strict=True):
             if np.isfinite(values).any():
                 ax.plot(values, rows, linestyle="none", label=name, **look)
-        if all(of(s) > 0 for of, _ in marks.values() for s in shares if np.isfinite(of(s))):
+        if (known > 0).all():
             ax.set_xscale("log")
             for axis_formatter in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
                 axis_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else ""))
-        ax.set_yticks(rows, [s.output for s in shares], parse_math=False)
-        ax.set(ylim=(len(shares) - 0.5, -0.5), xlabel="RMSE [% of the output's range]")
+        ax.set_yticks(rows, [each.network.output for each in errors], parse_math=False)
+        ax.set(ylim=(len(errors) - 0.5, -0.5), xlabel="RMSE [% of the output's range]")
         ax.set_xlim(left=least / 2 if ax.get_xscale() == "log" else 0.0)
         ax.grid(axis="x", color="0.9", linewidth=0.6)
         draw_common_legend(figure, [ax], loc="outside upper left", ncol=4, markerscale=0.9)

@@ -78,6 +78,24 @@ class Learnt:
         return replace(self.training.system, out_of_range="clip")
 
 
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one network, RMSE in its output's unit; not-a-number where they are not known."""
+
+    network: Learnt
+    clustering: float  # over the training samples, before learning
+    training: float
+    checking: float
+    range: float  # of the output over the training samples
+    scatter: tuple[float, float, float]  # of the output at equal inputs, Gamma test: mean, least, greatest
+    outside: float  # share of the checking samples with an input outside those of the training samples
+
+    @property
+    def last(self) -> float:
+        """The error that counts: over the checking samples if there are any."""
+        return self.checking if np.isfinite(self.checking) else self.training
+
+
 def outputs_of(names: Sequence[str]) -> tuple[str, ...]:
     """The outputs of a table with the columns ``names``: the thesis's four, or v and w of each robot.
 

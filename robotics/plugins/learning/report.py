@@ -5,7 +5,7 @@ networks. The page is one HTML file that needs nothing else.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,8 @@ from robotics.measures.evidence import mean_of
 from robotics.measures.registry import headlines, measure_all
 from robotics.plugins.learning.datacard import Card, card_path, read_card
 from robotics.plugins.learning.datatable import DataTable, Samples
-from robotics.plugins.learning.figures import Fit, ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages, rms
-from robotics.plugins.learning.formationlearning import Learnt, columns_of, input_columns
+from robotics.plugins.learning.figures import Fit, plot_search_and_epochs, plot_shares, plot_stages, rms
+from robotics.plugins.learning.formationlearning import Errors, Learnt, columns_of, input_columns
 from robotics.plugins.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.show.figures.drawing import seeds_as_text
 from robotics.show.figures.formation_run import is_formation, plot_formation
@@ -57,24 +57,6 @@ _FALLING = 0.01  # decrease of the error over the last tenth of the epochs
 
 class LearningReportError(InputError):
     """Networks and tables that do not belong together."""
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Errors of one network, RMSE in its output's unit; not-a-number where they are not known."""
-
-    network: Learnt
-    clustering: float  # over the training samples, before learning
-    training: float
-    checking: float
-    range: float  # of the output over the training samples
-    scatter: tuple[float, float, float]  # of the output at equal inputs, Gamma test: mean, least, greatest
-    outside: float  # share of the checking samples with an input outside those of the training samples
-
-    @property
-    def last(self) -> float:
-        """The error that counts: over the checking samples if there are any."""
-        return self.checking if np.isfinite(self.checking) else self.training
 
 
 def write_learning_report(
@@ -247,7 +229,6 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
     known = all(np.isfinite(each.scatter[0]) for each in errors)
     untold = "" if known else _TEXTS.text("summary.untold")
     found = [(each.network.output, remark) for each in errors for remark in remarks(each) or ["nothing"]]
-    shares = partial(plot_shares, [_share(each) for each in errors])
     return Chapter(
         "summary",
         _TEXTS.text("summary.title"),
@@ -255,7 +236,7 @@ def _summary(errors: Sequence[Errors]) -> Chapter:
             Grid.of(_TEXTS.text("summary.caption", draws=DRAWS, untold=untold), errors, columns),
             _TEXTS.grid("remarks", found),
         ],
-        pictures=[_TEXTS.picture("errors", shares, outputs=len(errors))],
+        pictures=[_TEXTS.picture("errors", partial(plot_shares, errors), outputs=len(errors))],
     )
 
 
@@ -298,13 +279,6 @@ def _falling(network: Learnt) -> bool:
     errors = [row.check if np.isfinite(row.check) else row.train for row in history]
     before = errors[-1 - max(1, (len(errors) - 1) // 10)]
     return errors[-1] < (1 - _FALLING) * before
-
-
-def _share(errors: Errors) -> ShareOfRange:
-    span = errors.range or np.nan
-    _, least, most = errors.scatter
-    clusters, training, checking = (e / span for e in (errors.clustering, errors.training, errors.checking))
-    return ShareOfRange(errors.network.output, clusters, training, checking, (least / span, most / span))
 
 
 def _data(networks: Sequence[Learnt], samples: Samples, check: Samples | None) -> Chapter:

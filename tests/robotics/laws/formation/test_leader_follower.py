@@ -145,8 +145,8 @@ def test_leader_hurries_from_behind_and_waits_in_front():
 def least_squares_systems():
     """A first-order system for each output of the well-posed data: clusters, then one lstsq; no learning."""
     table = formation_data(FormationRecipe(kind="well-posed"))
-    x, systems = table.values[:, : table.inputs], []
-    for j, name in enumerate(table.names[table.inputs :], start=table.inputs):
+    x, systems = table.values[:, : len(table.inputs)], []
+    for j, name in enumerate(table.names[len(table.inputs) :], start=len(table.inputs)):
         z = table.values[:, j]
         found = subtractive_clusters(
             np.column_stack([x, z]), 0.5, options=ClusteringOptions(squash=0.8, accept=0.5, reject=0.1)
@@ -162,7 +162,7 @@ def least_squares_systems():
                 (x[:, i].min(), x[:, i].max()),
                 Terms([(f"{name}{r}", Gaussian(sigma[i], m)) for r, m in enumerate(c[:, i])]),
             )
-            for i, n in enumerate(table.names[: table.inputs])
+            for i, n in enumerate(table.inputs)
         ]
         terms = Terms([(f"{name}{r}", Linear(row[:-1], row[-1])) for r, row in enumerate(p)])
         rules = [

@@ -17,9 +17,9 @@ from fuzzy.files.table import read_table, write_table
 from robotics.commands.application import main
 from robotics.measures.formations import leads, place_error
 from robotics.plugins.learning.datatable import Samples
-from robotics.plugins.learning.figures import ShareOfRange, plot_search_and_epochs, plot_shares, plot_stages
+from robotics.plugins.learning.figures import plot_search_and_epochs, plot_shares, plot_stages
 from robotics.plugins.learning.formationdata import FormationRecipe, checking_recipe, formation_data
-from robotics.plugins.learning.formationlearning import Learnt, learn_network
+from robotics.plugins.learning.formationlearning import Errors, Learnt, learn_network
 from robotics.plugins.learning.report import (
     LearningReportError,
     errors_of,
@@ -173,7 +173,10 @@ def test_remarks_tell_what_stands_out(network: tuple[Learnt, Samples, Samples]) 
     assert np.isnan(few.scatter).all()
     assert np.isnan(few.checking)
     figure = plot_shares(
-        [ShareOfRange("a", 0.1, 0.05, 0.08, (0.0, 0.02)), ShareOfRange("b", 0.3, 0.2, 0.25, (np.nan, np.nan))]
+        [
+            Errors(learnt, 0.2, 0.1, 0.16, 2.0, (0.02, 0.0, 0.04), np.nan),
+            Errors(learnt, 0.3, 0.2, 0.25, 1.0, (np.nan, np.nan, np.nan), np.nan),
+        ]
     )
     marks = {line.get_label(): line for line in figure.axes[0].get_lines()}
     np.testing.assert_allclose(x_of(marks["after learning, training"]), [5.0, 20.0])
