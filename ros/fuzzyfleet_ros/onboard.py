@@ -18,7 +18,6 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
-from robotics.world.paths.references import Reference
 from robotics.world.radio.channel import Heard
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import Ranges
@@ -221,7 +220,8 @@ class Onboard:
         """
         command, memory = self._commanded(seen, memory)
         posture, reference = seen.own.posture, self.setting.references.at(seen.time)
-        target = self._target(command.target, reference)
+        aim = reference if command.target is None else command.target
+        target = Posture(*(self._own(field) for field in aim[:3]))
         message: tuple[float, ...] = ()
         if command.message is not None:
             said = command.message
@@ -254,11 +254,6 @@ class Onboard:
     def _own(self, values: Any) -> float:
         """This robot's part of ``values``, which fit (1, robots)."""
         return float(np.broadcast_to(values, (1, len(self.setting.robots)))[0, self.robot])
-
-    def _target(self, target: Reference | None, reference: Reference) -> Posture:
-        if target is None:
-            return Posture(*(float(field[self.robot]) for field in reference[:3]))
-        return Posture(*(self._own(field) for field in target[:3]))
 
     def _heard(self, time: float, received: Received) -> Heard:
         """What the radio brought; what the others have heard is unknown."""

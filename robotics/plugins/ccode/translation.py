@@ -401,7 +401,7 @@ class CFunction(Expressions):
         self.say(f"{spoken(name)} = {self._as(self.env[name].kind, value)};")
 
     def _augassign(self, statement: ast.AugAssign) -> None:
-        before = self.value(ast.copy_location(_loaded(statement.target), statement.target))
+        before = self.value(ast.parse(ast.unparse(statement.target), mode="eval").body)
         value = self.value(statement.value)
         self.assign(statement.target, self.arithmetic.binary(statement.op, before, value))
 
@@ -505,10 +505,6 @@ class CFunction(Expressions):
         self.say(f"left[{self.left}] = {self.arithmetic.real(value)};")
         self.left += 1
         return self.left - 1
-
-
-def _loaded(target: ast.expr) -> ast.expr:
-    return ast.parse(ast.unparse(target), mode="eval").body
 
 
 def _reads(value: Any, place: str) -> bool:

@@ -104,7 +104,7 @@ def certify(
         "steps": trial.steps,
         "increases": trial.increases,
         "slowest_step": trial.slowest,
-        "certified": certified(found),
+        "certified": _TEXTS.texts("certified.region", found=found, model=model, rate=rate(found.decay)),
         "not_certified": not_certified(found, machine),
     }
     if json:
@@ -180,11 +180,6 @@ def turning(model: "SectorModel") -> str:
         return f"ω = ω_r + v_r {law.ky:g} y + {law.kpsi:g} sin ψ"
     speed = f"max(v_r, min(|v|, {law.catch_up:g}))" if law.catch_up > model.speed_low else "v_r"
     return f"ω = ω_r + {speed} ({law.ky:g} y + {law.kpsi:g} sin ψ)"
-
-
-def certified(found: "Certificate") -> tuple[str, ...]:
-    """The sentences that say what the certificate certifies."""
-    return _TEXTS.texts("certified.region", found=found, model=found.model, rate=rate(found.decay))
 
 
 def not_certified(found: "Certificate", machine: "RobotModel") -> tuple[str, ...]:

@@ -227,6 +227,8 @@ def outcomes(run: Run, divergence: float, place: int = 0) -> list[list[str]]:
 def course_data(trial: TryoutTrial) -> dict[str, Any]:
     """What all runs of a trial share, in JSON's types: the paths to follow, the starts, the metrics' names."""
     scenario = trial.conditioned()
+    world = scenario.setting.world
+    bodies = [] if world is None else outlines(world.rest)  # where each is at the start
     return {
         "scenario": trial.scenario,
         "title": scenario.title or scenario.name,
@@ -236,20 +238,13 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
         "duration": scenario.duration,
         "noises": noises(replace(trial, noise=True).conditioned()),
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
-        "obstacles": _outlines(scenario),
+        "obstacles": [[rounded_list(row) for row in body.T] for body in bodies],
         "starts": [list(member.start) for member in scenario.robots],
         "metrics": [
             {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
             for name, metric in _shown_metrics(scenario.kind, scenario.setting.has_others).items()
         ],
     }
-
-
-def _outlines(scenario: Scenario) -> list[list[list[float | None]]]:
-    """The outline x, y [m] of each obstacle where it is at the start."""
-    if scenario.setting.world is None:
-        return []
-    return [[rounded_list(line[:, 0]), rounded_list(line[:, 1])] for line in outlines(scenario.setting.world.rest)]
 
 
 def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]:

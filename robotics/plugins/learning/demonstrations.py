@@ -172,12 +172,6 @@ def demonstrate(
     return joined(taken.parts), taken.outcome
 
 
-def _lead_of(pupil: Law[Any], setting: Setting) -> np.ndarray:
-    """How far ahead [s] a pupil reads the velocity that it corrects (robots,)."""
-    told = pupil.knowledge_rows(setting)[0] if isinstance(pupil, EquationLaw) and pupil.has_equation else 0.0
-    return np.broadcast_to(told, len(setting.robots))
-
-
 def disturbed(setting: Setting, seeds: Sequence[int], disturbance: float) -> tuple[Setting, np.ndarray]:
     """The setting with every second run's start moved, and pushes (periods, 2, runs, robots) [m/s, rad/s].
 
@@ -203,8 +197,9 @@ class _Taken:
     """The samples taken so far of one drive, and what became of its runs."""
 
     def __init__(self, setting: Setting, seeds: np.ndarray, pupil: Law[Any], number: int) -> None:
-        self.setting, self._lead = setting, _lead_of(pupil, setting)
-        self._seeds, self._number = seeds, number
+        self.setting, self._seeds, self._number = setting, seeds, number
+        lead = pupil.knowledge_rows(setting)[0] if isinstance(pupil, EquationLaw) and pupil.has_equation else 0.0
+        self._lead = np.broadcast_to(lead, len(setting.robots))  # s: so far ahead it reads the velocity it corrects
         self.parts: list[Demonstrations] = []
         self._catch_up = getattr(pupil, "catch_up", 0.0)
         paths = setting.references.joined
@@ -263,7 +258,10 @@ class _Taken:
 
     def _label(self, output: str, said: Command, state: State) -> np.ndarray:
         """What the rule base should have said for the teacher's command."""
-        wish = self._possible(output, said)
+        # Brought down to what the robots can do, which is all that it comes to
+        turns = output in _TURNS
+        most = np.array([r.w_max if turns else r.v_max for r in self.setting.robots])
+        wish = np.clip(said.w if turns else said.v, -most, most)
         if output not in CORRECTIONS:
             return wish
         # Less the reference's velocity, which the rule base corrects; a bend is multiplied by a speed
@@ -276,12 +274,6 @@ class _Taken:
             speed = np.maximum(np.abs(v), np.minimum(np.abs(said.v), self._catch_up))
             return np.asarray((wish - w) / np.where(speed >= _SLOWEST, speed, np.nan))
         return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
-
-    def _possible(self, output: str, said: Command) -> np.ndarray:
-        """What the teacher said, brought down to what the robots can do, which is all that it comes to."""
-        turns = output in _TURNS
-        most = np.array([r.w_max if turns else r.v_max for r in self.setting.robots])
-        return np.asarray(np.clip(said.w if turns else said.v, -most, most))
 
     def _keep(self, memory: TandemMemory, said: np.ndarray, held_back: np.ndarray) -> None:
         known = memory.known if memory.unheard is not None else memory.known[:, :, None]

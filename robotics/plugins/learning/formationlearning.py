@@ -178,7 +178,7 @@ def learn_networks(
         FormationLearningError: A table without these columns, or where no setting gives about that many rules.
         WorkerError: A process fails.
     """
-    outputs, options = outputs_of(names), options or anfis.Options(epochs=60)
+    outputs, options, step = outputs_of(names), options or anfis.Options(epochs=60), advance or (lambda: None)
     one = partial(learn_network, names=names, values=values, check=check, rules=rules, options=options)
     if jobs == 1:
         return [one(output, advance=advance) for output in outputs]
@@ -186,9 +186,8 @@ def learn_networks(
     with processes(min(jobs, len(outputs)), [__name__]) as workers:
         for output, network in run_pieces(one, outputs, workers, called=lambda output: f"the network of {output}"):
             found[output] = network
-            for _ in range(steps(options.epochs, 1) if advance else 0):
-                assert advance is not None
-                advance()
+            for _ in range(steps(options.epochs, 1)):
+                step()
     return [found[output] for output in outputs]
 
 

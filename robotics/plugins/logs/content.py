@@ -101,7 +101,8 @@ class _Log:
                 fis=_as_fis(each.system),
             )
             yield LogRecord(0.0, topics.rule_base(each.task), base, once=True)
-        yield LogRecord(0.0, topics.STATIC_TRANSFORMS, make.transforms([*mounts(run, self.robots, make)]), once=True)
+        resting = make.make("tf2_msgs/TFMessage", transforms=[*mounts(run, self.robots, make)])
+        yield LogRecord(0.0, topics.STATIC_TRANSFORMS, resting, once=True)
         yield LogRecord(0.0, SCENE, bodies(run, self.robots, make, 0, 0.0), once=True)
         for names, nodes in zip(self.robots, run.paths, strict=True):
             header = make.header(0.0, names.frame("odom"))
@@ -119,7 +120,7 @@ class _Log:
             if np.isfinite(true).all():
                 rows.append(make.transform(header, names.frame("base_link"), *seen))
                 rows.append(make.transform(world, names.frame("base_link_true"), *true))
-        return LogRecord(time, topics.TRANSFORMS, make.transforms(rows))
+        return LogRecord(time, topics.TRANSFORMS, make.make("tf2_msgs/TFMessage", transforms=rows))
 
     def _of(self, robot: int, k: int, time: float) -> Iterator[LogRecord]:
         """The messages of one robot."""

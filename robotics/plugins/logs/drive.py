@@ -232,10 +232,13 @@ def _track(bag: Bag, topic: Topic) -> tuple[Track, str, float, str]:
     return track, read.rows[0][6] if read.rows else "", shift, clock
 
 
-def _times(read: TopicColumn, stamps: np.ndarray) -> tuple[np.ndarray, float, str]:
-    """The times of messages, by how much their clock is ahead of the log's [s], and whose clock that is."""
+def _times(read: TopicColumn, stamps: np.ndarray, shift: float = 0.0) -> tuple[np.ndarray, float, str]:
+    """The times of messages, by how much their clock is ahead of the log's [s], and whose clock that is.
+
+    Those of arrival are brought to a clock that is ahead of the log's by ``shift`` [s].
+    """
     if not len(stamps) or not ((stamps > 0).any() or np.array_equal(stamps, read.arrival)):
-        return read.arrival, 0.0, "arrival"
+        return read.arrival + shift, 0.0, "arrival"
     apart = float(np.median(stamps - read.arrival))
     return stamps, apart if abs(apart) > CLOCKS_APART else 0.0, "headers"
 
@@ -258,8 +261,7 @@ def _commands(bag: Bag, topic: Topic, shift: float) -> tuple[Commands, str]:
 
     read = bag.read(topic, row)
     table = np.array(read.rows, dtype=float).reshape(-1, 3)
-    time, _, clock = _times(read, table[:, 0])
-    time = time + shift if clock == "arrival" else time
+    time, _, clock = _times(read, table[:, 0], shift)
     kept = _in_order(time, np.isfinite(table).all(axis=1))
     return Commands(time[kept], table[kept, 1], table[kept, 2]), clock
 
@@ -275,8 +277,7 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
         return _stamp(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
 
     read = bag.read(topic, row)
-    times, _, clock = _times(read, np.array([stamp for stamp, _, _ in read.rows]))
-    times = times + shift if clock == "arrival" else times
+    times, _, clock = _times(read, np.array([stamp for stamp, _, _ in read.rows]), shift)
     paths = [(t, of, poses) for t, (_, of, poses) in zip(times, read.rows, strict=True) if len(poses) > 1]
     if not paths:
         return None, (), "arrival"

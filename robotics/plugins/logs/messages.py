@@ -68,10 +68,6 @@ class Composer:
         turned = self.make("geometry_msgs/Transform", translation=self.vector(x, y), rotation=self.turn(heading))
         return self.make("geometry_msgs/TransformStamped", header=header, child_frame_id=child, transform=turned)
 
-    def transforms(self, rows: Sequence[Any]) -> Any:
-        """Several of them."""
-        return self.make("tf2_msgs/TFMessage", transforms=list(rows))
-
     def path(self, header: Any, points: np.ndarray) -> Any:
         """A path through ``points`` (n, 3): x, y and heading of each; none of them has a time of its own."""
         poses = [self.make("geometry_msgs/PoseStamped", header=header, pose=self.pose(*p)) for p in points.tolist()]

@@ -7,30 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.options import option
+from robotics.commands.completion import one_of
+from robotics.plugins.logs.typestore import DISTRIBUTIONS, check_distribution
 
 if TYPE_CHECKING:
     from fuzzy.shell.progress import Begin
     from robotics.simulation.run import Run
 
 
-def distributions(incomplete: str) -> list[str]:
-    """The ROS 2 distributions for which logs can be written."""
-    from robotics.plugins.logs.typestore import DISTRIBUTIONS
-
-    return [name for name in DISTRIBUTIONS if name.startswith(incomplete)]
-
-
-def storages(incomplete: str) -> list[str]:
-    """The storages of a rosbag2 folder."""
-    return [name for name in ("mcap", "sqlite3") if name.startswith(incomplete)]
-
-
+storages = one_of(("mcap", "sqlite3"))  # of a rosbag2 folder
 Distribution = Annotated[
     str,
     option(
         "ROS 2 distribution whose messages a log has: humble, iron, jazzy or kilted.",
         "--ros",
-        autocompletion=distributions,
+        autocompletion=one_of(DISTRIBUTIONS),
     ),
 ]
 
@@ -55,7 +46,6 @@ class LogFiles:
     def __post_init__(self) -> None:
         check_target(self.layout, ".json")
         if self.logged:
-            from robotics.plugins.logs.typestore import check_distribution
             from robotics.plugins.logs.writing import check_storage
 
             check_distribution(self.distribution)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from robotics.plugins.reinforcement.packages import gymnasium
-from robotics.plugins.reinforcement.task import Task, TaskError, checked_action
+from robotics.plugins.reinforcement.task import TaskError, checked_action
 from robotics.plugins.reinforcement.vector import TrackingVectorEnv
 
 
@@ -23,15 +23,11 @@ class TrackingEnv(gymnasium.Env):
     def __init__(self, scenario: Any = None, **options: Any) -> None:
         """Open it; :meth:`reset` begins an episode. Raises TaskError."""
         self.lane = TrackingVectorEnv(1, scenario, autoreset="disabled", **{"threads": 1, **options})
+        self.task = self.lane.task  # what it is about
         self.observation_space = self.lane.single_observation_space
         self.action_space = self.lane.single_action_space
         self.render_mode = None
         self.over = False
-
-    @property
-    def task(self) -> Task:
-        """What it is about."""
-        return self.lane.task
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known
 from robotics.plugins.reinforcement.observed import Entry, command_limits, entries
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.environment.world import World, compile_worlds
@@ -29,8 +29,7 @@ class TaskError(InputError):
 def check_reward(level: str, reward: str, approach: float) -> None:
     """Raise TaskError for a level of commands, a reward or what a sample of the approach counts that cannot be."""
     for name, value, choices in (("level", level, get_args(Level)), ("reward", reward, get_args(RewardKind))):
-        if value not in choices:
-            raise TaskError(expected(str(value), choices, name))
+        check_known(value, choices, name, TaskError)
     if not (isfinite(approach) and approach >= 0):
         raise TaskError(f"approach must be a number >= 0; got {approach!r}")
 
