@@ -5,7 +5,6 @@ stand while its odometry, or a reading that its law needs, is missing or old, an
 """
 
 import time as clocks
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -219,8 +218,10 @@ class Controller(Node):
         """Ask the law for its command at ``now`` [ns], unless the robot must stand."""
         task = self.task
         assert task is not None
-        missing = [j for j in range(len(task.setting.robots)) if task.sees_others and j not in self.known]
-        if reason := self._reason(missing):
+        robots = range(len(task.setting.robots)) if task.sees_others else ()
+        missing = [robot_name(j) for j in robots if j not in self.known]
+        waits = f"it waits for the odometry of {missing[0]}, which its law reads" if missing else ""
+        if reason := self.ended or waits or self.standing.reason(self.law.needs):
             self._stand(reason, now)
             return
         if self.begin is None:
@@ -246,14 +247,6 @@ class Controller(Node):
             self.ended = f"it is stopped for good: {self.order.lost}"
             self._stand(self.ended, now)
         self._send(now)
-
-    def _reason(self, missing: Sequence[int]) -> str:
-        """Why the robot must stand; nothing: it may drive."""
-        if self.ended:
-            return self.ended
-        if missing:
-            return f"it waits for the odometry of {robot_name(missing[0])}, which its law reads"
-        return self.standing.reason(self.law.needs)
 
     def _begin(self, now: int) -> None:
         """Begin the task where the robot is now."""

@@ -25,7 +25,6 @@ from robotics.world.vehicle.plant import TruthColumns
 class Sensed(NamedTuple):
     """What all robots sense in one period; arrays are copies."""
 
-    k: int  # the period
     posture: np.ndarray  # (3, robots): x [m], y [m], heading [rad] as measured
     velocity: np.ndarray  # (2, robots): v [m/s], ω [rad/s] by the encoders
     truth: np.ndarray  # (3, robots): the true posture
@@ -33,7 +32,6 @@ class Sensed(NamedTuple):
     wheels: np.ndarray  # (4, robots): angles of the left and of the right wheel [rad], their speeds [rad/s]; encoders
     ranges: np.ndarray  # (robots, sensors) m; infinite: nothing seen
     heard: Heard  # one run
-    fault: np.ndarray  # (robots,) int: of robotics.world.radio.faults.FAULTS, or 0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -132,7 +130,7 @@ class Loopback:
         wheels = np.concatenate([angles, [(v - turn) / self.radii, (v + turn) / self.radii]])
         posture, velocity = robot.array[:3].copy(), robot.array[3:5].copy()
         place, speed = truth.array[:3].copy(), np.stack([truth.v, truth.w])
-        return Sensed(k, posture, velocity, place, speed, wheels, ranges, one.heard(), lanes.trouble.code.copy())
+        return Sensed(posture, velocity, place, speed, wheels, ranges, one.heard())
 
     def command(self, robot: int, v: float, w: float) -> None:
         """Give robot ``robot``, counted from 0, a command: v [m/s] and ω [rad/s]."""

@@ -45,13 +45,17 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
     except Exception as error:  # what rclpy raises for arguments after --ros-args is not one kind
         print(f"{program}: {_line(error)}", file=sys.stderr)
         return 2
+
+    def show(message: Warning | str, *others: object, **more: object) -> None:
+        print(f"{program}: {message}", file=sys.stderr)
+
     told: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: told.append(number))
     node = None
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _said_by(program)
+            warnings.showwarning = show
             node = make()
             executor = SingleThreadedExecutor()
             executor.add_node(node)
@@ -72,10 +76,3 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
 
 def _line(error: Exception) -> str:
     return " ".join(str(error).split())
-
-
-def _said_by(program: str) -> Callable[..., None]:
-    def show(message: Warning | str, *others: object, **more: object) -> None:
-        print(f"{program}: {message}", file=sys.stderr)
-
-    return show

@@ -275,9 +275,8 @@ class _Writer:
 
     def _fields(self) -> list[tuple[str, Column]]:
         """The fields of the state, with what each is."""
-        own = [(_field(path), column) for path, column in _leaves(type(self.law).remembers)]
         smoothed = _leaves(SmoothedColumns, ("smoothed",)) if self.share < 1 else ()
-        return own + [(_field(path), column) for path, column in smoothed]
+        return [(_field(path), column) for path, column in (*_leaves(type(self.law).remembers), *smoothed)]
 
     def _wheels(self, body: CFunction, zero: str) -> None:
         body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")

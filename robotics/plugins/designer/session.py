@@ -527,14 +527,11 @@ class TryoutSession(FolderSession):
             return {}
         work: dict[str, Work] = {"tried": (trial.seed, severalseeds.design_seeds, fis, trial, self.rounds.count)}
         if self.before != fis:
-            work["before"] = (trial.seed, severalseeds.system_seeds, self.before, trial, "")
+            work["before"] = (trial.seed, severalseeds.rival_seeds, self.before, trial, "")
         rival = self._rival()
         with suppress(InputError):  # the file is gone: what is shown of the rival says so
-            law = self._rival_law()
-            if isinstance(law, Sugeno):
-                work["rival"] = (trial.seed, severalseeds.system_seeds, law, trial, rival)
-            elif law:
-                work["rival"] = (trial.seed, severalseeds.rival_seeds, law, trial)
+            if (law := self._rival_law()) != "":
+                work["rival"] = (trial.seed, severalseeds.rival_seeds, law, trial, rival)
         return work
 
     def _progress(self) -> None:

@@ -16,15 +16,11 @@ from fuzzy.errors import InputError
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from robotics.laws.law import Law
-from robotics.measures.contacts import can_touch, contacts
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import measure_all
-from robotics.measures.tracking import cross_track_error
 from robotics.plugins.designer import tryout
-from robotics.plugins.designer.moments import evenly, rounded_list
 from robotics.plugins.designer.tryout import TryoutTrial
 from robotics.simulation.loop import simulate
-from robotics.simulation.run import Run
 
 # The metric by which runs without a contact are ranked, by the kind of the scenario
 RANKED_BY = {"tracking": "rms_cross_track_m", "team": "arrival_time_s", "formation": "max_lateral_error_m"}
@@ -49,19 +45,16 @@ def design_seeds(fis: Sugeno, trial: TryoutTrial, of: int, seeds: Sequence[int])
     return seed_rows(tryout.driven_law(fis, trial), trial, seeds, points)
 
 
-def rival_seeds(specification: str, trial: TryoutTrial, seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """The runs of another law, as of :func:`design_seeds`, without paths. Raises an InputError."""
-    return seed_rows(tryout.rival_law(specification), trial, seeds, 0)
+def rival_seeds(rival: Sugeno | str, trial: TryoutTrial, file: str, seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """The runs of another law or system, as of :func:`design_seeds`, without paths. Raises an InputError.
 
-
-def system_seeds(fis: Sugeno, trial: TryoutTrial, file: str, seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """The runs of another system, as of :func:`design_seeds`, without paths. Raises an InputError.
-
-    With the name of its ``file`` it drives in a law that it fits, if it does not fit the trial's.
+    With the name of its ``file`` a system drives in a law that it fits, if it does not fit the trial's.
     """
+    if isinstance(rival, str):
+        return seed_rows(tryout.rival_law(rival), trial, seeds, 0)
     if file:
-        trial = tryout.settled(fis, trial, file)
-    return seed_rows(tryout.driven_law(fis, trial), trial, seeds, 0)
+        trial = tryout.settled(rival, trial, file)
+    return seed_rows(tryout.driven_law(rival, trial), trial, seeds, 0)
 
 
 def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: int) -> list[dict[str, Any]]:
@@ -82,24 +75,10 @@ def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: i
         return [row for seed in seeds for row in seed_rows(law, trial, [seed], points)]
     measured = measure_all(run, installed_metrics()[0])
     rows = []
-    for place, seed in enumerate(run.seeds):
-        row: dict[str, Any] = {
-            "seed": seed,
-            "outcomes": tryout.outcomes(run, scenario.divergence, place),
-            "metrics": tryout.reduced_metrics(scenario.kind, measured, place),
-            "contacts": [tryout.contact_mark(c) for c in contacts(run, place, _MARKS)],
-        }
-        rows.append(row | (_paths(run, place, points) if points else {}))
+    for place in range(len(run.seeds)):
+        row = tryout.seed_data(run, measured, scenario.divergence, place, _MARKS)
+        rows.append(row | (tryout.path_data(run, points, place) if points else {}))
     return rows
-
-
-def _paths(run: Run, place: int, points: int) -> dict[str, Any]:
-    kept = evenly(len(run.time), points)
-    drawn: dict[str, Any] = {name: [rounded_list(row[kept]) for row in run[name][place]] for name in ("x", "y")}
-    if run.about.kind == "tracking" and not can_touch(run):
-        error = cross_track_error(run)[place]
-        drawn |= {"cross_track": [rounded_list(row[kept]) for row in error], "time": rounded_list(run.time[kept])}
-    return drawn
 
 
 # All of them together -------------------------------------------------------------------------------------------

@@ -354,24 +354,44 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     """
     run = attempt.run
     measured = measure_all(run, installed_metrics()[0])
-    data: dict[str, Any] = {
-        "label": label,
-        "seed": run.seeds[0],
-        "warned": list(attempt.warned),
-        "notes": list(attempt.notes),
-        "outcomes": outcomes(run, attempt.divergence),
-        "metrics": reduced_metrics(run.about.kind, measured, 0),
-        "contacts": [contact_mark(c) for c in contacts(run)],
-    }
+    data = {"label": label, "warned": list(attempt.warned), "notes": list(attempt.notes)}
+    data |= seed_data(run, measured, attempt.divergence)
     if run.about.kind != "tracking" or can_touch(run):
         return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
-    return data | {
-        "time": rounded_list(run.time),
-        "x": [rounded_list(row) for row in run["x"][0]],
-        "y": [rounded_list(row) for row in run["y"][0]],
-        "cross_track": [rounded_list(row) for row in cross_track_error(run)[0]],
-        "motion": motion_curves(run),
+    return data | path_data(run, len(run.time)) | {"motion": motion_curves(run)}
+
+
+def seed_data(
+    run: Run, measured: dict[str, np.ndarray], divergence: float, place: int = 0, most: int | None = None
+) -> dict[str, Any]:
+    """What became of the run's seed at ``place``: the seed, outcomes, metrics, and ``most`` contacts; None: all.
+
+    Args:
+        run: The run.
+        measured: As of :func:`robotics.measures.registry.measure_all`.
+        divergence: The distance [m] from its reference at which the scenario stops a robot.
+        place: The place of the seed.
+        most: How many contacts are drawn.
+    """
+    return {
+        "seed": run.seeds[place],
+        "outcomes": outcomes(run, divergence, place),
+        "metrics": reduced_metrics(run.about.kind, measured, place),
+        "contacts": [contact_mark(c) for c in contacts(run, place, most)],
     }
+
+
+def path_data(run: Run, points: int, place: int = 0) -> dict[str, Any]:
+    """The paths x, y [m] of the robots of the seed at ``place``, at so many times at most.
+
+    Of a robot that is alone also the cross_track error [m] over time [s].
+    """
+    kept = evenly(len(run.time), points)
+    drawn: dict[str, Any] = {name: [rounded_list(row[kept]) for row in run[name][place]] for name in ("x", "y")}
+    if run.about.kind == "tracking" and not can_touch(run):
+        error = cross_track_error(run)[place]
+        drawn |= {"cross_track": [rounded_list(row[kept]) for row in error], "time": rounded_list(run.time[kept])}
+    return drawn
 
 
 def reduced_metrics(kind: str, measured: dict[str, np.ndarray], place: int) -> dict[str, float | str | None]:

@@ -19,10 +19,9 @@ from fuzzy.plugins.designer.panel import SessionPanel
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
 from fuzzy.tuning.parameter import TuningError
-from robotics.plugins.designer import tunetask
+from robotics.plugins.designer import tryout, tunetask
 from robotics.plugins.designer.folderfiles import FolderOffers, read_text_file
 from robotics.plugins.designer.tunetask import TuneTask
-from robotics.simulation.scenario.reading import load_scenario, scenario_names
 
 _MODULE = Path(__file__).parent / "static" / "tuning.js"
 _BEFORE = "before tuning"
@@ -47,7 +46,7 @@ class TuneSession(TaskSession):
         self.offers = FolderOffers(self.folder, bench.read)
         self.kind = ""  # of the scenarios for which scenarios and cost were chosen
         self.offer: dict[str, Any] = {"laws": [], "symmetric": False, "variables": []}
-        self.kinds: dict[str, list[list[str]]] = {}  # the package's scenarios: [name, title], by their kind
+        self.packaged: list[dict[str, str]] = []  # the package's scenarios: name, title, kind
         self.own: list[str] = []  # the folder's
         self.task: TuneTask | None = None
         self.base: Sugeno | None = None  # the design when the search began
@@ -77,7 +76,7 @@ class TuneSession(TaskSession):
 
     async def _ask(self) -> None:
         with suppress(WorkError):
-            self.kinds = await self.bench.background(scenarios_by_kind)
+            self.packaged = (await self.bench.background(tryout.choices))["scenarios"]
             self.widget.update(metrics=tunetask.metrics())
         await self.offers.look()
         self.own = self.offers.found(self.bench.document.path)["scenarios"]
@@ -110,7 +109,8 @@ class TuneSession(TaskSession):
         return f"{use['law']}/{use['task']}"
 
     def _show_form(self) -> None:
-        offered_now = [*([name, name] for name in self.own), *self.kinds.get(self.kind, [])]
+        offered_now = [[name, name] for name in self.own]
+        offered_now += [[one["name"], one["title"]] for one in self.packaged if one["kind"] == self.kind]
         self.widget.update(offer=self.offer, choice=self.choice, scenarios=offered_now, left=self._left())
 
     # Messages
@@ -354,12 +354,3 @@ class TuneSession(TaskSession):
 
 
 panel = SessionPanel("Tune", 70, TuneSession)
-
-
-def scenarios_by_kind() -> dict[str, list[list[str]]]:
-    """The package's scenarios, [name, title] each, by their kind."""
-    found: dict[str, list[list[str]]] = {}
-    for name in scenario_names():
-        scenario = load_scenario(name)
-        found.setdefault(scenario.kind, []).append([name, scenario.title or name])
-    return found

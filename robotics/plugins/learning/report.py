@@ -69,7 +69,7 @@ def write_learning_report(
     title: str | None = None,
     folder: str = "networks",
     command: str | None = None,
-    begin: Begin | None = None,
+    begin: Begin = unwatched,
 ) -> Path:
     """Write the page about ``networks`` to ``path``, whole or not at all, and return the path.
 
@@ -93,7 +93,7 @@ def write_learning_report(
     page = rendered(
         "paper.html.j2",
         chapters,
-        plates_of(pictures, (begin or unwatched)("drawing", len(pictures))),
+        plates_of(pictures, begin("drawing", len(pictures))),
         (),
         title=title or _TEXTS.text("title", file=samples.file),
         lead=[*_lead(networks, samples, check), *([] if runs else [_TEXTS.text("no-drive")])],
@@ -106,7 +106,7 @@ def write_learning_report(
 
 
 def drive_networks(
-    folder: str | Path, scenarios: Sequence[Scenario], seeds: Sequence[int], begin: Begin | None = None
+    folder: str | Path, scenarios: Sequence[Scenario], seeds: Sequence[int], begin: Begin = unwatched
 ) -> list[Run]:
     """Drive the scenarios with the networks in ``folder``; return a run for each.
 
@@ -121,7 +121,7 @@ def drive_networks(
     runs = []
     specification = f"formation:networks={folder}"
     for scenario in scenarios:
-        advance = None if begin is None else begin(f"driving {scenario.name}", scenario.ticks + 1)
+        advance = begin(f"driving {scenario.name}", scenario.ticks + 1)
         runs.append(simulate(scenario, make_controller(specification), seeds, name=specification, progress=advance))
     return runs
 

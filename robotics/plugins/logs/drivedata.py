@@ -274,7 +274,7 @@ def _rows(
     if way != "path":
         place = np.reshape(references.at(float(piece.time[0])).s, (1, 1))
     recall = recall._replace(place=place, best=place)
-    one, end = np.ones((1, 1)), references.end
+    one, end = np.ones((1, 1)), float(references.ends[0])
     rows = np.empty((len(piece.time), len(known) + len(DRIVE_OUTPUTS)))
     due = references.each_at(piece.time[:, None])
     ahead = references.each_at(np.minimum(piece.time + recipe.look_ahead, end)[:, None])
@@ -305,11 +305,6 @@ class TrackReferences(References):
 
     track: Track  # its time [s] since the drive's start
     s: np.ndarray  # (n,) m: its abscissae
-
-    @property
-    def end(self) -> float:
-        """The time [s] at which it ends."""
-        return float(self.ends[0])
 
     @property
     def rests(self) -> bool:

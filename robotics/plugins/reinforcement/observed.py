@@ -102,12 +102,6 @@ def entries(setting: Setting, level: Level, sensors: Sequence[str] = (), robot: 
 
 
 @compiled_only
-def within_limit(value, high):  # type: ignore[no-untyped-def]
-    """A value between -``high`` and ``high``."""
-    return min(max(value, -high), high)
-
-
-@compiled_only
 def observe(  # type: ignore[no-untyped-def]
     robot: RobotColumns, aim: AimColumns, last: LastColumns, time, ranges, lane, road, path, high, out
 ):
@@ -135,7 +129,7 @@ def observe(  # type: ignore[no-untyped-def]
         s, v = timed(road, path, time + _AHEAD[n])
         observed.ahead[2 * n], observed.ahead[2 * n + 1] = v, at(road, path, s)[3]
     for n in range(FIXED_ENTRIES):
-        out[n] = within_limit(out[n], high[n])
+        out[n] = min(max(out[n], -high[n]), high[n])
     for n in range(len(ranges)):
         observed.ranges[n] = min(ranges[n, lane], high[FIXED_ENTRIES + n])
 

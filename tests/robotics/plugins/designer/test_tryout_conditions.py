@@ -25,7 +25,6 @@ from robotics.plugins.designer.severalseeds import (
     rival_seeds,
     state_of,
     summary,
-    system_seeds,
     worst_seed,
 )
 from robotics.plugins.designer.tryout import (
@@ -133,8 +132,8 @@ def test_seeds_together_are_those_alone(tracking: Sugeno) -> None:
     assert told["median"]["rms_cross_track_m"] == pytest.approx(np.median(errors))
     assert told["worst"]["rms_cross_track_m"] == max(errors)
     assert (told["runs"], told["contact"], told["stopped"], told["refused"]) == (4, 0, 0, 0)
-    assert [row["metrics"] for row in system_seeds(tracking, trial, "", seeds)] == [row["metrics"] for row in rows]
-    assert "x" not in rival_seeds("lyapunov", trial, [0])[0]
+    assert [row["metrics"] for row in rival_seeds(tracking, trial, "", seeds)] == [row["metrics"] for row in rows]
+    assert "x" not in rival_seeds("lyapunov", trial, "", [0])[0]
 
 
 def test_the_worst_touched_first(tracking: Sugeno) -> None:
