@@ -25,19 +25,18 @@ def nodes(context: LaunchContext) -> list[object]:
         output="screen",
         parameters=[{**both, "save": said["save"]}],
     )
-    started: list[object] = [simulator]
-    for i in range(robots):
-        started.append(
-            Node(
-                package="fuzzyfleet_ros",
-                executable="controller",
-                namespace=robot_name(i) if robots > 1 else "",
-                output="screen",
-                parameters=[{**both, "member": i + 1, "use_sim_time": together}],
-            )
+    controllers = [
+        Node(
+            package="fuzzyfleet_ros",
+            executable="controller",
+            namespace=robot_name(i) if robots > 1 else "",
+            output="screen",
+            parameters=[{**both, "member": i + 1, "use_sim_time": together}],
         )
+        for i in range(robots)
+    ]
     over = OnProcessExit(target_action=simulator, on_exit=[EmitEvent(event=Shutdown(reason="the drive is over"))])
-    return [*started, RegisterEventHandler(over)]
+    return [simulator, *controllers, RegisterEventHandler(over)]
 
 
 def generate_launch_description() -> LaunchDescription:

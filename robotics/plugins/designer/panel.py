@@ -39,10 +39,9 @@ def _formation(kind: str) -> Any:
     from fuzzy.plugins.designer.columns import LoadedTable
     from robotics.plugins.learning.formationdata import FILES
     from robotics.plugins.learning.formationdata import formation_data as made
-    from robotics.plugins.learning.formationlearning import UNITS
 
     table = made(FILES[f"formation-{kind}.csv"])
-    units = tuple(UNITS[name] for name in table.names)
+    units = tuple(column.unit for column in table.columns)
     return LoadedTable(f"formation data, {kind}", table.names, table.values, len(table.inputs), units)
 
 

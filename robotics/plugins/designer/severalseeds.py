@@ -103,8 +103,7 @@ def worst_seed(rows: Sequence[dict[str, Any]], by: str) -> int:
             return 1, 0.0
         return 2 * (state == "stopped"), _value(row["metrics"].get(by), False)
 
-    seed: int = max(rows, key=badness)["seed"]
-    return seed
+    return int(max(rows, key=badness)["seed"])
 
 
 def summary(rows: Sequence[dict[str, Any]], metrics: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -176,14 +176,6 @@ def _complete(fis: Sugeno, trial: TryoutTrial) -> TryoutTrial:
     return trial if trial.scenario and trial.law and trial.task else settled(fis, trial)
 
 
-def run_rival(specification: str, trial: TryoutTrial) -> Attempt:
-    """Run another law on the trial's scenario with its seed. Raises an InputError if it cannot drive it.
-
-    ``specification`` is a name of the catalogue, or the path of a file with a law.
-    """
-    return _run(rival_law(specification), trial, specification)
-
-
 def rival_law(specification: str) -> Law[Any]:
     """The law of a specification: that of a file is made of what stands there now. Raises ControllerError."""
     preset_of(specification)
@@ -309,14 +301,15 @@ def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
 
 
 def rival_data(rival: Sugeno | str, trial: TryoutTrial, file: str = "") -> dict[str, Any]:
-    """The run of another law (:func:`run_rival`) or system on the same scenario, as the panel's module takes it.
+    """The run of another law or system on the same scenario with its seed, as the panel's module takes it.
 
-    A system, of which ``file`` is the name of the file, drives in the trial's own law or in one that it fits. Raises
-    TryoutError where there is none.
+    A law is a name of the catalogue, or the path of a file with one. A system, of which ``file`` is the name of the
+    file, drives in the trial's own law or in one that it fits. Raises TryoutError where there is none, and an
+    InputError where it cannot drive the scenario.
     """
     if isinstance(rival, Sugeno):
         return shown(run_design(rival, settled(rival, trial, file)), file)
-    return shown(run_rival(rival, trial), preset_of(rival).title)
+    return shown(_run(rival_law(rival), trial, rival), preset_of(rival).title)
 
 
 def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:

@@ -75,22 +75,20 @@ def formation(
     check_target(report, ".html", folder_is_made=True)
     scenarios = [load_scenario(name) for name in drive or []]
     try:
-        table = learning.formation_table(data, skip_bad=skip_bad)
-        other = None if check is None else learning.formation_table(check, table.names, skip_bad=skip_bad)
+        reads = [learning.formation_table(data, skip_bad=skip_bad)]
+        if check is not None:
+            reads.append(learning.formation_table(check, reads[0].names, skip_bad=skip_bad))
     except BadRowsError as error:
         raise BadRowsError(f"{error}; --skip-bad leaves such rows out") from None
-    names, values, held = table.names, table.values, None if other is None else other.values
-    skipped = [0 if read is None else len(read.skipped) for read in (table, other)]
-    for read in (table, other):
-        if read is not None and read.skipped:
+    names, values = reads[0].names, [read.values for read in reads]  # of the data, and of the checking data
+    for read in reads:
+        if read.skipped:
             print(read.omission, file=sys.stderr)
     with threadpool_limits(1, "blas"), progress_bar(quiet) as begin:  # the matrices are small
         outputs = learning.outputs_of(names)
         advance = begin("learning", learning.steps(options.epochs, len(outputs)))
         count = workers or (min(os.cpu_count() or 1, len(outputs)) if len(outputs) > PAYS else 1)
-        networks = learning.learn_networks(
-            names, values, held, rules=rules, options=options, advance=advance, jobs=count
-        )
+        networks = learning.learn_networks(names, *values, rules=rules, options=options, advance=advance, jobs=count)
         learning.write_networks(networks, out, data.name)
         if report is not None:
             from robotics.laws.formation.leader_follower import FORMATION_OUTPUTS
@@ -106,8 +104,7 @@ def formation(
             write_learning_report(
                 report,
                 networks,
-                Samples(str(data), names, values, skipped[0]),
-                None if held is None else Samples(str(check), names, held, skipped[1]),
+                *(Samples(read.file, names, read.values, len(read.skipped)) for read in reads),
                 runs=drive_networks(out, scenarios, range(seeds), begin),
                 title=title,
                 folder=str(out),
@@ -125,7 +122,7 @@ def formation(
         row |= {"best_epoch": training.best, "stopped": training.stopped}
         rows.append(row | {"file": str(out / f"{network.output}.fis")})
     if json:
-        told = {"method": options.method, "skipped": sum(skipped), "networks": rows}
+        told = {"method": options.method, "skipped": sum(len(read.skipped) for read in reads), "networks": rows}
         print_json(told if report is None else told | {"report": str(report)})
         return
     for row in rows:

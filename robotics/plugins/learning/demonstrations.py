@@ -46,7 +46,6 @@ _AFTER = 1.0  # s: samples are taken so long after a robot's arrival
 _SLOWEST = 0.1
 _TURNS = ("w", "dw", "bend")  # the outputs of which the teacher's turn rate tells; of the others its speed
 
-Judge = Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
 _MOMENTS = ("said", "seed", "round", "held_back")  # the fields of Demonstrations that have one row a moment
 
 
@@ -57,7 +56,7 @@ class ImitationTask:
     name: str
     setting: Callable[[Sequence[int]], Setting]  # for these seeds
     # The outcome of a law, which has a name, on these seeds: numbers by what they are, with their unit
-    judged: Judge
+    judged: Callable[[Law[Any], str, Sequence[int]], dict[str, float]]
 
 
 def scenario_course(scenario: Scenario) -> ImitationTask:

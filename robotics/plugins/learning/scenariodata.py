@@ -11,8 +11,8 @@ teacher commands it then. Numbers are rounded to 1e-6.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -208,13 +208,19 @@ def _drawn(rows: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Onlooker(Law[FormationMemory]):
-    """A law that finds out what robots know, and does nothing."""
+    """A law that finds out what robots know, and does nothing: itself its rule base, one without rules."""
 
     quantities: tuple[Quantity, ...]
-    rule_bases: Mapping[str, "AskedQuantities"] = field(init=False, repr=False)
+    of_pairs = False
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rule_bases", {"inputs": AskedQuantities(self.quantities)})
+    @property
+    def rule_bases(self) -> Mapping[str, "Onlooker"]:
+        """What is asked of the quantities, by the name that :class:`TeacherAndPupil` learns."""
+        return {"inputs": self}
+
+    def known(self, situation: Situation) -> np.ndarray:
+        """The quantities (runs, robots, quantities), each in its unit."""
+        return np.stack([np.broadcast_to(q.of(situation), situation.place.shape) for q in self.quantities], axis=-1)
 
     @property
     def message(self) -> tuple[str, ...]:
@@ -244,14 +250,3 @@ class Onlooker(Law[FormationMemory]):
         now = memory.situation(seen, dt)
         after, none = memory.after(now, seen.v, seen.w), np.zeros_like(seen.x)  # what was commanded it does not hear
         return Command(none, none, none, none, now.message(after.recall) if self.message else None), after
-
-
-class AskedQuantities(NamedTuple):
-    """What :class:`Onlooker` asks, in the form of a rule base without rules."""
-
-    quantities: tuple[Quantity, ...]
-    of_pairs: bool = False
-
-    def known(self, situation: Situation) -> np.ndarray:
-        """The quantities (runs, robots, quantities), each in its unit."""
-        return np.stack([np.broadcast_to(q.of(situation), situation.place.shape) for q in self.quantities], axis=-1)

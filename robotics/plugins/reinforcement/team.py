@@ -161,9 +161,6 @@ class TeamEnv(ParallelEnv):
         self.agents = [a for a, end in zip(before, ended, strict=True) if end == END.running]
         return self._observed(before), rewards, terminated, truncated, infos
 
-    def close(self) -> None:
-        """There is nothing to let go of."""
-
     def render(self) -> None:
         """There is nothing to see."""
 

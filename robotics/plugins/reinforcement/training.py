@@ -110,10 +110,8 @@ def train(
 
 def _batch(samples: int, wanted: int) -> int:
     """The size of equal batches of all samples of a rollout, at most as large as wanted."""
-    count = -(-samples // wanted)
-    while samples % count:
-        count += 1
-    return samples // count
+    fewest = -(-samples // wanted)
+    return next(samples // count for count in range(fewest, samples + 1) if samples % count == 0)
 
 
 def _about(about: Learning, scenarios: Sequence[Scenario], seed: int, steps: int, seconds: float) -> dict[str, Any]:
