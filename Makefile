@@ -86,13 +86,13 @@ test: $(VENV)/.development lint-style ## lint, types and tests: the gate of ever
 test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/plugins/designer/test_jupyterlab.py
 
-# The site is made beside the long tests, which often wait; what looks at it comes after both. A browser test that fails
-# is run once more by itself; skipped and flaky tests are named at the end.
+# The site is made beside the long tests, which often wait (so four at a time); what looks at it comes after both. A
+# browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
 check-all: $(VENV)/.everything ## make test, the site, the tests marked long, and every random case
 	@rm -f $(NOTES) && touch $(NOTES)
 	@$(MAKE) --no-print-directory test NOTED='$(AGAIN)'
 	@$(MAKE) --no-print-directory docs > $(VENV)/docs.log 2>&1 & docs=$$!; \
-	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis' --ignore=tests/test_site.py; tested=$$?; \
+	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -n 4 -m 'long or hypothesis' --ignore=tests/test_site.py; tested=$$?; \
 	wait $$docs; made=$$?; cat $(VENV)/docs.log; \
 	EVERY_RANDOM_CASE=1 $(BIN)/python -m pytest $(AGAIN) -m 'long or hypothesis' tests/test_site.py; seen=$$?; \
 	$(BIN)/python -m tests.again $(NOTES); exit $$((tested | made | seen))

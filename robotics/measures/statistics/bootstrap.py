@@ -66,7 +66,8 @@ def resampled(costs: np.ndarray, statistic: Statistic, counts: np.ndarray) -> np
     Args:
         costs: The costs (laws, scenarios, seeds).
         statistic: A :class:`QuantileMean`, or any function from costs (..., scenarios, seeds) to (...), which is
-        slower. counts: The resamples, of :func:`resamples`.
+            slower.
+        counts: The resamples, of :func:`resamples`.
     """
     if isinstance(statistic, QuantileMean):
         return np.stack([statistic.of_resamples(own, counts) for own in costs], axis=1)

@@ -42,8 +42,7 @@ def holm(p_values: np.ndarray) -> np.ndarray:
 
     Args:
         p_values: The p-values (m,) of all tests; or a symmetric matrix (laws, laws) of them, of which each pair counts
-        once
-            and the diagonal not at all.
+            once and the diagonal not at all.
     """
     p_values = np.asarray(p_values, dtype=float)
     if p_values.ndim == 2:

@@ -86,10 +86,7 @@ def check_end(place, name, out):
     assert not (out / "pieces").exists()
 
 
-@pytest.mark.parametrize(
-    ("name", "kills"),
-    [("compare", 2), *(pytest.param(name, 6, marks=pytest.mark.long) for name in ("compare", "study"))],
-)
+@pytest.mark.parametrize(("name", "kills"), [("compare", 2), pytest.param("study", 4, marks=pytest.mark.long)])
 def test_it_survives_sigkill_at_random_moments(place, tmp_path, warm, name, kills):
     """Killed a random number of pieces after each start, and a random moment later; the study with two processes.
 

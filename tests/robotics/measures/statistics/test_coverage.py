@@ -116,19 +116,15 @@ def test_intervals_over_scenarios_hold_the_truth_of_all_scenarios_of_their_sort(
 @pytest.mark.long
 @pytest.mark.parametrize("scenarios", [16, 32])
 def test_of_a_thousand_experiments_over_scenarios_95_percent_hold_the_truth(scenarios):
-    assert 93 <= held_of_others(1000, 2, scenarios=scenarios, draws=1000) <= 97
-
-
-MANY = [("iqm", 60), ("scenario-iqm", 60), ("paired", 60)]
-FEW = [(name, 30) for name in ("iqm", "scenario-iqm", "mean", "cvar", "paired")]
+    assert 93 <= held_of_others(1000, 2, scenarios=scenarios, draws=500) <= 97
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "seeds"), FEW + MANY)
-def test_of_a_thousand_experiments_95_percent_hold_the_truth(name, seeds):
-    """Of few seeds, and of many where that is quick; a thousand experiments leave 0.7 % of chance.
+@pytest.mark.parametrize("name", ["iqm", "scenario-iqm", "mean", "cvar", "paired"])
+def test_of_a_thousand_experiments_95_percent_hold_the_truth(name):
+    """Of few seeds, with which it is hardest; a thousand experiments leave 0.7 % of chance.
 
     The mean of 30 seeds is what its tail makes hard: of 3,000 such experiments 93.6 % held the truth.
     """
     fewest = 92 if name == "mean" else 93
-    assert fewest <= held(name, seeds, 1000, 2, draws=1000) <= 97
+    assert fewest <= held(name, 30, 1000, 2, draws=500) <= 97

@@ -335,13 +335,13 @@ def folder_bytes(folder: Path):
 
 @pytest.mark.long
 def test_a_search_that_is_killed_at_random_moments_ends_with_the_same_bytes(scenario, tmp_path):
-    told = ["tune", "fuzzy", scenario, "--seeds", "2", "--evaluations", "2400", "--check-seeds", "0", "-q"]
+    told = ["tune", "fuzzy", scenario, "--seeds", "2", "--evaluations", "1200", "--check-seeds", "0", "-q"]
     assert main([*told, "-o", str(tmp_path / "whole")]) == 0
     wait, killed = random.Random(1), 0
     history = tmp_path / "killed" / "history.csv"
     warm = Warm(tmp_path, scenario)
     with warm.process:
-        for _ in range(6):
+        for _ in range(3):
             before = history.stat().st_mtime_ns if history.exists() else 0
             child = warm.start([*told, "-o", str(tmp_path / "killed")])
             wait_until(lambda before=before: history.exists() and history.stat().st_mtime_ns > before, child.is_running)
@@ -350,7 +350,7 @@ def test_a_search_that_is_killed_at_random_moments_ends_with_the_same_bytes(scen
                 child.kill()
             killed += warm.end()[0] != 0
         warm.process.stdin.close()
-    assert killed > 3
+    assert killed > 1
     assert main([*told, "-o", str(tmp_path / "killed")]) == 0
     assert folder_bytes(tmp_path / "killed") == folder_bytes(tmp_path / "whole")
 
