@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fuzzy.words import listed
-from robotics.laws.catalogue import gains_of, law_title, with_gains
+from robotics.laws.catalogue import law_title
 from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import MARGIN
 from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena.changes import CHANGES
+from robotics.plugins.arena.design import Cells, called
 from robotics.plugins.arena.entrants import Sort, sort_of
 from robotics.plugins.arena.outcome import Outcome
 
@@ -38,7 +39,7 @@ def answer(outcome: Outcome) -> list[str]:
     if not said.finite:
         nobody = "No law leads: each fails in more than a quarter of the runs of some scenario."
         return [nobody, *said.failures(), said.protocol()]
-    known = said.knowledge()
+    known = said.conditions() if outcome.under else said.knowledge()
     found = [said.leader(), *said.crown(), *known, *said.distances(), *said.computing()]
     found += [
         *([] if known else said.effort()),
@@ -157,11 +158,8 @@ class _Said:
 
         Equals are those laws that have the same parts, where most have.
         """
-        known = [frozenset({*KNOWLEDGE_FIELDS} & {*gains_of(made)}) for made in self.of.made]
-        bare = [
-            with_gains(made, dict.fromkeys(said)) if said else made
-            for made, said in zip(self.of.made, known, strict=True)
-        ]
+        cells = Cells(self.of)
+        known, bare = cells.given, cells.bare
         worth = []
         for k in self.finite:
             fewer = [n for n in self.finite if known[n] < known[k] and bare[n] == bare[k]]
@@ -181,6 +179,10 @@ class _Said:
             text += f"{self.title(alike[-1])}, the last, "
             text += f"{compared(ratio, self.title(alike[0]))}"
         return [text + "."]
+
+    def conditions(self) -> list[str]:
+        """Under each of the conditions: what knowledge is worth, and what the law is among those that know alike."""
+        return [_of_condition(title, Cells(of)) for title, of in self.of.by_condition.items()]
 
     def distances(self) -> list[str]:
         """How far each law is from the reference."""
@@ -306,6 +308,22 @@ class _Said:
         return [
             f"Of the changes that no law was told of, {change} hurts the most: {usual}, and {whose} costs least then."
         ]
+
+
+def _of_condition(title: str, cells: Cells) -> str:
+    worth = [f"with {called(parts)} {_multiple(ratio)}" for parts, _, ratio in cells.worth()]
+    text = f"{title[:1].upper()}{title[1:]}: a tuned law costs {listed(worth)} times what it costs without"
+    most = max(cells.columns, key=lambda parts: (len(cells.among(parts)), len(parts)))
+    alike = cells.among(most)
+    if len(alike) > 1:
+        first, last = (cells.of.titles[k] for k in (alike[0], alike[-1]))
+        text += f"; of the {_number(len(alike))} laws with {called(most)} {last}, the last, "
+        text += compared(cells.spread(most), first)
+    return f"{text}."
+
+
+def _multiple(ratio: Interval) -> str:
+    return f"{float(ratio.value):.2f} ({float(ratio.low):.2f} to {float(ratio.high):.2f})"
 
 
 # Words --------------------------------------------------------------------------------------------------------------

@@ -49,7 +49,7 @@ def arena(
     Example:
       robotics arena demo --out out/arena
       robotics new law -o mylaw.py
-      robotics arena demo --laws fuzzy,lyapunov,nmpc,mylaw.py:MyLaw --out out/mine
+      robotics arena demo --laws fuzzy,lyapunov,mylaw.py:MyLaw --out out/mine
     """
     if full and file != "default":
         raise InputError(f"give --full or {file}, not both")

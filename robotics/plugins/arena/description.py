@@ -63,6 +63,9 @@ class Arena:
     robustness_runs: int = whole(25, least=2, most=MOST_SEEDS, doc="Likewise for each change that no law is told of.")
     seed: int = whole(1, least=0, most=10**9, doc="The seed of the searches and of the intervals.")
     conditions: Conditions = described("What all scenarios share.", default_factory=Conditions)
+    under: tuple[Conditions, ...] = described(
+        "Conditions under which it is held again, every law tuned anew: a title, and what differs.", ()
+    )
     cost: tuple[Term, ...] = described("The terms of the cost, whose sum is made smaller.", COST_TERMS)
     exceptions: Mapping[str, int] = described(
         "Evaluations of laws that compute for too long: no longer the same budget, and said so.", default_factory=dict
@@ -93,6 +96,9 @@ class Arena:
             raise ArenaError(f"laws: none has anything that moves, of {', '.join(self.move)}").about("laws")
         if self.reference:
             check_known(self.reference, self.laws, "law of the arena", ArenaError, "reference")
+        for i, other in enumerate(self.under):
+            if other.title in ("", self.conditions.title, *(before.title for before in self.under[:i])):
+                raise ArenaError("under: each of the conditions needs a title of its own").about("under", i)
         for law in self.exceptions:
             check_known(law, self.laws, "law of the arena", ArenaError, "exceptions", law)
         if self.repeats * self.runs > MOST_SEEDS:
@@ -209,7 +215,11 @@ def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Pa
         folder: The folder to which paths in it are relative.
     """
     with reading(text, file, ArenaError) as table:
-        made: Arena = _BUILDER.build(Arena, _alike(table), (), ("like",), name=name, folder=folder)
+        table = _alike(table)
+        shared, others = table.get("conditions"), table.get("under")
+        if isinstance(shared, dict) and isinstance(others, list):
+            table["under"] = [{**shared, **other} if isinstance(other, dict) else other for other in others]
+        made: Arena = _BUILDER.build(Arena, table, (), ("like",), name=name, folder=folder)
         for n, term in enumerate(made.cost):
             check_known(term.metric, ALL_METRICS, "metric", ArenaError, "cost", n, "metric")
     return made

@@ -34,6 +34,7 @@ class ArenaError(InputError):
 class Conditions:
     """What all scenarios of an arena share."""
 
+    title: str = described("What they are called in tables and pictures.", "", example="noise ×2")
     period: float = quantity(0.05, "s", above=0, most=1, doc="The period in which a law decides.")
     latency: float = quantity(0.03, "s", least=0, most=1, doc="The time from deciding on a command to its effect.")
     position_noise: float = quantity(0.003, "m", least=0, doc="The standard deviation of the measured x and y.")
@@ -42,6 +43,13 @@ class Conditions:
         0.05, "m", least=0, doc="The standard deviation of the start in x and y from one run to the next."
     )
     start_heading: float = quantity(0.1, "rad", least=0, doc="Likewise of the heading.")
+    encoder_error: float = quantity(
+        0.0,
+        "1",
+        least=0,
+        most=0.2,
+        doc="The relative standard deviation of the wheels and axle that odometry assumes.",
+    )
 
     def __post_init__(self) -> None:
         check_quantities(self, ArenaError)
@@ -49,8 +57,15 @@ class Conditions:
     @property
     def sensing(self) -> Sensing:
         """How robots know their postures."""
-        noise = {name: getattr(self, name) for name in ("position_noise", "heading_noise")}
-        return Sensing(posture="pose", start_position=self.start_position, start_heading=self.start_heading, **noise)
+        return Sensing(
+            posture="pose",
+            position_noise=self.position_noise,
+            heading_noise=self.heading_noise,
+            start_position=self.start_position,
+            start_heading=self.start_heading,
+            wheel_error=self.encoder_error,
+            axle_error=self.encoder_error,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

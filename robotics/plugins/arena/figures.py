@@ -203,7 +203,8 @@ def plot_budget(laws: Sequence[Entrant], budgets: np.ndarray, curves: Interval) 
             ax.fill_between(budgets, least, most, color=color, alpha=0.13, linewidth=0)
             ax.plot(budgets, middle, color=color, linestyle=line, linewidth=1.2)
         low, high = _room(curves)
-        ax.set(xscale="log", xlim=(budgets[0], budgets[-1]), xlabel="evaluations")
+        begin = budgets[0] if len(budgets) > 1 else budgets[0] / 2
+        ax.set(xscale="log", xlim=(begin, budgets[-1]), xlabel="evaluations")
         ax.set(yscale="log", ylim=(low, high), ylabel="cost of the best so far [1], logarithmic")
         write_log_ticks(ax.xaxis, [b for b in _BUDGETS if budgets[0] <= b <= budgets[-1]])
         write_log_ticks(ax.yaxis, _round_ticks(low, high))
@@ -343,6 +344,75 @@ def _write_ratio(ax: Axes, row: int, column: int, ratio: Interval, reach: float)
         words = f"({words})" if ratio.low <= 1 <= ratio.high else words
         color = "white" if abs(np.log(max(value, 1e-9))) > 0.8 * reach else color
     ax.text(column, row, words, ha="center", va="center", fontsize=6.5, color=color)
+
+
+class Line(NamedTuple):
+    """What a law costs by what it knows."""
+
+    law: Entrant
+    known: Sequence[str]
+    cost: Interval  # an array each (known,); infinite: it fails
+
+
+class Panel(NamedTuple):
+    """The laws under one condition."""
+
+    title: str
+    columns: Sequence[str]  # what can be known
+    lines: Sequence[Line]
+    floor: float  # 0: none
+
+
+def plot_conditions(panels: Sequence[Panel]) -> Figure:
+    """Draw what laws cost by what they know, a panel for each condition, a line for each law.
+
+    Args:
+        panels: The conditions; laws of the same title look alike in all.
+    """
+    laws = list({line.law.title: line.law for panel in panels for line in panel.lines}.values())
+    looks = dict(zip((law.title for law in laws), _lines(laws), strict=True))
+    values = np.concatenate([np.ravel(line.cost.value) for panel in panels for line in panel.lines])
+    _some_finite(values)
+    floors = [panel.floor for panel in panels if panel.floor > 0]
+    low, high = min([*values[np.isfinite(values)], *floors]) / 1.15, 1.15 * max(values[np.isfinite(values)])
+    rows, across = -(-len(panels) // 2), min(len(panels), 2)
+    with styled_figure(WIDTH, 0.9 + 2.3 * rows) as figure:
+        grid = figure.subplots(rows, across, squeeze=False, sharey=True)
+        for ax, panel in zip(grid.flat, panels, strict=False):
+            for n, line in enumerate(panel.lines):
+                x = np.array([panel.columns.index(name) for name in line.known]) + 0.05 * (n - len(panel.lines) / 2)
+                color, shown = (
+                    _FAMILIES[line.law.family].color,
+                    [_finite(part) for part in (line.cost.value, line.cost.low, line.cost.high)],
+                )
+                ax.plot(x, shown[0], color=color, linestyle=looks[line.law.title], linewidth=1.0)
+                ax.vlines(x, shown[1], shown[2], color=color, linewidth=0.8)
+                ax.plot(x, shown[0], _FAMILIES[line.law.family].marker, color=color, markersize=3.5)
+            if panel.floor > 0:
+                ax.axhline(panel.floor, color="0.4", linestyle="--", linewidth=0.8)
+            ax.set(title=panel.title, yscale="log", ylim=(low, high), xlim=(-0.5, len(panel.columns) - 0.5))
+            ax.set_xticks(
+                range(len(panel.columns)), [name.replace(", ", ",\n") for name in panel.columns], fontsize=6.5
+            )
+            write_log_ticks(ax.yaxis, _round_ticks(low, high))
+        for ax in grid.flat[len(panels) :]:
+            ax.set_visible(False)
+        for ax in grid[:, 0]:
+            ax.set_ylabel("cost, tuned [1]")
+        handles = [
+            Line2D(
+                [],
+                [],
+                color=_FAMILIES[law.family].color,
+                marker=_FAMILIES[law.family].marker,
+                markersize=3.5,
+                linestyle=looks[law.title],
+                label=law.title,
+            )
+            for law in laws
+        ] + ([Line2D([], [], color="0.4", linestyle="--", label="the reference's own variation")] if floors else [])
+        figure.legend(handles=handles, loc="outside upper center", ncol=4, fontsize=6.5)
+        return figure
 
 
 def plot_pareto(

@@ -66,6 +66,7 @@ class Outcome:
     computing: Mapping[str, float]  # µs a period, by law
     machine: str
     draws: int = _DRAWS
+    under: Mapping[str, "Outcome"] = field(default_factory=dict)  # held again, by the titles of conditions
 
     @property
     def laws(self) -> list[str]:
@@ -82,6 +83,11 @@ class Outcome:
     def made(self) -> list[Law[Any]]:
         """The laws as published."""
         return [self.arena.law(law) for law in self.laws]
+
+    @property
+    def by_condition(self) -> dict[str, "Outcome"]:
+        """This outcome and those under other conditions, by the titles of conditions."""
+        return {self.arena.conditions.title or "as it is": self, **self.under}
 
     @property
     def clocked(self) -> bool:
@@ -192,7 +198,10 @@ class Outcome:
     @cached_property
     def p_values(self) -> np.ndarray:
         """Holm's p-values of the signed-rank test over scenarios between each two tuned laws (laws, laws)."""
-        return holm(signed_rank_p_values(self.scenario_costs[:, None, :]))
+        costs = self.scenario_costs
+        if costs.shape[1] < 2:  # one scenario says nothing of others
+            return np.ones((len(costs), len(costs)))
+        return holm(signed_rank_p_values(costs[:, None, :]))
 
     @cached_property
     def verdicts(self) -> np.ndarray:

@@ -17,10 +17,12 @@ from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.measures.registry import ALL_METRICS
 from robotics.measures.statistics.intervals import Interval
+from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena import figures
 from robotics.plugins.arena.answer import answer, microseconds
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import BLOCKS, Arena, load_arena
+from robotics.plugins.arena.design import Cells, Knowledge, called
 from robotics.plugins.arena.entrants import sort_of, terms_of
 from robotics.plugins.arena.figures import Entrant, Standings
 from robotics.plugins.arena.outcome import Outcome
@@ -211,6 +213,7 @@ def arena_chapters(outcome: Outcome, specifications: Sequence[str] = ()) -> list
     return [
         _terms(outcome),
         _costs(outcome),
+        *([_conditions(outcome)] if outcome.under else []),
         _budgets(outcome),
         _weights(outcome),
         _robustness(outcome),
@@ -239,7 +242,7 @@ def _terms(outcome: Outcome) -> Chapter:
         yield f"{len(entry.searches)} × {arena.budget(entry.law)}" if entry.searches else "as published"
         yield microseconds(outcome.computing[entry.law])
 
-    about: dict[str, Any] = {name: 1000 * value for name, value in asdict(conditions).items()}
+    about: dict[str, Any] = {name: 1000 * value for name, value in asdict(conditions).items() if name != "title"}
     about |= {"start_position": 100 * conditions.start_position, "cost": " + ".join(map(_term, cost.terms))}
     about |= {"failed": cost.failed, "unseen": ", ".join(arena.unseen_sorts) or "none"}
     grid = _grid(outcome, "terms.of-each", cells)
@@ -296,6 +299,39 @@ def _costs(outcome: Outcome) -> Chapter:
     return _TEXTS.chapter("costs", tables=[grid, parts], details=[per], pictures=pictures)
 
 
+def _conditions(outcome: Outcome) -> Chapter:
+    cells = {title: Cells(of) for title, of in outcome.by_condition.items()}
+    columns = list(dict.fromkeys(parts for each in cells.values() for parts in each.columns))
+    rows = [
+        (title, each.title(row), *(_cell(each, row, parts) for parts in columns))
+        for title, each in cells.items()
+        for row in each.rows
+    ]
+    grid = _TEXTS.grid("conditions.costs", rows)
+    grid = grid._replace(head=(*grid.head, *map(called, columns)))
+    picture = _TEXTS.picture("conditions-picture", partial(figures.plot_conditions, panels(outcome)))
+    return _TEXTS.chapter("conditions", tables=[grid], pictures=[picture])
+
+
+def _cell(cells: Cells, row: list[int], parts: Knowledge) -> str:
+    found = [k for k in row if cells.knowledge[k] == parts]
+    return _interval(cells.of.cost[found[0]]) if found else ""
+
+
+def panels(outcome: Outcome) -> list[figures.Panel]:
+    """What each condition's panel shows."""
+    found = []
+    for title, of in outcome.by_condition.items():
+        cells = Cells(of)
+        lines = []
+        for row in cells.rows:
+            own = sorted(row, key=lambda k: cells.columns.index(cells.knowledge[k]))
+            law = Entrant(cells.title(row), sort_of(of.made[row[0]]))
+            lines.append(figures.Line(law, [called(cells.knowledge[k]) for k in own], of.cost[own]))
+        found.append(figures.Panel(title, [called(parts) for parts in cells.columns], lines, cells.floor))
+    return found
+
+
 def _budgets(outcome: Outcome) -> Chapter:
     grid = _grid(
         outcome,
@@ -315,6 +351,10 @@ def _weights(outcome: Outcome) -> Chapter:
         both = zip(some, case, strict=True)
         changed = [f"{term.metric} × {weight / term.weight:g}" for term, weight in both if weight != term.weight]
         rows.append((", ".join(changed) or "as they are", ", ".join(outcome.titles[k] for k in order), str(swapped)))
+    alone = np.argsort(outcome.term_means("tuned"), axis=1, kind="stable")
+    for term, order in zip(cost.terms, alone, strict=True):
+        swapped = swapped_pairs(np.stack([weights.order[0], order]))[1]
+        rows.append((f"{term.metric} alone", ", ".join(outcome.titles[k] for k in order), str(swapped)))
     said = _TEXTS.text("weights.changes" if weights.changed.any() else "weights.stays")
     return _TEXTS.chapter("weights", {"said": said}, tables=[_TEXTS.grid("weights.orders", rows)])
 
@@ -355,7 +395,7 @@ def _interval(found: Interval, factor: float = 1.0, unit: str = "") -> str:
 
 
 def write_tables(outcome: Outcome, folder: Path) -> None:
-    """Write results.csv, summary.csv, pairs.csv, budgets.csv, scenarios.csv and robustness.csv."""
+    """Write results.csv, summary.csv, pairs.csv, budgets.csv, scenarios.csv and robustness.csv; and conditions.csv."""
     tables = {
         "results": results_table(outcome),
         "summary": summary_table(outcome),
@@ -364,6 +404,7 @@ def write_tables(outcome: Outcome, folder: Path) -> None:
         "scenarios": scenarios_table(outcome),
         "robustness": _crossed(outcome, "change", CHANGES, "ratio", outcome.robustness, failed=outcome.robust_failures),
     }
+    tables |= {"conditions": conditions_table(outcome)} if outcome.under else {}
     for name, table in tables.items():
         write_frame(table, folder / f"{name}.csv")
 
@@ -382,6 +423,12 @@ def scenarios_table(outcome: Outcome) -> pd.DataFrame:
     names = [scenario.name for scenario in outcome.arena.scenarios("test")]
     found = pd.DataFrame(outcome.scenario_costs, outcome.laws, names).rename_axis("law").iloc[outcome.order]
     return found.reset_index()
+
+
+def conditions_table(outcome: Outcome) -> pd.DataFrame:
+    """A row a law and condition, each condition's laws from the least cost up."""
+    parts = {title: summary_table(of) for title, of in outcome.by_condition.items()}
+    return pd.concat(parts, names=["condition"]).reset_index("condition").reset_index(drop=True)
 
 
 def results_table(outcome: Outcome) -> pd.DataFrame:

@@ -7,7 +7,7 @@ same arena in the same folder goes on from there and ends with the same bytes.
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
@@ -27,7 +27,7 @@ from robotics.plugins.arena.computing import Timed, machine, timed
 from robotics.plugins.arena.description import Arena, about
 from robotics.plugins.arena.families import ArenaError
 from robotics.plugins.arena.outcome import ArenaEntry, Outcome
-from robotics.plugins.arena.work import DriveJob, Search, budgets_of, driven, searched
+from robotics.plugins.arena.work import DriveJob, Search, budgets_of, driven, plain, searched
 from robotics.studies.chunks import Chunk, KeptChunks, discard_chunks, run_chunk
 from robotics.studies.executors import Workers, in_threads
 from robotics.studies.keptcomparison import PACKAGES
@@ -79,7 +79,15 @@ def drive_arena(
             announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
         if clocked:
             announce(_estimate(arena, times, workers))
-        return _ArenaRun(arena, plan, folder, workers, times, begin).outcome()
+        outcome = _ArenaRun(arena, plan, folder, workers, times, begin).outcome()
+        under = {}
+        for conditions in arena.under:
+            announce(f"{conditions.title}: every law is tuned anew")
+            again, place = replace(arena, conditions=conditions, under=()), folder / "under" / plain(conditions.title)
+            under[conditions.title] = drive_arena(
+                again, place, workers, fresh=fresh, clocked=clocked, begin=begin, announce=announce
+            )
+        return replace(outcome, under=under)
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,11 @@ def test_the_tables_say_what_the_statistics_say(held):
     assert costs.rows[0][2].startswith("1 (1 to 1)")
     assert costs.rows[2][2] == "fails"
     assert costs.rows[2][6].startswith("3.12 % (")  # 15 of 480
+    orders = {row[0]: row[1:] for row in grids["The order of the laws under other weights of the cost"].rows}
+    assert (
+        orders["rms_distance_late_m alone"] == orders["as they are"] == ("Lyapunov, Fuzzy, LQR", "0")
+    )  # its only term
+    assert orders["w_variation_late_radps2 alone"] == ("Fuzzy, Lyapunov, LQR", "1")  # 0 of each that does not fail
     terms = {row[0]: row for row in grids["The terms of each law."].rows}
     assert terms["Lyapunov"][1:3] == ("velocities", "reference, reference velocity")
 
