@@ -346,7 +346,7 @@ def _write_ratio(ax: Axes, row: int, column: int, ratio: Interval, reach: float)
     ax.text(column, row, words, ha="center", va="center", fontsize=6.5, color=color)
 
 
-class Line(NamedTuple):
+class KnowledgeLine(NamedTuple):
     """What a law costs by what it knows."""
 
     law: Entrant
@@ -354,16 +354,16 @@ class Line(NamedTuple):
     cost: Interval  # an array each (known,); infinite: it fails
 
 
-class Panel(NamedTuple):
+class ConditionPanel(NamedTuple):
     """The laws under one condition."""
 
     title: str
     columns: Sequence[str]  # what can be known
-    lines: Sequence[Line]
+    lines: Sequence[KnowledgeLine]
     floor: float  # 0: none
 
 
-def plot_conditions(panels: Sequence[Panel]) -> Figure:
+def plot_conditions(panels: Sequence[ConditionPanel]) -> Figure:
     """Draw what laws cost by what they know, a panel for each condition, a line for each law.
 
     Args:

@@ -318,7 +318,7 @@ def _cell(cells: Cells, row: list[int], parts: Knowledge) -> str:
     return _interval(cells.of.cost[found[0]]) if found else ""
 
 
-def panels(outcome: Outcome) -> list[figures.Panel]:
+def panels(outcome: Outcome) -> list[figures.ConditionPanel]:
     """What each condition's panel shows."""
     found = []
     for title, of in outcome.by_condition.items():
@@ -327,8 +327,8 @@ def panels(outcome: Outcome) -> list[figures.Panel]:
         for row in cells.rows:
             own = sorted(row, key=lambda k: cells.columns.index(cells.knowledge[k]))
             law = Entrant(cells.title(row), sort_of(of.made[row[0]]))
-            lines.append(figures.Line(law, [called(cells.knowledge[k]) for k in own], of.cost[own]))
-        found.append(figures.Panel(title, [called(parts) for parts in cells.columns], lines, cells.floor))
+            lines.append(figures.KnowledgeLine(law, [called(cells.knowledge[k]) for k in own], of.cost[own]))
+        found.append(figures.ConditionPanel(title, [called(parts) for parts in cells.columns], lines, cells.floor))
     return found
 
 
