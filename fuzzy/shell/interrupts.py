@@ -24,7 +24,7 @@ class _Answers:
 
     def __init__(self) -> None:
         self.number = signal.SIGINT  # the last signal that came
-        self.told = False
+        self.came = self.told = False
         self.prefix = ""
 
 
@@ -38,7 +38,8 @@ def answered(name: str = "") -> Iterator[None]:
     One that falls into a callback of a library, which can only drop it, is raised again. What is ignored stays ignored,
     and a handler of somebody else stays. Messages begin with ``name``, that of the program.
     """
-    _answers.number, _answers.told, _answers.prefix = signal.SIGINT, False, f"{name}: " if name else ""
+    _answers.number, _answers.came, _answers.told = signal.SIGINT, False, False
+    _answers.prefix = f"{name}: " if name else ""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -80,7 +81,13 @@ def is_told() -> bool:
 
 
 def of_interrupt(error: BaseException | None) -> bool:
-    """Whether ``error`` was raised because of a KeyboardInterrupt, as by compiled code that translates it."""
+    """Whether ``error`` was raised because of a KeyboardInterrupt, as by compiled code that translates it.
+
+    After a signal, so is one of the operating system's that names no file: the signal ended our processes, too, and what
+    is missing is a socket of theirs.
+    """
+    if _answers.came and isinstance(error, OSError) and error.filename is None:
+        return True
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         if isinstance(error, KeyboardInterrupt):
@@ -97,7 +104,7 @@ def raise_interrupt(error: BaseException) -> None:
 
 
 def _stop(number: int, _: FrameType | None) -> None:
-    _answers.number = signal.Signals(number)
+    _answers.number, _answers.came = signal.Signals(number), True
     raise KeyboardInterrupt
 
 

@@ -142,6 +142,8 @@ def _ended(app: typer.Typer, prog_name: str, arguments: Sequence[str] | None) ->
     except BrokenPipeError:
         raise
     except OSError as error:
+        if of_interrupt(error):
+            return _interrupted()
         # Files that cannot be written say their names: what is left is what was printed.
         printed = error.filename is None and error.errno in (errno.ENOSPC, errno.EFBIG, errno.EIO)
         place = "standard output: " if printed else f"{error.filename}: " if error.filename is not None else ""

@@ -64,6 +64,26 @@ def test_an_interrupt_that_a_library_translates_is_one(capsys):
     assert capsys.readouterr().err == "it: interrupted\n"
 
 
+def test_what_a_signal_takes_from_our_processes_is_no_fault_of_its_own(capsys):
+    def misses():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory")
+
+    assert of(misses) == 143
+    assert capsys.readouterr().err == "it: interrupted by SIGTERM\n"
+
+
+def test_a_file_that_cannot_be_written_after_a_signal_is_told(capsys):
+    def loses():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise PermissionError(errno.EACCES, "Permission denied", "kept.csv")
+
+    assert of(loses) == 2
+    assert capsys.readouterr().err == "it: kept.csv: Permission denied\n"
+
+
 def test_a_full_disk_behind_stdout_is_a_sentence(capsys, monkeypatch):
     def full():
         raise OSError(errno.ENOSPC, "No space left on device")
