@@ -1,9 +1,11 @@
 """The command ``robotics learn rules``: a rule base that does what another law does."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.options import FieldOptions, Json, Quiet, Shown, option
 from fuzzy.shell.progress import progress_bar
@@ -48,6 +50,10 @@ def rules_(
     seeds: Annotated[int, option("Runs of each scenario; every fourth is kept for checking.", min=2)] = 12,
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     unseen: Annotated[int, option("Seeds after these, on which both laws drive at the end.", min=1)] = 10,
+    front: Annotated[
+        str, option("Other numbers of rules that are learnt with, too, to tell what each loses: 2,4,8,16,30.", "N,...")
+    ] = "",
+    plot: Annotated[Path | None, option("Draw the error over the number of rules.", "--plot", "FILE")] = None,
     data: Annotated[Path | None, option("Save the samples, with names and units in the header.", "FILE.csv")] = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -63,12 +69,14 @@ def rules_(
       robotics run lyapunov-sine --controller fuzzy:rule_base=learnt.fis
     """
     from anfis import Options
+    from fuzzy.figures.drawing import save_figure
     from fuzzy.files.table import write_table
-    from robotics.plugins.learning.imitation import drives, imitate, steps, write_rule_base
+    from robotics.plugins.learning.imitation import drives, imitate, most_lost, steps, write_rule_base
     from robotics.plugins.learning.lesson import RIDGE
 
     check_target(out)
     check_target(data)
+    check_target(plot)
     plan = lesson(
         teacher=teacher,
         courses=_courses(scenario or [], stress or [], robots),
@@ -78,7 +86,14 @@ def rules_(
     plan.check_file(out)
     with progress_bar(quiet) as begin:
         found = imitate(plan, begin("learning", steps(plan)))
+        plans = [replace(plan, rules=count) for count in _counts(front) if count != plan.rules]
+        others = [imitate(each, begin(f"with {each.rules} rules", steps(each))) for each in plans]
+    fronted = sorted([found, *others], key=lambda each: each.lesson.rules)
     write_rule_base(found, out)
+    if plot is not None:
+        from robotics.plugins.learning.figures import plot_front_of_rules
+
+        save_figure(plot_front_of_rules([(len(e.system.rules), e.rounds[e.best].of_the_range) for e in fronted]), plot)
     if data is not None:
         write_table(data, *found.table())
     with progress_bar(quiet) as begin:
@@ -86,16 +101,35 @@ def rules_(
         driven = drives(plan, out, after, begin("driving unseen seeds", 2 * len(plan.courses)))
     if json:
         about = {"file": str(out), "rules": plan.rules, "rounds": [row.told() for row in found.rounds]}
-        print_json(about | {"taken": found.best, "seeds": list(after), "driven": driven})
+        lost = [part and part._asdict() for part in map(most_lost, fronted)]
+        numbers = [
+            {"rules": len(e.system.rules), **e.rounds[e.best].told(), "most_lost": part}
+            for e, part in zip(fronted, lost, strict=True)
+        ]
+        print_json(about | {"front": numbers, "taken": found.best, "seeds": list(after), "driven": driven})
         return
     for number, row in enumerate(found.rounds):
         print(f"round {number}: {row}{' <- taken' if number == found.best else ''}")
+    if others:
+        print(f"\n{'rules':>5} {'of range':>9} {'contacts':>9} {'missing':>8}  most of the squared error")
+    for each in fronted if others else ():
+        row = each.rounds[each.best]
+        drove = f"{100 * row.of_the_range:7.3g} % {row.touched:9} {row.missing:8}"
+        print(f"{len(each.system.rules):5} {drove}  {most_lost(each) or ''}")
     print(f"{out}: {len(found.system.rules)} rules. Flown on the unseen seeds {after[0]} to {after[-1]}:")
     for course, laws in driven.items():
         print(f"\n{course:48} {'teacher':>12} {'learnt':>12}")
         for name, value in laws["teacher"].items():
             print(f"{name:48} {number_cell(value):>12} {number_cell(laws['learnt'][name]):>12}")
     print(f"\nIt drives as --controller {plan.controller(out)}")
+
+
+def _counts(front: str) -> list[int]:
+    """Numbers of rules, between commas. Raises InputError."""
+    try:
+        return [int(count) for count in front.split(",") if front]
+    except ValueError:
+        raise InputError(f"--front must be whole numbers between commas, such as 2,4,8; got {front!r}") from None
 
 
 def _courses(scenarios: Sequence[str], stress: Sequence[Stress], robots: int | None) -> tuple["ImitationTask", ...]:

@@ -13,9 +13,10 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from anfis.plot import draw_errors
 from anfis.state import Epoch
-from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, styled_figure
+from fuzzy.figures.drawing import COLORS, COLUMN, DOUBLE, LINES, PAGE_WIDTH, line_look, log_y, styled_figure
 from fuzzy.figures.search import plot_rules_error
 from fuzzy.fitting.search import SearchResult
+from robotics.measures.statistics.ranking import pareto_front
 from robotics.plugins.learning.formationdata import FormationRun
 from robotics.plugins.learning.formationlearning import Errors
 from robotics.show.figures.drawing import draw_common_legend, thinned
@@ -224,6 +225,27 @@ def plot_search_and_epochs(search: SearchResult, history: Sequence[Epoch], unit:
         right.set_xlabel("epoch")
         right.set_ylabel(f"RMSE [{unit}]" if unit else "RMSE", parse_math=False)
         right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), borderaxespad=0, ncols=2)
+        return figure
+
+
+def plot_front_of_rules(points: Sequence[tuple[int, float]]) -> Figure:
+    """Draw what rule bases of several sizes lose against their teacher; filled is what no smaller one loses less than.
+
+    Args:
+        points: Numbers of rules, and errors as shares of the outputs' ranges.
+    """
+    rules, errors = np.array(points, dtype=float).T
+    ahead = pareto_front(np.stack([rules, errors], axis=1))
+    with styled_figure(COLUMN, 2.4) as figure:
+        ax = figure.subplots()
+        ax.plot(rules[ahead], 100 * errors[ahead], "o-", color=COLORS[0], label="fewer rules lose more")
+        ax.plot(
+            rules[~ahead], 100 * errors[~ahead], "o", color=COLORS[0], markerfacecolor="white", label="fewer do as well"
+        )
+        log_y(ax, "125")
+        ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        ax.set(xlabel="number of rules", ylabel="error in the states met [% of the range]")
+        ax.legend()
         return figure
 
 

@@ -21,8 +21,9 @@ rectangles", Artificial Intelligence 89 (1997).
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -87,13 +88,18 @@ class Round(Fitted):
         names = [v.name for v in self.system.outputs]
         errors = {"train_rmse": self.train, "check_rmse": self.check, "flight_rmse": self.met}
         by_output = {what: dict(zip(names, map(float, rows), strict=True)) for what, rows in errors.items()}
-        about = {"samples": self.samples, "radius": self.radius, **by_output}
+        about = {"samples": self.samples, "radius": self.radius, **by_output, "of_the_range": self.of_the_range}
         return about | {"contacts": self.touched, "missing": self.missing}
 
     def merit(self) -> tuple[int, int, float]:
         """What is compared: the less the better."""
+        return self.touched, self.missing, self.of_the_range
+
+    @property
+    def of_the_range(self) -> float:
+        """The difference from the teacher in the states that it met, as a share of the outputs' ranges."""
         spans = np.array([v.universe[1] - v.universe[0] for v in self.system.outputs])
-        return self.touched, self.missing, float(np.sqrt(np.mean((self.met / spans) ** 2)))
+        return float(np.sqrt(np.mean((self.met / spans) ** 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,6 +205,39 @@ def drives(
             if advance is not None:
                 advance()
     return found
+
+
+class Lost(NamedTuple):
+    """Where a rule base is the farthest from its teacher: a third of the states, by one of its inputs."""
+
+    input: str
+    low: float  # in the input's unit
+    high: float
+    share: float  # of the squared errors
+
+    def __str__(self) -> str:
+        unit = quantity_of(self.input, "inputs").unit
+        return f"{100 * self.share:.0f} % where {self.input} is {self.low:.3g} to {self.high:.3g} {unit}".rstrip(" 1")
+
+
+def most_lost(found: Imitation) -> Lost | None:
+    """The third of an input, by quantiles, with the greatest share of the squared errors on the checking seeds.
+
+    Outputs count in their ranges. None where no input falls into thirds; and of pairs, whose least alone is shown.
+    """
+    lesson, system = found.lesson, found.system
+    checked = found.samples.where(np.isin(found.samples.seed, lesson.checking))
+    if lesson.of_pairs:
+        return None
+    spans = [v.universe[1] - v.universe[0] for v in system.outputs]
+    squares = np.sum(((_said(system, checked.known) - checked.said[checked.moment]) / spans) ** 2, axis=1)
+    parts = []
+    for name, values in zip(lesson.inputs, checked.known.T, strict=True):
+        for low, high in pairwise(np.quantile(values, [0, 1 / 3, 2 / 3, 1])):
+            inside = (values >= low) & (values <= high)
+            if inside.mean() < 0.5:  # else most of the values are the same
+                parts.append(Lost(name, float(low), float(high), float(squares[inside].sum() / squares.sum())))
+    return max(parts, key=lambda part: part.share, default=None)
 
 
 def _tandem(lesson: ImitationPlan, teacher: Law[Any], file: Path) -> TeacherAndPupil:

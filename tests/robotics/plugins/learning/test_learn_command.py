@@ -53,9 +53,24 @@ def test_rules_are_learnt_saved_and_flown_on_unseen_seeds(command, tmp_path, cap
     assert main(["run", str(tmp_path / "tiny.toml"), "-c", f"fuzzy:rule_base={tmp_path / 'learnt.fis'}", "-q"]) == 0
 
 
+def test_other_numbers_of_rules_say_what_they_lose(command, tmp_path, capsys):
+    told = [*command, "--front", "1,3", "--plot", str(tmp_path / "front.svg")]
+    assert main(told) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows if row[1:] and row[-1] in ("m", "rad")] == ["1", "3"]
+    assert "number of rules" in (tmp_path / "front.svg").read_text(encoding="utf-8")
+    assert main([*told, "--json"]) == 0
+    one, three = json.loads(capsys.readouterr().out)["front"]
+    assert (one["rules"], three["rules"]) == (1, 3)
+    assert one["of_the_range"] > three["of_the_range"]  # a law that is no plane is nothing for one rule
+    assert one["most_lost"]["share"] > 1 / 3
+    assert one["most_lost"]["input"] in ("x_err", "y_err", "heading_err")
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["--front", "2;4"], "--front must be whole numbers between commas, such as 2,4,8; got '2;4'"),
         (["--inputs", "x_er"], "did you mean 'x_err'"),
         (["--outputs", "rate"], "unknown output that a teacher shows 'rate'"),
         (["--from", "lyapnov"], "unknown controller 'lyapnov'; did you mean 'lyapunov'"),
