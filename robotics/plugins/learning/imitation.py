@@ -216,8 +216,8 @@ class Lost(NamedTuple):
     share: float  # of the squared errors
 
     def __str__(self) -> str:
-        unit = quantity_of(self.input, "inputs").unit
-        return f"{100 * self.share:.0f} % where {self.input} is {self.low:.3g} to {self.high:.3g} {unit}".rstrip(" 1")
+        unit = f" {quantity_of(self.input, 'inputs').unit}".removesuffix(" 1")
+        return f"{100 * self.share:.0f} % where {self.input} is {self.low:.3g} to {self.high:.3g}{unit}"
 
 
 def most_lost(found: Imitation) -> Lost | None:
