@@ -242,9 +242,8 @@ def plot_front_of_rules(points: Sequence[tuple[int, float]]) -> Figure:
         ax.plot(
             rules[~ahead], 100 * errors[~ahead], "o", color=COLORS[0], markerfacecolor="white", label="fewer do as well"
         )
-        log_y(ax, "125")
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-        ax.set(xlabel="number of rules", ylabel="error in the states met [% of the range]")
+        ax.set(xlabel="number of rules", ylabel="error [% of the range]", ylim=(0.0, 105 * errors.max()))
         ax.legend()
         return figure
 
