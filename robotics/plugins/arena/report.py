@@ -309,7 +309,7 @@ def _conditions(outcome: Outcome) -> Chapter:
     ]
     grid = _TEXTS.grid("conditions.costs", rows)
     grid = grid._replace(head=(*grid.head, *map(called, columns)))
-    picture = _TEXTS.picture("conditions-picture", partial(figures.plot_conditions, panels(outcome)))
+    picture = _TEXTS.picture("knowledge", partial(figures.plot_conditions, panels(outcome)))
     return _TEXTS.chapter("conditions", tables=[grid], pictures=[picture])
 
 
