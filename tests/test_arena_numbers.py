@@ -1,11 +1,15 @@
 """What pages say of the arena is what its last run wrote: docs/reference/arena.csv."""
 
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
+from robotics.laws.catalogue import make_controller
+from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.laws.presets import tuned_from
 from robotics.measures.statistics.aggregates import IQM
 from robotics.plugins.arena.description import load_arena
@@ -14,6 +18,7 @@ from robotics.studies.tuning.cost import costs_of
 
 ROOT = Path(__file__).parent.parent
 TABLE = pd.read_csv(ROOT / "docs" / "reference" / "arena.csv")
+CONDITIONS = pd.read_csv(ROOT / "docs" / "reference" / "arena-conditions.csv")
 NAMES = {
     "MPPI": "mppi:samples=500,steps=28,step=0.1",
     "predictive control": "nmpc",
@@ -82,10 +87,31 @@ def test_what_the_readme_says_beside_its_table_is_of_the_same_run():
     assert not ROWS["failed"].any()
 
 
-def test_the_arena_of_the_file_is_the_packaged_one():
-    import robotics
+def test_the_arenas_of_the_files_are_the_packaged_ones():
+    assert set(TABLE["law"]) == set(load_arena("default").laws)
+    plan = load_arena("knowledge")
+    conditions = [each.title for each in (plan.conditions, *plan.under)]
+    assert {*zip(CONDITIONS["condition"], CONDITIONS["law"], strict=True)} == {*product(conditions, plan.laws)}
 
-    assert set(TABLE["law"]) == set(robotics.load_arena("default").laws)
+
+def test_what_the_page_says_of_conditions_is_what_was_found():
+    page = (ROOT / "docs" / "explanation" / "arena.md").read_text(encoding="utf-8")
+    parts = [{"lead"}, {"lead", "smooth"}, {"lead", "estimator"}, {"lead", "smooth", "estimator"}]
+    for condition, rows in CONDITIONS.groupby("condition"):
+        cost = rows.set_index("law")["cost"]
+        made = {law: make_controller(law) for law in cost.index if not law.startswith(("nmpc", "mppi"))}
+        known = {law: {p for p in KNOWLEDGE_FIELDS if getattr(each, p)} for law, each in made.items()}
+        (row,) = (line for line in page.splitlines() if line.startswith(f"| {condition} |"))
+        cells = [cell.strip() for cell in row.strip("|").split("|")][1:]
+        bare = np.log([cost[law] for law, own in known.items() if not own]).mean()
+        for own, cell in zip(parts, cells[:4], strict=True):
+            with_parts = [cost[law] for law, has in known.items() if has == own]
+            assert len(with_parts) == 4
+            assert cell.startswith(f"{np.exp(np.log(with_parts).mean() - bare):.2f} (")
+        equal = [c for law, c in cost.items() if (law not in known and "kalman" in law) or known.get(law) == parts[3]]
+        assert len(equal) == 6
+        assert cells[4] == f"{min(equal):.2f} to {max(equal):.2f}"
+        assert 1.06 < max(equal) / min(equal) < 1.2
 
 
 SORTS = 8  # of scenarios, four draws each
