@@ -1,36 +1,25 @@
 """The answer of an arena in ten sentences at most, made of its numbers: for whoever chooses a controller tomorrow."""
 
-from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fuzzy.words import listed
 from robotics.laws.catalogue import law_title
-from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.measures.statistics.intervals import Interval
 from robotics.measures.statistics.pairs import MARGIN
 from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena.changes import CHANGES
-from robotics.plugins.arena.design import Cells, called
+from robotics.plugins.arena.design import Cells, Knowledge, called
 from robotics.plugins.arena.entrants import Sort, sort_of
 from robotics.plugins.arena.outcome import Outcome
 
 MOST_SENTENCES = 10  # sentences
 _FEW = 6  # laws that a sentence lists
 _TIMES = 2.0  # from here on a cost is "2.9 times as much", below "8 % more"
-_KNOWN = {
-    "lead": "its feed-forward read ahead",
-    "smooth": "a low-pass of its correction",
-    "estimator": "a Kalman filter of its pose",
-}
+_GIVEN = "What a law is given counts, a lead of its reference, a low-pass of its correction, a filter of its pose"
 _CHEAP = 0.1  # of the leader's computing time
-
-
-def _parts(known: Collection[str]) -> str:
-    """Parts of knowledge in words."""
-    return listed([_KNOWN[part] for part in KNOWLEDGE_FIELDS if part in known])
 
 
 def answer(outcome: Outcome) -> list[str]:
@@ -39,7 +28,7 @@ def answer(outcome: Outcome) -> list[str]:
     if not said.finite:
         nobody = "No law leads: each fails in more than a quarter of the runs of some scenario."
         return [nobody, *said.failures(), said.protocol()]
-    known = said.conditions() if outcome.under else said.knowledge()
+    known = said.conditions()
     found = [said.leader(), *said.crown(), *known, *said.distances(), *said.computing()]
     found += [
         *([] if known else said.effort()),
@@ -153,36 +142,10 @@ class _Said:
             text += "; " + listed(f"{title}, also fuzzy, {words}" for title, words in rows)
         return [f"{head}{text}."]
 
-    def knowledge(self) -> list[str]:
-        """What each part of knowledge is worth, of laws that take part with and without, and the law among equals.
-
-        Equals are those laws that have the same parts, where most have.
-        """
-        cells = Cells(self.of)
-        known, bare = cells.given, cells.bare
-        worth = []
-        for k in self.finite:
-            fewer = [n for n in self.finite if known[n] < known[k] and bare[n] == bare[k]]
-            if fewer:
-                without = min(fewer, key=lambda n: len(known[n]))
-                short = self.title(without)
-                worth.append(f"with {_parts(known[k] - known[without])} {short} {compared(self.of.pairs[k, without])}")
-        same = Counter(known[k] for k in self.finite if known[k])
-        most = max(same, key=lambda parts: (same[parts], len(parts)), default=frozenset[str]())
-        alike = [k for k in self.finite if known[k] == most]
-        if not worth:
-            return []
-        text = f"What a law is given counts: {listed(worth[:_FEW])}"
-        if len(alike) > 1:
-            ratio = self.of.pairs[alike[-1], alike[0]]
-            text += f"; among the {_number(len(alike))} laws with {('it', 'both', 'all three')[len(most) - 1]}, "
-            text += f"{self.title(alike[-1])}, the last, "
-            text += f"{compared(ratio, self.title(alike[0]))}"
-        return [text + "."]
-
     def conditions(self) -> list[str]:
         """Under each of the conditions: what knowledge is worth, and what the law is among those that know alike."""
-        return [_of_condition(title, Cells(of)) for title, of in self.of.by_condition.items()]
+        each = [(title if self.of.under else _GIVEN, Cells(of)) for title, of in self.of.by_condition.items()]
+        return [_of_condition(said, cells) for said, cells in each if [*cells.worth()]]
 
     def distances(self) -> list[str]:
         """How far each law is from the reference."""
@@ -310,16 +273,20 @@ class _Said:
         ]
 
 
-def _of_condition(title: str, cells: Cells) -> str:
-    worth = [f"with {called(parts)} {_multiple(ratio)}" for parts, _, ratio in cells.worth()]
-    text = f"{title[:1].upper()}{title[1:]}: a tuned law costs {listed(worth)} times what it costs without"
+def _of_condition(said: str, cells: Cells) -> str:
+    worth = [f"with {_parts(parts)} {_multiple(ratio)}" for parts, _, ratio in cells.worth()]
+    text = f"{said[:1].upper()}{said[1:]}: a tuned law costs {listed(worth)} times what it costs without"
     most = max(cells.columns, key=lambda parts: (len(cells.among(parts)), len(parts)))
     alike = cells.among(most)
     if len(alike) > 1:
         first, last = (cells.of.titles[k] for k in (alike[0], alike[-1]))
-        text += f"; of the {_number(len(alike))} laws with {called(most)} {last}, the last, "
+        text += f"; of the {_number(len(alike))} laws with {_parts(most)} {last}, the last, "
         text += compared(cells.spread(most), first)
     return f"{text}."
+
+
+def _parts(parts: Knowledge) -> str:
+    return listed([f"a {word}" for word in called(parts).split(", ")]) if parts else "nothing beside"
 
 
 def _multiple(ratio: Interval) -> str:

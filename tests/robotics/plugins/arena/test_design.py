@@ -80,9 +80,9 @@ def test_each_condition_has_a_sentence_a_panel_and_its_laws():
     first = replace(first, under={"noise ×2": given(lqr=2.0)})
     said = [s for s in answer(first) if s.startswith(("As it is:", "Noise ×2:"))]
     assert len(said) == 2
-    assert "with lead 0.60 (" in said[0]
-    assert "of the three laws with lead, low-pass Predictive control, the last, costs 4" in said[0]
-    assert "low-pass LQR (lead=auto,smooth=0.2), the last, costs 2.6 times as much as Lyapunov (lead" in said[1]
+    assert "with a lead 0.60 (" in said[0]
+    assert "of the three laws with a lead and a low-pass Predictive control, the last, costs 4" in said[0]
+    assert "a low-pass LQR (lead=auto,smooth=0.2), the last, costs 2.6 times as much as Lyapunov (lead" in said[1]
     figure = plot_conditions(panels(first))
     assert [ax.get_title() for ax in figure.axes if ax.get_visible()] == ["as it is", "noise ×2"]
     assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["as it is", "lead", "lead,\nlow-pass"]
@@ -133,7 +133,7 @@ def test_an_arena_is_held_again_and_every_law_tuned_anew(tmp_path):
     }
     page = (tmp_path / "arena.html").read_text(encoding="utf-8")
     assert "Law, knowledge and conditions" in page
-    assert "Encoders 5 % wrong: a tuned law costs with filter" in page
+    assert "Encoders 5 % wrong: a tuned law costs with a filter" in page
 
 
 @pytest.mark.parametrize("title", ["", "perfect encoders"])
