@@ -6,6 +6,7 @@ stand while its odometry, or a reading that its law needs, is missing or old, an
 
 import time as clocks
 from functools import partial
+from math import inf
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
@@ -62,6 +63,7 @@ class Controller(Node):
         self.order: Order | None = None
         self.ended = ""  # why it stands until another task comes
         self.opened: set[str] = set()  # topics of tasks
+        self.ignored: set[str] = set()  # what comes, and is not heeded
         self._open()
         if self.task:
             self._take(self.task)
@@ -135,13 +137,16 @@ class Controller(Node):
         except ValueError as error:
             self._complain(f"odometry is ignored: {error}")
             return None
+        stamp = messages.time_of(message.header.stamp)
+        if self._ignores(f"odometry of {robot_name(robot)}", stamp, self.standing.odom_timeout):
+            return None
         posture, task = posture.inside(frame), self.task
         near = task.start_of(robot).heading if task else 0.0
         if robot in self.known:
             near = self.known[robot].posture.heading
         posture = posture._replace(heading=continued(posture.heading, near))
         self.known[robot] = OwnState(posture, v, w)
-        self.stamps[f"odometry {robot}"] = messages.time_of(message.header.stamp)
+        self.stamps[f"odometry {robot}"] = stamp
         return posture
 
     def _on_other(self, robot: int, message: Odometry) -> None:
@@ -149,8 +154,10 @@ class Controller(Node):
         self._decide_together()
 
     def _on_range(self, name: str, message: Range) -> None:
-        self.ranges[name] = messages.distance_in(message)
-        self.stamps[f"range {name}"] = messages.time_of(message.header.stamp)
+        stamp = messages.time_of(message.header.stamp)
+        if self._ignores(f"the reading of {name}", stamp, self.standing.range_timeout):
+            return
+        self.ranges[name], self.stamps[f"range {name}"] = messages.distance_in(message), stamp
         self.standing.reading_came(name)
         self._decide_together()
 
@@ -159,6 +166,8 @@ class Controller(Node):
         if self.task is None:
             return
         said, now = messages.words_in(message), messages.time_of(message.header.stamp)
+        if self._ignores("what the radio brings", now):
+            return
         for other in self.task.senders:
             age = said.get(f"{robot_name(other)}/age")
             if age is not None:
@@ -169,8 +178,24 @@ class Controller(Node):
 
     def _on_radio(self, other: int, message: JointState) -> None:
         sent = messages.time_of(message.header.stamp)
+        if self._ignores(f"a message of {robot_name(other)}", sent):
+            return
         said = messages.words_in(message)
         self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
+
+    def _ignores(self, what: str, stamp: int, most: float = 0.0) -> bool:
+        """Whether a message is ignored as a repetition, or of another time; that is said once, until it is mended.
+
+        ``most`` is its age at most [s]; 0: a law counts with any. In lockstep the simulator repeats itself to ask again.
+        """
+        if self.lockstep:
+            return False
+        now = self.get_clock().now().nanoseconds / messages.NANOSECONDS
+        why = self.standing.refusal(what, stamp / messages.NANOSECONDS, now, most or inf)
+        if why and what not in self.ignored:
+            self.get_logger().warning(f"{what} is ignored: {why}")
+        (self.ignored.add if why else self.ignored.discard)(what)
+        return bool(why)
 
     def _received(self, sender: int, noted: int, age: float, words: dict[str, float | None]) -> None:
         values = [value for value in words.values() if value is not None]

@@ -1,6 +1,7 @@
 """Why a robot must stand: odometry or a reading that is missing or old. The clock is one that nobody can stop."""
 
 from collections.abc import Callable, Sequence
+from math import inf
 
 
 class CommandWatchdog:
@@ -11,8 +12,27 @@ class CommandWatchdog:
         self.odom_timeout, self.range_timeout, self.clock = odom_timeout, range_timeout, clock
         self.odometry: float | None = None  # s: when it came last
         self.readings: dict[str, float] = {}  # s: when each range sensor's came last
+        self.stamps: dict[str, float] = {}  # s: of the last message that counted, by what it is
         self.why = ""  # it stands; "": it drives
         self.since = 0.0  # s
+
+    def refusal(self, what: str, stamp: float, now: float, most: float = inf) -> str:
+        """Why a message is ignored, in words; nothing: it counts.
+
+        A driver that repeats its last message, or whose clock is another, would let the robot drive blind.
+
+        Args:
+            what: What it is, of which there are many.
+            stamp: When it was made [s].
+            now: The present time by the same clock [s]; 0: not known yet.
+            most: By how much [s] it may be older; it may be as much newer, but by no more than ``odom_timeout``.
+        """
+        if stamp <= self.stamps.get(what, -inf):
+            return f"its stamp, {stamp:.9g} s, does not move on"
+        if now > 0 and (now - stamp > most or stamp - now > min(most, self.odom_timeout or inf)):
+            return f"its stamp is {abs(now - stamp):.3g} s {'behind' if stamp < now else 'ahead of'} the clock here"
+        self.stamps[what] = stamp
+        return ""
 
     def odometry_came(self) -> None:
         """Note that odometry came now."""

@@ -23,12 +23,12 @@ def probe(ros):
     return lambda: Node("probe")
 
 
-def odometry(k=0, x=0.0, y=1.0, heading=0.0):
-    """Odometry of the robot of the scenario reference, at its start."""
+def odometry(x=0.0, y=1.0, heading=0.0, off=0.0):
+    """Odometry of the robot of the scenario reference, at its start, as of now or ``off`` [s] later."""
     from fuzzyfleet_ros.frames import Posture
     from fuzzyfleet_ros.messages import odometry as made
 
-    return made(10**9 + k * 50_000_000, "odom", "base_link", Posture(x, y, heading), 0.0, 0.0)
+    return made(time.time_ns() + round(1e9 * off), "odom", "base_link", Posture(x, y, heading), 0.0, 0.0)
 
 
 def drive_team(tmp_path, scenario, law, seconds, **more):
@@ -123,6 +123,72 @@ def test_a_robot_without_odometry_stops_and_goes_on_when_it_comes_back(probe, ti
             send.reset()
             assert until(lambda: told[-1] > 0.05)
             assert node.waited > 0.2e9  # ns: the reference has waited
+
+
+def test_a_robot_whose_driver_repeats_itself_stands_and_says_so_once(probe):
+    from geometry_msgs.msg import TwistStamped
+    from nav_msgs.msg import Odometry
+
+    drives = controller(scenario="reference", odom_timeout=0.3)
+    with spun(probe, drives) as ((own, node), until):
+        told, said = [], Warned(node)
+        own.create_subscription(TwistStamped, "/cmd_vel", lambda m: told.append(m.twist.linear.x), 10)
+        sends = own.create_publisher(Odometry, "/odom", 10)
+        send = own.create_timer(0.02, lambda: sends.publish(odometry()))
+        assert until(lambda: told and told[-1] > 0.05)
+        send.cancel()
+        last = odometry()
+        again = own.create_timer(0.02, lambda: sends.publish(last))
+        assert until(lambda: told[-1] == 0.0, 5)
+        until(lambda: False, 0.3)
+        assert [text for text in said if "does not move on" in text] == [
+            f"odometry of robot1 is ignored: its stamp, {node.stamps['odometry 0'] / 1e9:.9g} s, does not move on"
+        ]
+        again.cancel()
+        send.reset()
+        assert until(lambda: told[-1] > 0.05)
+
+
+@pytest.mark.parametrize(("off", "words"), [(-100.0, "100 s behind"), (100.0, "100 s ahead of")])
+def test_odometry_of_another_time_moves_nobody(probe, off, words):
+    from geometry_msgs.msg import TwistStamped
+    from nav_msgs.msg import Odometry
+
+    with spun(probe, controller(scenario="reference", odom_timeout=0.5)) as ((own, node), until):
+        told, said = [], Warned(node)
+        own.create_subscription(TwistStamped, "/cmd_vel", told.append, 10)
+        sends = own.create_publisher(Odometry, "/odom", 10)
+        own.create_timer(0.02, lambda: sends.publish(odometry(off=off)))
+        assert until(lambda: said)
+        until(lambda: False, 0.3)
+        assert (told, node.known) == ([], {})
+        assert len(said) == 1
+        assert words in said[0]
+
+
+class Warned(list):
+    """What a node warns of."""
+
+    def __init__(self, node):
+        super().__init__()
+        logger = node.get_logger()
+        node.get_logger = lambda: SimpleNamespace(
+            warning=lambda text, **how: self.append(text), info=logger.info, error=logger.error
+        )
+
+
+def test_what_counts_as_a_new_message():
+    from fuzzyfleet_ros.standing import CommandWatchdog
+
+    dog = CommandWatchdog(0.5, 1.0, lambda: 0.0)
+    assert dog.refusal("range", 10.0, 10.9, 1.0) == ""
+    assert dog.refusal("range", 10.0, 10.9, 1.0) == "its stamp, 10 s, does not move on"
+    assert dog.refusal("range", 9.9, 10.0, 1.0) == "its stamp, 9.9 s, does not move on"
+    assert dog.refusal("range", 11.0, 12.5, 1.0) == "its stamp is 1.5 s behind the clock here"
+    assert dog.refusal("radio", 1.0, 12.5) == ""  # a law knows what an old message is worth,
+    assert dog.refusal("radio", 13.5, 12.5) == "its stamp is 1 s ahead of the clock here"  # but none of tomorrow
+    assert dog.refusal("radio", 2.0, 0.0) == ""  # no clock yet
+    assert dog.refusal("range", 12.0, 12.5, 1.0) == ""  # what was refused is not the last one
 
 
 def test_a_twist_without_a_stamp_and_a_base_whose_driver_is_gone(probe):
