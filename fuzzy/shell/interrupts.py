@@ -83,8 +83,8 @@ def is_told() -> bool:
 def of_interrupt(error: BaseException | None) -> bool:
     """Whether ``error`` was raised because of a KeyboardInterrupt, as by compiled code that translates it.
 
-    After a signal, so is one of the operating system's that names no file: the signal ended our processes, too, and what
-    is missing is a socket of theirs.
+    After a signal, so is one of the operating system's that names no file: the signal ended our processes, too, and
+    what is missing is a socket of theirs.
     """
     if _answers.came and isinstance(error, OSError) and error.filename is None:
         return True

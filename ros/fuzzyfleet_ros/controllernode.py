@@ -186,7 +186,7 @@ class Controller(Node):
     def _ignores(self, what: str, stamp: int, most: float = 0.0) -> bool:
         """Whether a message is ignored as a repetition, or of another time; that is said once, until it is mended.
 
-        ``most`` is its age at most [s]; 0: a law counts with any. In lockstep the simulator repeats itself to ask again.
+        ``most`` is its age at most [s]; 0: a law counts with any. In lockstep the simulator repeats what it asks.
         """
         if self.lockstep:
             return False
