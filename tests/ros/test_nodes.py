@@ -131,7 +131,8 @@ def test_a_robot_whose_driver_repeats_itself_stands_and_says_so_once(probe):
 
     drives = controller(scenario="reference", odom_timeout=0.3)
     with spun(probe, drives) as ((own, node), until):
-        told, said = [], Warned(node)
+        told: list = []
+        said = Warned(node)
         own.create_subscription(TwistStamped, "/cmd_vel", lambda m: told.append(m.twist.linear.x), 10)
         sends = own.create_publisher(Odometry, "/odom", 10)
         send = own.create_timer(0.02, lambda: sends.publish(odometry()))
@@ -155,7 +156,8 @@ def test_odometry_of_another_time_moves_nobody(probe, off, words):
     from nav_msgs.msg import Odometry
 
     with spun(probe, controller(scenario="reference", odom_timeout=0.5)) as ((own, node), until):
-        told, said = [], Warned(node)
+        told: list = []
+        said = Warned(node)
         own.create_subscription(TwistStamped, "/cmd_vel", told.append, 10)
         sends = own.create_publisher(Odometry, "/odom", 10)
         own.create_timer(0.02, lambda: sends.publish(odometry(off=off)))
