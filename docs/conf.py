@@ -104,6 +104,7 @@ def setup(app) -> None:  # type: ignore[no-untyped-def]
     import article
     import interactive
     import pages
+    from jupyter_cache import get_cache
 
     from benchmarks.designerpictures import take_if_changed
 
@@ -127,4 +128,6 @@ def setup(app) -> None:  # type: ignore[no-untyped-def]
     app.connect("config-inited", lambda app, config: interactive.write(HERE / "interactive"))
     app.connect("config-inited", lambda app, config: article.write(HERE / "paper"))
     app.connect("config-inited", lambda app, config: take_if_changed(made))
+    # Pages are read by several processes, of which each would make the table of what was executed
+    app.connect("config-inited", lambda app, config: get_cache(Path(app.outdir).parent / ".jupyter_cache").db)
     app.connect("autodoc-process-docstring", escaped)
