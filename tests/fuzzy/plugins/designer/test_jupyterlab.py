@@ -95,13 +95,17 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     question = page.locator("dialog")  # which kernel? It comes when it likes, also between two clicks
     accept = question.locator("button.jp-mod-accept").last
     page.add_locator_handler(question, lambda: accept.click(), no_wait_after=True)  # again, where it stays
-    while page.locator(".jp-OutputArea-output").count() == 0:  # before the kernel is there nothing is run
-        page.locator(".lm-MenuBar-item", has_text="Run").click()
-        page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
-        page.wait_for_timeout(5000)
+    peak, running = page.get_by_text("the peak is [0.0, 0.5, 1.2]"), page.locator(".jp-InputPrompt", has_text="*")
+    for _ in range(60):  # before the kernel is there nothing is run, and one that is chosen anew forgets what runs
+        if peak.count() == 0 == running.count():
+            page.locator(".lm-MenuBar-item", has_text="Run").click()
+            page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
+        elif running.count() == 0:
+            break
+        page.wait_for_timeout(2000)
     page.remove_locator_handler(question)
     handle.wait_for()
-    page.get_by_text("the peak is [0.0, 0.5, 1.2]").wait_for()
+    peak.wait_for()
     assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
 
     # At the width of a notebook the editors stand beside the views, and the tree of the system is closed.
