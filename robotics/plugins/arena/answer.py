@@ -1,6 +1,6 @@
 """The answer of an arena in ten sentences at most, made of its numbers: for whoever chooses a controller tomorrow."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,7 +145,8 @@ class _Said:
     def conditions(self) -> list[str]:
         """Under each of the conditions: what knowledge is worth, and what the law is among those that know alike."""
         each = [(title if self.of.under else _GIVEN, Cells(of)) for title, of in self.of.by_condition.items()]
-        return [_of_condition(said, cells) for said, cells in each if [*cells.worth()]]
+        worth = [(said, cells, [*cells.worth()]) for said, cells in each]
+        return [_of_condition(said, cells, found) for said, cells, found in worth if found]
 
     def distances(self) -> list[str]:
         """How far each law is from the reference."""
@@ -273,9 +274,9 @@ class _Said:
         ]
 
 
-def _of_condition(said: str, cells: Cells) -> str:
-    worth = [f"with {_parts(parts)} {_multiple(ratio)}" for parts, _, ratio in cells.worth()]
-    text = f"{said[:1].upper()}{said[1:]}: a tuned law costs {listed(worth)} times what it costs without"
+def _of_condition(said: str, cells: Cells, worth: Sequence[tuple[Knowledge, int, Interval]]) -> str:
+    ratios = [f"with {_parts(parts)} {_multiple(ratio)}" for parts, _, ratio in worth]
+    text = f"{said[:1].upper()}{said[1:]}: a tuned law costs {listed(ratios)} times what it costs without"
     most = max(cells.columns, key=lambda parts: (len(cells.among(parts)), len(parts)))
     alike = cells.among(most)
     if len(alike) > 1:

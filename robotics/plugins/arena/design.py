@@ -10,16 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from robotics.laws.catalogue import gains_of, law_title, with_gains
+from robotics.laws.catalogue import gains_of, with_gains
 from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.laws.law import Law
-from robotics.laws.specification import Specification
 from robotics.measures.statistics.bootstrap import drawn_again, percentiles
 from robotics.measures.statistics.costs import checked
 from robotics.measures.statistics.intervals import LEVEL, Interval
 from robotics.measures.tracking import UNDER_WAY
 from robotics.plugins.arena.entrants import sort_of
-from robotics.plugins.arena.outcome import STATISTIC, Outcome
+from robotics.plugins.arena.outcome import STATISTIC, Outcome, short_title
 from robotics.simulation.scenario.description import Scenario
 
 Knowledge = frozenset[str]  # parts, of KNOWLEDGE_FIELDS
@@ -86,7 +85,7 @@ class Cells:
 
     def title(self, row: list[int]) -> str:
         """What the law of a row is called."""
-        return law_title(str(Specification.of(self.of.laws[row[0]])._replace(gains="")))
+        return short_title(self.of.laws[row[0]])
 
     @cached_property
     def _logarithms(self) -> np.ndarray:

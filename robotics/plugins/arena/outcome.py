@@ -26,6 +26,11 @@ _DRAWS = 2000
 _FEW_DRAWS = 500  # of intervals that are many
 
 
+def short_title(law: str) -> str:
+    """What a law is called without its gains, by its specification."""
+    return law_title(str(Specification.of(law)._replace(gains="")))
+
+
 @dataclass(frozen=True, eq=False)
 class ArenaEntry:
     """What is known of one law."""
@@ -76,7 +81,7 @@ class Outcome:
     @cached_property
     def titles(self) -> list[str]:
         """What the laws are called: without their gains, unless two would be called the same."""
-        short = [law_title(str(Specification.of(law)._replace(gains=""))) for law in self.laws]
+        short = [short_title(law) for law in self.laws]
         return [t if short.count(t) == 1 else law_title(law) for t, law in zip(short, self.laws, strict=True)]
 
     @cached_property

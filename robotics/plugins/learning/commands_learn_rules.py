@@ -69,7 +69,6 @@ def rules_(
       robotics run lyapunov-sine --controller fuzzy:rule_base=learnt.fis
     """
     from anfis import Options
-    from fuzzy.figures.drawing import save_figure
     from fuzzy.files.table import write_table
     from robotics.plugins.learning.imitation import drives, imitate, most_lost, steps, write_rule_base
     from robotics.plugins.learning.lesson import RIDGE
@@ -91,9 +90,10 @@ def rules_(
     fronted = sorted([found, *others], key=lambda each: each.lesson.rules)
     write_rule_base(found, out)
     if plot is not None:
+        from fuzzy.figures.drawing import save_figure
         from robotics.plugins.learning.figures import plot_front_of_rules
 
-        save_figure(plot_front_of_rules([(len(e.system.rules), e.rounds[e.best].of_the_range) for e in fronted]), plot)
+        save_figure(plot_front_of_rules([(len(e.system.rules), e.taken.of_the_range) for e in fronted]), plot)
     if data is not None:
         write_table(data, *found.table())
     with progress_bar(quiet) as begin:
@@ -103,7 +103,7 @@ def rules_(
         about = {"file": str(out), "rules": plan.rules, "rounds": [row.told() for row in found.rounds]}
         lost = [part and part._asdict() for part in map(most_lost, fronted)]
         numbers = [
-            {"rules": len(e.system.rules), **e.rounds[e.best].told(), "most_lost": part}
+            {"rules": len(e.system.rules), **e.taken.told(), "most_lost": part}
             for e, part in zip(fronted, lost, strict=True)
         ]
         print_json(about | {"front": numbers, "taken": found.best, "seeds": list(after), "driven": driven})
@@ -113,7 +113,7 @@ def rules_(
     if others:
         print(f"\n{'rules':>5} {'of range':>9} {'contacts':>9} {'missing':>8}  most of the squared error")
     for each in fronted if others else ():
-        row = each.rounds[each.best]
+        row = each.taken
         drove = f"{100 * row.of_the_range:7.3g} % {row.touched:9} {row.missing:8}"
         print(f"{len(each.system.rules):5} {drove}  {most_lost(each) or ''}")
     print(f"{out}: {len(found.system.rules)} rules. Flown on the unseen seeds {after[0]} to {after[-1]}:")

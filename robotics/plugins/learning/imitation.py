@@ -116,9 +116,14 @@ class Imitation:
         return min(range(len(self.rounds)), key=lambda k: self.rounds[k].merit())
 
     @property
+    def taken(self) -> Round:
+        """That round."""
+        return self.rounds[self.best]
+
+    @property
     def system(self) -> Sugeno:
         """The rule base that was learnt."""
-        return self.rounds[self.best].system
+        return self.taken.system
 
     def table(self) -> tuple[list[str], np.ndarray]:
         """All samples as a table: the names of the columns, with units, and the numbers (samples, columns)."""
@@ -173,7 +178,7 @@ def imitate(lesson: ImitationPlan, advance: Callable[[], None] | None = None) ->
 
 def write_rule_base(found: Imitation, path: str | Path) -> None:
     """Write the rule base that was learnt, and in comments from whom and how. Raises FisFileError."""
-    lesson, taken = found.lesson, found.rounds[found.best]
+    lesson, taken = found.lesson, found.taken
     lines = [
         f"{len(taken.system.rules)} rules learnt from {lesson.teacher} for {lesson.into}; driven were "
         f"{', '.join(course.name for course in lesson.courses)}",
