@@ -1,4 +1,4 @@
-"""Rule bases of a robot's own motion and of its reference, in compiled code: what one robot knows without anybody else.
+"""Rule bases of a robot's own motion, path and reference, in compiled code: what it knows without anybody else.
 
 Their inputs are those of :data:`SEEN`, and quantities of a later time such as ``target_v:0.5``; what they give may
 correct the velocity (v_r, ω_r) of the reference, which is read ``lead`` ahead (:mod:`robotics.laws.knowledge`):
@@ -18,14 +18,16 @@ from fuzzy.compiled.columns import Columns, codes, column, several
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.system import Sugeno
 from robotics.laws.knowledge import share_of
-from robotics.laws.rules.situation import SMOOTH_TIME, TURN_TIME
+from robotics.laws.rules.situation import BACK_TO_PATH, SMOOTH_TIME, TURN_TIME
+from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.world.paths.posture import wrapped_compiled
-from robotics.world.paths.road import moving
+from robotics.world.paths.road import at, moving, nearest, share, timed
 
 # The quantities that are compiled, by their names in robotics.laws.rules.quantities
+BY_PATH = ("cross_track", "path_bearing", "curvature", "progress", "remaining", "lag")
 SEEN = (
     "time", "v", "w", "distance", "alpha", "x_err", "y_err", "heading_err", "target_v", "target_w",
-    "x_err_smooth", "y_err_smooth", "heading_err_smooth", "v_command", "w_command",
+    "x_err_smooth", "y_err_smooth", "heading_err_smooth", "v_command", "w_command", *BY_PATH,
 )  # fmt: skip
 LATER = ("target_v", "target_w", "target_curvature")  # each with ":SECONDS" behind it
 OUTPUTS = ("v", "w", "turn", "speed", "speed_factor", "dv", "dw", "bend")  # what a rule base may give here
@@ -58,6 +60,7 @@ class AskedColumns(Columns):
     times = several(INPUTS, "s", "from now, of those of a later time")
     given = several(len(OUTPUTS), "", "where it gives each of OUTPUTS; -1: it does not")
     corrects = column("", "1: the velocity of the reference")
+    on_path = column("", "1: for some of BY_PATH")
     smoothing = column("1", "of a new error in the smoothed one")
 
 
@@ -70,6 +73,7 @@ class RecalledColumns(Columns):
     heading_err = column("rad", "smoothed")
     v = column("m/s", "the last command")
     w = column("rad/s", "the last command")
+    place = column("m", "the abscissa of the path's nearest point")
 
 
 class AskingColumns(Columns):
@@ -93,6 +97,7 @@ def asked_columns(fis: Sugeno, begin: int, period: float) -> dict[str, float | S
         "times": [*(0.0 if t is None else t[1] for t in at), *rest],
         "given": [gives.index(name) if name in gives else -1 for name in OUTPUTS],
         "corrects": float(bool(CORRECTIONS & {*gives})),
+        "on_path": float(bool({*BY_PATH} & {*names})),
         "smoothing": share_of(SMOOTH_TIME, period),
     }
 
@@ -104,11 +109,11 @@ def see(robot, aim, time, ask, recalled, work):  # type: ignore[no-untyped-def]
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     x_err, y_err = cos * dx + sin * dy, cos * dy - sin * dx  # (5.9)
     heading_err = wrapped_compiled(aim.heading - robot.heading)
-    share = 1.0 if recalled.started == 0 else ask.smoothing
+    part = 1.0 if recalled.started == 0 else ask.smoothing
     recalled.started = 1.0
-    recalled.x_err += share * (x_err - recalled.x_err)
-    recalled.y_err += share * (y_err - recalled.y_err)
-    recalled.heading_err += share * wrapped_compiled(heading_err - recalled.heading_err)
+    recalled.x_err += part * (x_err - recalled.x_err)
+    recalled.y_err += part * (y_err - recalled.y_err)
+    recalled.heading_err += part * wrapped_compiled(heading_err - recalled.heading_err)
     seen = work.seen
     seen[_SEEN.time], seen[_SEEN.v], seen[_SEEN.w] = time, robot.v, robot.w
     seen[_SEEN.distance], seen[_SEEN.alpha] = math.hypot(dx, dy), math.atan2(y_err, x_err)
@@ -117,6 +122,25 @@ def see(robot, aim, time, ask, recalled, work):  # type: ignore[no-untyped-def]
     seen[_SEEN.x_err_smooth], seen[_SEEN.y_err_smooth] = recalled.x_err, recalled.y_err
     seen[_SEEN.heading_err_smooth] = recalled.heading_err
     seen[_SEEN.v_command], seen[_SEEN.w_command] = recalled.v, recalled.w
+
+
+@compiled_only
+def see_path(robot, time, recalled, work, road, path):  # type: ignore[no-untyped-def]
+    """Write what a robot knows by its path's nearest point into ``work.seen``, and remember it; before :func:`see`."""
+    due, _ = timed(road, path, time)
+    first = recalled.started == 0
+    reach = SEARCH_REACH_AFTER_OUTAGE if first or time > OUTAGE else SEARCH_REACH
+    place = nearest(road, path, robot.x, robot.y, due if first else recalled.place, reach)
+    recalled.place = place
+    x, y, heading, curvature = at(road, path, place)
+    off, length = math.hypot(x - robot.x, y - robot.y), road.lengths[path]
+    onwards_x, onwards_y, _, _ = at(road, path, min(place + BACK_TO_PATH, length))
+    seen = work.seen
+    seen[_SEEN.cross_track] = math.cos(heading) * (robot.y - y) - math.sin(heading) * (robot.x - x)
+    bearing = math.atan2(onwards_y - robot.y, onwards_x - robot.x)
+    seen[_SEEN.path_bearing] = wrapped_compiled(bearing - robot.heading)
+    seen[_SEEN.curvature], seen[_SEEN.progress] = curvature, share(road, path, place)
+    seen[_SEEN.remaining], seen[_SEEN.lag] = length - place + off, due - place + off
 
 
 @compiled_only

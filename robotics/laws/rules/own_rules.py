@@ -4,7 +4,7 @@ The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are o
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
 target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
 fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`). One that asks for nothing but the robot's own
-motion and its reference runs in compiled code (:mod:`robotics.laws.rules.of_reference`), as fuzzy tracking does.
+motion, path and reference runs in compiled code (:mod:`robotics.laws.rules.of_reference`), as fuzzy tracking does.
 """
 
 import math
@@ -34,6 +34,7 @@ from robotics.laws.rules.of_reference import (
     is_of_reference,
     pick,
     see,
+    see_path,
     tell_asked,
 )
 from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation
@@ -105,6 +106,8 @@ def drive_by_rules(robot, aim, gain, memory, command, work, time, road, path, ru
     if ask.count == 0:
         tell_inputs(command.inputs, gain, work.tracking)
     else:
+        if ask.on_path == 1:
+            see_path(robot, time, memory, own, road, path)
         see(robot, target, time, ask, memory, own)
         for n in range(int(ask.count)):
             own.asked[n] = pick(n, ask, own, time, road, path)

@@ -17,7 +17,7 @@ from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.meetings import INSIDE
 from robotics.laws.rules.of_reference import later
-from robotics.laws.rules.situation import NOTHING_NEAR, ONWARD, SMOOTH_TIME, Situation
+from robotics.laws.rules.situation import BACK_TO_PATH, NOTHING_NEAR, ONWARD, SMOOTH_TIME, Situation
 from robotics.world.paths.references import Reference
 
 QUANTITIES_PAGE = "docs/reference/quantities.md"  # made of this table; messages name it
@@ -89,7 +89,9 @@ _TARGET = {
 _PATH = {
     "cross_track": Quantity("m", "the robot is so far to the left of its path", lambda s: s.cross_track),
     "path_bearing": Quantity(
-        "rad", "bearing of the path's point 0.4 m beyond the nearest one; > 0: to the left", lambda s: s.path_bearing
+        "rad",
+        f"bearing of the path's point {BACK_TO_PATH:g} m beyond the nearest one; > 0: to the left",
+        lambda s: s.path_bearing,
     ),
     "curvature": Quantity("1/m", "of the path at the nearest point", lambda s: s.nearest.curvature),
     "progress": Quantity("1", "share of the path that lies behind", lambda s: s.paths.share(s.place)),

@@ -30,7 +30,7 @@ from robotics.world.paths.path import PathPoint
 from robotics.world.paths.posture import PostureError, posture_error, wrapped
 from robotics.world.paths.references import Level, Reference
 
-_LOOK_AHEAD = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
+BACK_TO_PATH = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
 _GROWTH = 0.05  # m: a place on the path that has grown by more is progress
 BESIDE, _AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
@@ -189,8 +189,8 @@ class Situation:
 
     @cached_property
     def onwards(self) -> PathPoint:
-        """The path's point _LOOK_AHEAD beyond the nearest one."""
-        return self.paths.at(np.minimum(self.place + _LOOK_AHEAD, self.fixed.lengths))
+        """The path's point BACK_TO_PATH beyond the nearest one."""
+        return self.paths.at(np.minimum(self.place + BACK_TO_PATH, self.fixed.lengths))
 
     @cached_property
     def path_bearing(self) -> np.ndarray:

@@ -13,15 +13,16 @@ import numpy as np
 
 from fuzzy.compiled.columns import Column, Columns
 from fuzzy.naming import check_known
-from fuzzy.plugins.ccode.identifier import comment, identifier
+from fuzzy.plugins.ccode.identifier import comment, identifier, identifiers
 from fuzzy.plugins.ccode.numbertype import FLOATING, ExportError, Floating
 from fuzzy.plugins.ccode.source import CSources, c_sources
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColumns, command_columns, gain_columns, giver
 from robotics.laws.knowledge import SmoothedColumns, smooth_correction
 from robotics.laws.law import Law
-from robotics.laws.rules.of_reference import later
+from robotics.laws.rules.of_reference import BY_PATH, later
 from robotics.laws.rules.own_rules import OwnRules
+from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.linear_quadratic import LinearQuadratic
@@ -29,7 +30,7 @@ from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
-from robotics.plugins.ccode.translation import CFunction, Translator, parsed
+from robotics.plugins.ccode.translation import WRITTEN_OUT, CFunction, Translator, parsed
 from robotics.tables.texts import TextFile
 from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
@@ -62,12 +63,17 @@ def check_written(law: Law[Any], specification: str) -> None:
             "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
         raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
-    if isinstance(law, OwnRules) and law.own is not None:
-        for variable in law.own.fis.inputs:
-            if variable.name == "time" or later(variable.name):
-                raise ExportError(
-                    f"{specification} cannot be written in C: its input {variable.name} is not handed to C"
-                )
+    if (more := handed(law)) and len(law.fuzzy_systems["own"].inputs) > WRITTEN_OUT:
+        raise ExportError(
+            f"{specification} cannot be written in C: of more than {WRITTEN_OUT} inputs none may be {' or '.join(more)}"
+        )
+
+
+def handed(law: Law[Any]) -> dict[str, str]:
+    """The inputs of a rule base of one's own that C is handed as they are, each with the name of its field."""
+    own = law.own if isinstance(law, OwnRules) else None
+    names = [v.name for v in own.fis.inputs if v.name in ("time", *BY_PATH) or later(v.name)] if own else []
+    return dict(zip(names, identifiers(names), strict=True))
 
 
 class LawSources(NamedTuple):
@@ -81,6 +87,7 @@ class LawSources(NamedTuple):
     memory: tuple[str, ...]  # fields of the state struct
     outputs: tuple[str, ...]  # fields of the output struct
     look_ahead: float  # s: of the point ahead, where it asks for one
+    handed: dict[str, str]  # quantities that it is handed as they are, each with its field
 
 
 def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "double") -> LawSources:
@@ -118,6 +125,7 @@ class _Writer:
         self.memory = np.append(own, np.zeros(SmoothedColumns.size if self.share < 1 else 0))
         self.constants: dict[str, tuple[float, str]] = {}  # each with its unit
         self.bases = rule_bases(law)
+        self.handed = handed(law)
         self.called: dict[str, CSources] = {}
         self.torque = law.level == "torque"
         self.outputs: list[str] = []
@@ -196,8 +204,11 @@ class _Writer:
         """The functions that are not translated: rule bases, and the reference at a later time."""
         if name == "moving":
             return Row(tuple(CTerm(f"input->{field}", "real") for field in AIM_SYMBOLS))
-        if name in ("tell_inputs", "tell_asked"):
+        if name in ("tell_inputs", "tell_asked", "see_path"):
             return KnownValue(None)
+        if name == "pick" and isinstance(arguments[0], KnownValue):
+            asked = self.law.own.fis.inputs[arguments[0].value].name
+            return CTerm(f"input->{self.handed[asked]}", "real") if asked in self.handed else NotImplemented
         if name == "evaluate_packed":
             return self._rule_base(body, *arguments[:3])
         return NotImplemented
@@ -219,12 +230,13 @@ class _Writer:
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
         outputs = (*self.outputs, *wheels)
         held = " ".join(function.text for function in self.translator.done.values())
-        inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS) if f"input->{field}" in f"{step} {held}")
+        read = {*re.findall(r"input->(\w+)", f"{step} {held}")}
+        inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS, *self.handed.values()) if field in read)
         memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         texts, bases = (self._header(inputs, outputs, look_ahead), self._source(step)), tuple(self.called.values())
         ahead = look_ahead if "ahead_x" in inputs else math.nan
-        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead)
+        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead, self.handed)
 
     def _step(self, one: Any) -> str:
         tree = parsed(one)
@@ -333,9 +345,7 @@ class _Writer:
         said = _TEXTS.table("outputs")
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
         structs = {
-            "input": [
-                f"    {real} {f}; /* {_input_said(f, look_ahead, self.lead, self.law.estimator)} */" for f in inputs
-            ],
+            "input": [f"    {real} {f}; /* {comment(self._input_said(f, look_ahead))} */" for f in inputs],
             "state": state or [_TEXTS.text("nothing")],
             "output": [f"    {real} {f}; /* {said[f]} */" for f in outputs],
         }
@@ -356,6 +366,23 @@ class _Writer:
             look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
             structs="\n".join(typedefs),
         )
+
+    def _input_said(self, field: str, look_ahead: float) -> str:
+        """The unit and the meaning of an input."""
+        for quantity, symbol in self.handed.items():
+            if symbol == field:
+                known = quantity_of(quantity, "")
+                return f"{known.unit}, {quantity}: {known.meaning}"
+        start, _, name = field.rpartition("_")
+        if self.lead > 0 and field in ("at_v", "at_w"):
+            return f"{AimColumns.columns[name].unit}, the reference's {self.lead:g} s from now"
+        if self.law.estimator is not None and field in ("x", "y", "heading"):
+            unit = RobotColumns.columns[name].unit
+            return f"{unit}, measured, joined with odometry by the estimator {self.law.estimator}"
+        if start == "ahead":
+            column = AimColumns.columns[name]
+            return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit
+        return _said((AimColumns if start else RobotColumns).columns[name], ", ")
 
 
 def rule_bases(law: Any) -> dict[int, tuple[str, Sugeno]]:
@@ -404,16 +431,3 @@ def _field(path: tuple[str, ...]) -> str:
 
 def _said(column: Column, between: str = ": ") -> str:
     return column.unit + between + column.meaning if column.meaning else column.unit
-
-
-def _input_said(field: str, look_ahead: float, lead: float, estimator: float | str | None) -> str:
-    """The unit and the meaning of an input."""
-    start, _, name = field.rpartition("_")
-    if lead > 0 and field in ("at_v", "at_w"):
-        return f"{AimColumns.columns[name].unit}, the reference's {lead:g} s from now"
-    if estimator is not None and field in ("x", "y", "heading"):
-        return f"{RobotColumns.columns[name].unit}, measured, joined with odometry by the estimator {estimator}"
-    if start == "ahead":
-        column = AimColumns.columns[name]
-        return f"{column.unit}, where it shall be {look_ahead:g} s from now" if name == "x" else column.unit
-    return _said((AimColumns if start else RobotColumns).columns[name], ", ")

@@ -21,7 +21,7 @@ from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.plugins.ccode.terms import Arithmetic, CTable, CTerm, KnownValue, Lane, Row
 
 _SPOKEN = {"cos": "cosine", "sin": "sine", "free": "is_free", "input": "asked_", "output": "said_", "state": "state_"}
-_UNROLLED = 8  # turns of a loop that are written one by one
+WRITTEN_OUT = 8  # turns of a loop that are written one by one
 _INPUT = "const {0}_input *input"
 _POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
 _POINTERS |= {"smoothed": "{0}_state *state", "command": "{0}_output *output", "work": "{1} *work"}
@@ -456,7 +456,7 @@ class CFunction(Expressions):
         name = statement.target.id
         breaks = any(isinstance(n, (ast.Break, ast.Return)) for n in ast.walk(statement))
         known = isinstance(first, KnownValue) and isinstance(last, KnownValue)
-        if known and last.value - first.value <= _UNROLLED and not breaks:
+        if known and last.value - first.value <= WRITTEN_OUT and not breaks:
             for n in range(first.value, last.value):
                 self.env[name] = KnownValue(n)
                 self.run(statement.body)

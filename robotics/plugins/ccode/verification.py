@@ -15,6 +15,8 @@ from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.plugins.ccode.phrases import filled
 from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, Law, Observation
+from robotics.laws.rules.own_rules import InterpretedRules, OwnRules
+from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.plugins.ccode.writing import CLawFiles
@@ -115,11 +117,15 @@ class InC(Law[Any]):
             row.clear()
         states = [self.c.state() for _ in range(runs * len(setting.robots))]
         lead = self.law.knowledge_rows(setting)[0] if isinstance(self.law, EquationLaw) else 0.0
-        return setting.references.road, velocity_limits(setting.robots), setting.robots, states, lead
+        known = None
+        if isinstance(self.law, OwnRules) and self.c.sources.handed:
+            asks = InterpretedRules.of(replace(self.law, lead=None, smooth=None, estimator=None))
+            known = asks, asks.init(setting, runs)
+        return setting.references.road, velocity_limits(setting.robots), setting.robots, states, lead, known
 
     def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Let every robot make its step."""
-        road, limits, robots, states, lead = memory
+        road, limits, robots, states, lead, known = memory
         shape, sources = seen.x.shape, self.c.sources
         columns = dict(zip(("x", "y", "heading", "v", "w"), seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
@@ -128,6 +134,11 @@ class InC(Law[Any]):
         if "ahead_x" in sources.inputs:
             ahead = rows_at(road, np.full(len(road.lengths), seen.time + sources.look_ahead))
             columns |= dict(zip(AIM_SYMBOLS, ahead, strict=True))
+        if known:
+            (asks, recalled), handed = known, sources.handed
+            situation = asks.situation(seen, recalled, dt)
+            columns |= {field: quantity_of(name, "").of(situation) for name, field in handed.items()}
+            memory = (*memory[:-1], (asks, asks.control(seen, recalled, dt)[1]))
         given = np.stack([np.broadcast_to(columns[field], shape).ravel() for field in sources.inputs], axis=1)
         said = np.empty((len(states), len(sources.outputs)))
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):

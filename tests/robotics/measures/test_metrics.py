@@ -136,6 +136,15 @@ def test_rates_are_totals_a_second():
     assert value("w_variation_radps2", run) == pytest.approx(3 / 2)
 
 
+def test_what_varies_late_counts_from_6_s_on():
+    ticks = np.arange(30)  # 14.5 s
+    early = np.where(ticks < 10, ticks % 2, 0.0)
+    v, w = early + (ticks == 20), early + 2.0 * (ticks >= 25)
+    run = run_of(x=ticks, v_demand=v, w_demand=w, reference={"x": ticks, "v": np.ones(30)})
+    assert value("v_variation_late_mps2", run) == pytest.approx((1 + 1) / 9.0)
+    assert value("w_variation_late_radps2", run) == pytest.approx(2 / 9.0)
+
+
 def test_a_stopped_robot_is_measured_up_to_then():
     run = run_of(x=[0, 1, 2, 3, 4], y=[0, 0, 0.3, 9, 9], effort=[0, 1, 3, 7, 7], v_demand=[0, 1, 0, 5, 0], stopped=2)
     assert value("final_error_m", run) == pytest.approx(hypot(2, 0.3))

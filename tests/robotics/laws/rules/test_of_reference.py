@@ -50,6 +50,9 @@ CASES = [
     (["distance", "alpha", "target_w:1"], {"speed_factor": 1.0, "turn": 0.3}),
     (["time", "v", "w", "target_v", "target_w"], {"speed": 1.0, "w": 1.0}),
     (["alpha"], {"turn": 0.3}),
+    (["cross_track", "path_bearing", "curvature"], {"v": 1.0, "turn": 0.5}),
+    (["progress", "remaining", "lag"], {"speed_factor": 1.0}),
+    (["lag", "cross_track", "y_err"], {"dv": 1.0, "bend": 3.0}),
 ]
 
 

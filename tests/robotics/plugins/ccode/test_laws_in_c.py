@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+import fuzzy
 import robotics
 from fuzzy.plugins.ccode.compiler import CompilerError, find_compiler
 from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.commands.application import main
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.plugins.ccode.verification import verify_c_law
 from robotics.plugins.ccode.writing import write_c_law
 
@@ -50,6 +52,23 @@ def test_the_c_drives_the_same_run(tmp_path, spec):
     assert proof.holds
     assert min(proof.drives[0].greatest, proof.drives[0].fine) <= 1e-9
     assert proof.drives[0].steps == 2 * 501
+
+
+def test_what_c_cannot_know_it_is_handed(tmp_path):
+    sides = {"right": fuzzy.Triangle(-3.0, -1.0, 1.0), "left": fuzzy.Triangle(-1.0, 1.0, 3.0)}
+    inputs = [fuzzy.Variable("cross_track", (-1, 1), sides)]
+    inputs += [fuzzy.Variable(name, (-5, 5), {}) for name in ("target_curvature:0.3", "lag")]
+    bend = {side: fuzzy.Linear((-1.0, 0.2, 0.0), trim) for side, trim in (("right", 2.0), ("left", -2.0))}
+    dv = fuzzy.Variable("dv", (-1, 1), {"catch up": fuzzy.Linear((0.0, 0.0, 0.5), 0.0)})
+    rules = [f"if cross_track is {side} then bend is {side} and dv is catch up" for side in sides]
+    by_path = fuzzy.Sugeno(inputs, [fuzzy.Variable("bend", (-10, 10), bend), dv], rules, name="by path")
+    scenario = robotics.load_scenario("table-2-1")
+    law = OwnRules(rule_base=by_path, lead="auto", smooth=0.1)
+    files = write_c_law(law, scenario, tmp_path / "out", name="mine")
+    assert files.sources.inputs[-3:] == ("cross_track", "target_curvature_0_3", "lag")
+    proof = verify_c_law(files, [scenario], seeds=[1, 2])
+    assert proof.holds
+    assert "m, cross_track: the robot is so far to the left of its path" in files.sources.header
 
 
 def test_a_changed_gain_is_seen(tmp_path):
