@@ -1,4 +1,4 @@
-"""The conditions of a trial that its scenario leaves to the user: with another robot, and without noise."""
+"""The conditions of a trial that its scenario leaves to the user: another robot, no noise, and what laws are given."""
 
 import tomllib
 from contextlib import suppress
@@ -9,6 +9,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known
+from robotics.laws.knowledge import Knowledge
 from robotics.laws.specification import Specification
 from robotics.plugins.designer.uses import TryoutError
 from robotics.simulation.scenario import robots as models
@@ -16,7 +17,14 @@ from robotics.simulation.scenario.description import Member, Scenario, ScenarioE
 from robotics.simulation.scenario.reading import load_scenario, scenario_file, scenario_from_table, scenario_names
 from robotics.simulation.scenario.robots import RobotModel, load_robot, parse_robot, robot_names
 from robotics.tables.text import reading
-from robotics.world.sensing.posture import Sensing
+from robotics.world.sensing.posture import KALMAN, Sensing
+
+# What every law that can use it is given, by how a trial calls it; "": what the scenario says
+GIVEN: dict[str, tuple[Knowledge, str | None]] = {
+    "lead": (Knowledge(lead="auto"), None),
+    "lead, low-pass": (Knowledge(lead="auto", smooth=0.2), None),
+    "lead, low-pass, filter": (Knowledge(lead="auto", smooth=0.2), KALMAN),
+}
 
 
 def scenario_of(name: str, text: str | None, folder: str = "") -> Scenario:
@@ -98,7 +106,9 @@ def packaged_text(what: str, name: str) -> str:
     return (scenario_file if what == "scenario" else models.robot_file)(name).text
 
 
-def conditioned(file: tuple[str, str | None, str], driver: tuple[str, str | None, int], noise: bool) -> Scenario:
+def conditioned(
+    file: tuple[str, str | None, str], driver: tuple[str, str | None, int], noise: bool, given: str = ""
+) -> Scenario:
     """A scenario under the conditions of a trial. Raises ScenarioError, RobotError or TryoutError.
 
     Args:
@@ -106,19 +116,25 @@ def conditioned(file: tuple[str, str | None, str], driver: tuple[str, str | None
         driver: Empty: as the scenario says; else a robot of the package, or a file's name, and its text; and the number
             of the robot that is another, from 1; 0: all of them.
         noise: Whether there is noise, see :func:`exact`.
+        given: What laws are given, a name in GIVEN; empty: as the scenario says.
     """
-    return _conditioned(file, driver, noise, _states(*file))
+    return _conditioned(file, driver, noise, given, _states(*file))
 
 
 @lru_cache(maxsize=64)
 def _conditioned(
-    file: tuple[str, str | None, str], driver: tuple[str, str | None, int], noise: bool, _: object
+    file: tuple[str, str | None, str], driver: tuple[str, str | None, int], noise: bool, given: str, _: object
 ) -> Scenario:
     scenario = scenario_of(*file)
     name, text, number = driver
     if name:
         scenario = with_robot(scenario, robot_from(name, text), number)
-    return scenario if noise else exact(scenario)
+    scenario = scenario if noise else exact(scenario)
+    if not given:
+        return scenario
+    knowledge, estimator = GIVEN[given]
+    joined = scenario.sensing.joined_by(estimator if scenario.sensing.posture == "pose" else None)
+    return replace(scenario, knowledge=knowledge, sensing=joined)
 
 
 def with_robot(scenario: Scenario, model: RobotModel, number: int = 0) -> Scenario:

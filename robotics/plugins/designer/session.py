@@ -35,7 +35,20 @@ _ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
 _REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _KEPT = 32  # runs of rivals
-_CHOICES = ("scenario", "law", "look_ahead", "seed", "robot", "robot_of", "noise", "count", "shown", "rival", "beside")
+_CHOICES = (
+    "scenario",
+    "law",
+    "look_ahead",
+    "seed",
+    "robot",
+    "robot_of",
+    "noise",
+    "given",
+    "count",
+    "shown",
+    "rival",
+    "beside",
+)
 _HIDDEN = ("text", "robot_text", "folder")  # what the page needs not know of a trial
 _MODULE = Path(__file__).parent / "static" / "tryout.js"
 

@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy.errors import InputError
-from fuzzy.naming import expected
+from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.catalogue import preset_of, presets
+from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
@@ -27,7 +28,7 @@ from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import headlines, measure_all, panel_metrics
 from robotics.measures.tracking import Metric, cross_track_error
-from robotics.plugins.designer.conditions import conditioned, file_name, robot_from, scenario_of
+from robotics.plugins.designer.conditions import GIVEN, conditioned, file_name, robot_from, scenario_of
 from robotics.plugins.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
 from robotics.plugins.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.show.playback.player import player_data
@@ -62,6 +63,7 @@ class TryoutTrial:
     robot_of: int = 0  # the robot that is another, from 1; 0: all of them
     folder: str = ""  # the opened one, where the files are that a scenario's file names
     noise: bool = True  # see robotics.plugins.designer.conditions.exact
+    given: str = ""  # to every law that can use it, of robotics.plugins.designer.conditions.GIVEN
 
     def __post_init__(self) -> None:
         check_quantities(self, TryoutError)
@@ -71,14 +73,16 @@ class TryoutTrial:
             raise TryoutError(f"robot_of must be the number of a robot, or 0 for all; got {self.robot_of!r}")
         if not isinstance(self.noise, bool):
             raise TryoutError(f"noise must be true or false, got {self.noise!r}")
-        for name in ("scenario", "law", "task", "robot", "folder"):
+        for name in ("scenario", "law", "task", "robot", "folder", "given"):
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
+        if self.given:
+            check_known(self.given, GIVEN, "knowledge", TryoutError)
 
     def conditioned(self) -> Scenario:
         """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
         robot = (self.robot, self.robot_text, self.robot_of)
-        return conditioned((self.scenario, self.text, self.folder), robot, self.noise)
+        return conditioned((self.scenario, self.text, self.folder), robot, self.noise, self.given)
 
 
 class Attempt(NamedTuple):
@@ -104,6 +108,7 @@ def choices() -> dict[str, Any]:
         "scenarios": [{"name": n, "title": s.title or n, "kind": s.kind, "group": group_of(s)} for n, s in found],
         "rivals": rivals,
         "robots": [[name, load_robot(name).title] for name in robot_names()],
+        "given": [["", "what the scenario says"], *([name, name] for name in GIVEN)],
     }
 
 
@@ -263,8 +268,19 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
             "rival": rival,
             "marks": _marks(trial, kind, uses),
             "ahead": has_look_ahead(trial),
+            "untaken": untaken(law_of(trial.law).with_fuzzy_system(trial.task, fis)),
         },
     }
+
+
+def untaken(law: Law[Any]) -> list[str]:
+    """What of GIVEN a law does not take, in few words each, with the reason."""
+    if not isinstance(law, EquationLaw):
+        return ["no lead, no low-pass: it has no equation"]
+    words = {"lead": "lead", "smooth": "low-pass", "estimator": "filter"}
+    own = [words[name] for name in KNOWLEDGE_FIELDS if getattr(law, name) is not None]
+    found = [f"its own {' and '.join(own)}"] if own else []
+    return found + [f"no {words[name]}: {why}" for name, why in law.barred.items()]
 
 
 def _marks(trial: TryoutTrial, kind: str, uses: Sequence[Use]) -> dict[str, str]:

@@ -123,6 +123,8 @@ export async function render({ model, el }) {
     element("label", {}, beside, " Play both side by side"),
   );
   const noiseWords = element("span", { class: "tr-aside" });
+  const given = form.list("Laws are given", "given");
+  const givenWords = element("span", { class: "tr-aside" });
   const ahead = form.number("Look-ahead [s]", "look_ahead", { min: 0, max: 10 });
   const seed = form.number("First seed of the noise", "seed", { min: 0, step: 1 });
   const lawField = field("Law", law),
@@ -162,6 +164,8 @@ export async function render({ model, el }) {
     field("First seed", seed),
     field("Seeds", count),
     element("div", { class: "tr-noise" }, element("label", {}, noise, " Noise"), noiseWords),
+    field("Laws are given", given),
+    givenWords,
     rivalField,
     besideField,
     pin,
@@ -410,6 +414,9 @@ export async function render({ model, el }) {
     const off = noise.checked ? "off takes away" : "taken away";
     const some = `${off}: ${drawn.join(", ")}; encoders, latency and faults stay`;
     say(noiseWords, course === null ? "" : drawn.length ? some : "this scenario has none");
+    offer(given, known.given, trial.given ?? "");
+    const untaken = trial.given ? (course?.untaken ?? []) : [];
+    say(givenWords, untaken.length ? `this law has ${untaken.join("; ")}` : "");
     rivalField.hidden = pin.hidden = course === null;
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;

@@ -11,6 +11,7 @@ from fuzzy.files.fisfile import write_fis
 from fuzzy.plugins.designer.folder import FolderError, open_folder
 from fuzzy.plugins.designer.saving import OverwriteError
 from fuzzy.system import Sugeno
+from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.designer.conditions import packaged_text, scenario_of
 from robotics.plugins.designer.folderfiles import (
@@ -28,14 +29,17 @@ from robotics.plugins.designer.severalseeds import (
     worst_seed,
 )
 from robotics.plugins.designer.tryout import (
+    TryoutError,
     TryoutTrial,
     checked,
     course_data,
     driven_law,
+    place_data,
     rival_data,
     run_design,
     settled,
     shown,
+    untaken,
 )
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.conditions import noises
@@ -51,6 +55,7 @@ start = [0.0, 0.1, 0.0]
 path = { shape = "line", start = [0.0, 0.0], end = [0.6, 0.0] }
 timing = { duration = 3.0 }
 """
+KNOWN = '\n[knowledge]\nlead = "auto"\nsmooth = 0.2\n'
 EXACT = NOISY.replace(", position_noise = 0.02, heading_noise = 0.03, filter_gain = 0.5, start_position = 0.01", "")
 # A disc that some seeds touch: the robot begins 4 cm beside it, give or take what the seed draws
 TIGHT = f"""{NOISY.replace("start_position = 0.01", "start_position = 0.05").replace("0.1, 0.0]", "0.0, 0.0]")}
@@ -95,6 +100,18 @@ def test_without_noise_all_is_as_if_the_file_had_none(tracking: Sugeno) -> None:
     assert noises(scenario_of("mine.toml", EXACT)) == []
     radio = packaged_text("scenario", "crossing-in-turn").replace("hub = 1", "hub = 1\nloss = 0.1\njitter = 0.02")
     assert noises(scenario_of("mine.toml", radio))[-2:] == ["lost messages", "messages late by up to 0.02 s"]
+
+
+def test_what_laws_are_given_is_as_if_the_file_said_it(tracking: Sugeno) -> None:
+    bare = NOISY.replace(", filter_gain = 0.5", "")
+    told = bare.replace("start_position", 'estimator = "kalman", start_position') + KNOWN
+    given = run_design(tracking, mine(bare, given="lead, low-pass, filter", seed=3)).run
+    assert np.array_equal(given.samples, run_design(tracking, mine(told, seed=3)).run.samples)
+    assert not np.array_equal(given.samples, run_design(tracking, mine(bare, seed=3)).run.samples)
+    assert place_data(tracking, mine(bare))["course"]["untaken"] == ["no lead: its target is look_ahead ahead"]
+    assert untaken(make_controller("fuzzy-correcting")) == ["its own lead and low-pass"]
+    with pytest.raises(TryoutError, match="lead, low-pass"):
+        mine(bare, given="low-pass")
 
 
 def test_another_robot_for_all_or_for_one(tracking: Sugeno) -> None:
