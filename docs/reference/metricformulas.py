@@ -21,7 +21,6 @@ FORMULAS = {
     "v_variation_mps2": "Σ |Δv_demand| / T",
     "rms_distance_late_m": f"√(mean of x_err² + y_err²) {UNDER_WAY} to the end; infinite if stopped before",
     "rms_heading_late_rad": f"√(mean of ψ_err²) {UNDER_WAY} to the end; infinite if stopped before",
-    "v_variation_late_mps2": f"Σ |Δv_demand| {UNDER_WAY} to the end, divided by that time",
     "w_variation_late_radps2": f"Σ |Δω_demand| {UNDER_WAY} to the end, divided by that time",
     "w_variation_radps2": "Σ |Δω_demand| / T",
     "alignment_time_s": "the first time after which |x_leader − mean of the followers' x| < 10 cm to the leader's end; "

@@ -226,10 +226,10 @@ def rms_of(errors: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(found), np.inf, found)
 
 
-def _late_variation(run: Run, column: str) -> np.ndarray:
-    """The total variation of a column a second; infinite as :func:`_late_heading`."""
+def _late_turning(run: Run) -> np.ndarray:
+    """The total variation of ω_demand a second; infinite as :func:`_late_heading`."""
     between = late(run)[..., 1:] & np.isfinite(run["x"][..., 1:])
-    total = np.where(between, np.abs(np.diff(run[column], axis=-1)), 0.0).sum(-1)
+    total = np.where(between, np.abs(np.diff(run["w_demand"], axis=-1)), 0.0).sum(-1)
     seconds = between.sum(-1) * (run.time[1] - run.time[0])
     return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
 
@@ -294,13 +294,8 @@ METRICS: dict[str, Metric] = {
     ),
     "rms_distance_late_m": Metric(_late_distance, "m", "RMS distance to the reference from 6 s on"),
     "rms_heading_late_rad": Metric(_late_heading, "rad", "RMS heading error from 6 s on"),
-    "v_variation_late_mps2": Metric(
-        lambda r: _late_variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second, from 6 s on"
-    ),
     "w_variation_late_radps2": Metric(
-        lambda r: _late_variation(r, "w_demand"),
-        "rad/s²",
-        "total variation of the demanded turn rate a second, from 6 s on",
+        _late_turning, "rad/s²", "total variation of the demanded turn rate a second, from 6 s on"
     ),
     "w_variation_radps2": Metric(
         lambda r: _variation(r, "w_demand"), "rad/s²", "total variation of the demanded turn rate a second"

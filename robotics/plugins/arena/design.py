@@ -29,7 +29,6 @@ _OWN: Knowledge = frozenset({"lead", "smooth"})  # that predictive laws have by 
 _VARIATIONS = {
     "w_variation_late_radps2": ("w", UNDER_WAY),
     "w_variation_radps2": ("w", 0.0),
-    "v_variation_late_mps2": ("v", UNDER_WAY),
     "v_variation_mps2": ("v", 0.0),
 }
 
