@@ -392,16 +392,22 @@ def of_runs(run: SavedRun, quantity: str, robot: str) -> Array:
 
 
 def estimate(values: Array) -> tuple[float, float, float]:
-    """The mean with Student's interval, or of booleans the share with Wilson's."""
-    n, mean = len(values), float(np.mean(values))
-    if n == 1 or not math.isfinite(mean):
-        return mean, mean, mean
+    """The mean of what is finite, with Student's interval, or of booleans the share with Wilson's."""
     if values.dtype == bool:
+        n, mean = len(values), float(np.mean(values))
+        if n == 1:
+            return mean, mean, mean
         z = 1.959963984540054
         middle, half = mean + z * z / (2 * n), z * math.sqrt(mean * (1 - mean) / n + z * z / (4 * n * n))
         low, high = ((middle + sign * half) / (1 + z * z / n) for sign in (-1, 1))
         return mean, 0.0 if mean == 0 else low, 1.0 if mean == 1 else high
-    half = float(scipy.stats.t.ppf(0.975, n - 1)) * float(np.std(values, ddof=1)) / math.sqrt(n)
+    if np.isinf(values).all():
+        return values[0], values[0], values[0]
+    known = values[~np.isinf(values)]
+    n, mean = len(known), float(np.mean(known))
+    if len(values) == 1:
+        return mean, mean, mean
+    half = float(scipy.stats.t.ppf(0.975, n - 1)) * float(np.std(known, ddof=1)) / math.sqrt(n) if n > 1 else math.inf
     return mean, mean - half, mean + half
 
 
@@ -413,11 +419,33 @@ def compared(ours: Array, others: list[Array], more: bool) -> tuple[float, float
     return estimate(~(ours > rival if more else ours < rival))
 
 
-def outcome(low: float, high: float, bound: float, sense: str) -> str:
-    """Which side of the bound the interval lies on."""
-    if sense == "above":
+def outcome(low: float, high: float, row: dict[str, str]) -> str:
+    """Which side of the bound the interval lies on, if that is sure among all parts."""
+    bound = float(row["bound"])
+    if row["adjusted"] and float(row["adjusted"]) >= 0.05:
+        return "open"
+    if row["sense"] == "above":
         low, high, bound = -high, -low, -bound
     return "holds" if high < bound else "fails" if low >= bound else "open"
+
+
+def adjusted(rows: list[dict[str, str]]) -> list[float]:
+    """The p-values of all rows that depend on chance, by their numbers, by Holm's step-down; not-a-number of others."""
+    p_values = np.full(len(rows), np.nan)
+    for k, row in enumerate(rows):
+        value, low, high, bound, runs = (float(row[n]) for n in ("value", "low", "high", "bound", "runs"))
+        if row["kind"] == "rate":
+            p_values[k] = 2 * scipy.stats.norm.sf(abs(value - bound) / math.sqrt(bound * (1 - bound) / runs))
+        elif row["kind"] == "mean":
+            half, t = (high - low) / 2, scipy.stats.t(runs - int(row["lost"]) - 1)
+            p_values[k] = float(value == bound) if half == 0 else 1.0
+            if 0 < half < math.inf:
+                p_values[k] = 2 * t.sf(abs(value - bound) / half * t.ppf(0.975))
+    order = [k for k in np.argsort(p_values) if not np.isnan(p_values[k])]
+    least = 0.0
+    for place, k in enumerate(order):
+        least = p_values[k] = max(least, min(1.0, (len(order) - place) * p_values[k]))
+    return list(p_values)
 
 
 def file_of(row: dict[str, str], law: str) -> str:
@@ -432,7 +460,9 @@ def recompute(folder: Path) -> tuple[float, int, list[str]]:
     worst, done, wrong = 0.0, 0, []
     with (folder / "evidence.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    for row in rows:
+    for row, p in zip(rows, adjusted(rows), strict=True):
+        if row["adjusted"] and not abs(float(row["adjusted"]) - p) <= TOLERANCE:
+            wrong.append(f"{row['claim']}, {row['form']}, {row['says']}: p {row['adjusted']}, recomputed {p}")
         laws = [row["of"], *filter(None, row["against"].split("; "))]
         files = [file_of(row, law) for law in laws]
         if row["quantity"] not in QUANTITIES or not all((folder / "runs" / name).exists() for name in files):
@@ -442,6 +472,8 @@ def recompute(folder: Path) -> tuple[float, int, list[str]]:
                 runs[name] = SavedRun(folder / "runs" / name)
         ours, *others = (of_runs(runs[name], row["quantity"], row["robot"]) for name in files)
         more = bool(others) and row["sense"] == "above"
+        if row["limit"]:
+            ours = ours > float(row["limit"]) if row["limit_sense"] == "above" else ours < float(row["limit"])
         again = compared(ours, others, more) if others else estimate(ours)
         for name, found in zip(("value", "low", "high"), again, strict=True):
             told = float(row[name])
@@ -451,7 +483,7 @@ def recompute(folder: Path) -> tuple[float, int, list[str]]:
             worst = max(worst, apart)
             if not apart <= TOLERANCE:
                 wrong.append(f"{row['claim']}, {row['form']}, {row['says']}: {name} {told!r}, recomputed {found!r}")
-        if not math.isnan(again[0]) and outcome(*again[1:], float(row["bound"]), row["sense"]) != row["outcome"]:
+        if not math.isnan(again[0]) and outcome(*again[1:], row) != row["outcome"]:
             wrong.append(f"{row['claim']}, {row['form']}, {row['says']}: the outcome is another")
         done += 1
     return worst, done, wrong

@@ -92,7 +92,8 @@ def _print_verdicts(study: "Study") -> None:
 
     for claim in study.claims:
         source = f" ({claim.source})" if claim.source else ""
-        print(f"\n{claim.name}{source}: {claim.verdict.upper()}")
+        told = [f"{form} {verdict.upper()} ({claim.counts(form)})" for form, verdict in claim.forms.items()]
+        print(f"\n{claim.name}{source}: {' | '.join(told).replace(' ()', '').strip()}")
         for part in claim.parts:
             form = f"{part.form}: " if part.form else ""
             print(f"  {form}{sentence(part)}")

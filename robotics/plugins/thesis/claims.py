@@ -72,16 +72,16 @@ def run_file(need: Needed) -> str:
     return f"{run_name(need.on, need.of)}{'--ideal' if need.ideal else ''}.npz"
 
 
-def judged(chapter: str, values: Measured) -> list[Claim]:
-    """The claims of a chapter, judged by the ``values`` that were measured."""
+def judged(chapter: str, values: Measured, notes: Callable[[Needed], str] = lambda _: "") -> list[Claim]:
+    """The claims of a chapter, judged by the ``values`` that were measured; ``notes`` say what to know of them."""
     return [
-        Claim(**statement.texts, parts=tuple(p for c in statement.parts for p in _parts(c, values)))
+        Claim(**statement.texts, parts=tuple(p for c in statement.parts for p in _parts(c, values, notes)))
         for statement in _statements()
         if statement.chapter == chapter
     ]
 
 
-def _parts(condition: _Condition, values: Measured) -> list[Part]:
+def _parts(condition: _Condition, values: Measured, notes: Callable[[Needed], str]) -> list[Part]:
     known = MEASURED_QUANTITIES.get(condition.metric)
     measure = Measure(condition.says, known.unit if known is not None else condition.unit)
 
@@ -89,7 +89,8 @@ def _parts(condition: _Condition, values: Measured) -> list[Part]:
         def seeds(law: str) -> np.ndarray:
             return values(Needed(on, law, form == "ideal"), condition.metric, condition.robots)
 
-        return decided(condition, measure, seeds, on=on, of=of, against=against, form=form)
+        note = notes(Needed(on, of, form == "ideal"))
+        return decided(condition, measure, seeds, on=on, of=of, against=against, form=form, note=note)
 
     return [part(on, form, of, against) for on in condition.on for form, (of, *against) in condition.laws.items()]
 

@@ -1,7 +1,7 @@
 """The report's chapter on leader-follower formations: data, clusters, learning, driving; thesis 5.2.
 
-It generates both data sets, learns four networks from each, drives the two experiments of 5.2.3 with the networks
-learnt from the well-posed set, with the analytic law and with the thesis's own systems, and judges the claims.
+It generates both data sets, learns four networks from each, drives the two experiments of 5.2.3 with both, with the
+analytic law and with the thesis's own systems, and judges the claims.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
 
 _EXPERIMENTS = ("formation-behind", "formation-ahead")
-# The variants: specification (NETWORKS is the folder of the networks just learnt) and title
+# The variants: specification (NETWORKS and LITERAL are the folders of the networks just learnt) and title
 VARIANTS: dict[str, str] = TABLES.table("variants")
 # Table 5.1: the thesis's training errors, in the outputs' units
 THESIS_ERRORS: dict[str, float] = TABLES.table("printed.formation")
@@ -73,7 +73,8 @@ class _Data(NamedTuple):
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter: data sets of ``seed``, their networks, fresh sets, and all variants driven.
 
-    Networks learnt from the well-posed set go to ``folder``/networks, from where they drive. Running may raise OSError.
+    Networks go to ``folder``/networks, from where they drive, those of the literal set to its folder of that name.
+    Running may raise OSError.
     """
     networks = Path(folder) / "networks"
     drives = {Needed(on, title, False): law for on in _EXPERIMENTS for law, title in VARIANTS.items()}
@@ -113,8 +114,7 @@ def _learnt(kind: Kind, output: str, seed: int, networks: Path) -> Learnt:
     # On the curve x, y and θ hang together: without a ridge, huge consequents tell formations apart by rounding.
     options = anfis.Options(epochs=60, ridge=1e-10) if kind == "literal" else anfis.Options(epochs=60)
     learnt = learning.learn_network(output, data.table.names, data.table.values, data.check.values, options=options)
-    if kind == "well-posed":
-        learning.write_networks([learnt], networks)
+    learning.write_networks([learnt], networks if kind == "well-posed" else networks / "literal")
     return learnt
 
 
@@ -124,7 +124,10 @@ def _fresh(seed: int, networks: Path) -> dict[str, FreshErrors]:
 
 
 def _driven(need: Needed, specification: str, seeds: Sequence[int], networks: Path) -> Run:
-    return driven(need, load_scenario(need.on), specification.replace("NETWORKS", str(networks)), seeds)
+    folders = {"NETWORKS": networks, "LITERAL": networks / "literal"}
+    for name, folder in folders.items():
+        specification = specification.replace(name, str(folder))
+    return driven(need, load_scenario(need.on), specification, seeds)
 
 
 def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
@@ -144,7 +147,7 @@ def chapter_of(results: Mapping[tuple[Any, ...], Any]) -> Chapter:
             *_learning_pictures(learnt, {kind: results["data", kind] for kind in SETS}),
             *_driving_pictures(runs),
         ],
-        claims=judged("formation", partial(_values, results)),
+        claims=judged("formation", partial(_values, results), partial(_rules, results)),
     )
 
 
@@ -273,3 +276,14 @@ def _values(results: Mapping[Any, Any], need: Needed, quantity: str, robots: str
         fresh: FreshErrors = results["fresh",][output]
         return fresh.clustering
     return measured(results[need], quantity, robots)
+
+
+def _rules(results: Mapping[Any, Any], need: Needed) -> str:
+    """From how many rules the error of learning an output comes."""
+    if not need.on.startswith(_DATA):
+        return ""
+    output = need.on.removeprefix(_DATA)
+    if need.of == "literal set":
+        return f"{results['learnt', 'literal', output].trial.rules} rules"
+    rules = results["fresh",][output].rules
+    return f"{rules.min():.0f} to {rules.max():.0f} rules"

@@ -19,6 +19,7 @@ from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
 from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
 from robotics.plugins.thesis.rows import TABLES
+from robotics.plugins.thesis.theorems import theorem_number
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
@@ -34,6 +35,7 @@ OUTAGES = (5.0, 10.0, 15.0, 20.0, 25.0)  # s: the lengths of the outages
 RECOVERERS = ("virtual-structure-thesis", "virtual-structure-virtual", "virtual-structure")
 DECIDED = {"outage of 15 s": 15.0, "outage of 20 s": 20.0}  # as claims call them
 LEMMA = "lemma 4.1"
+THEOREMS = ("theorem 3.1", "theorem 4.1", "5.3.2")  # what begins so is decided by robotics.plugins.thesis.theorems
 HELD_UP = "ahead-and-behind, robot 1 held up"
 _HELD = (Fault(robot=1, kind="stall", start=15.0, duration=5.0),)
 SIZES, LOSSES = (10, 20, 40), (0.0, 0.3)
@@ -66,6 +68,8 @@ def values(results: Results, need: Needed, quantity: str, robots: str) -> np.nda
     """The numbers of a law's seeds that claims ask for, from the results of :func:`experiments`."""
     if need.on in DECIDED:
         return np.asarray(results["recovery", need.of, DECIDED[need.on]].recovered)
+    if need.on.startswith(THEOREMS):
+        return np.array([theorem_number(need.on, need.of)])
     if need.on == LEMMA:
         return np.array([_share_of_bound(results[LEMMA,], need.of.removeprefix("condition "))])
     found = results[need]

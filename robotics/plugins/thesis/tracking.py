@@ -19,8 +19,9 @@ from robotics.laws.tracking.sliding_mode import SlidingMode, attraction
 from robotics.measures.quantities import MEASURED_QUANTITIES, measured
 from robotics.plugins.thesis import figures
 from robotics.plugins.thesis.claims import Needed, judged, needed
-from robotics.plugins.thesis.driving import driven, experiments_of
+from robotics.plugins.thesis.driving import experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.plugins.thesis.lemma import judge_lemma
 from robotics.plugins.thesis.rows import TABLES, TEXTS, mean_cell
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
 from robotics.simulation.loop import simulate
@@ -40,7 +41,7 @@ PRINTED_TRACKING = {mode: tuple(row) for mode, row in TABLES.table("printed.trac
 _COLUMNS = TABLES.table("columns")  # of that table
 CONDITIONS, SURFACE = "conditions of Table 2.1", "the surface"  # experiments, as claims call them
 _STARTS = "random starts"
-ON_THE_SINE = "lyapunov-sine, started on it"
+_FALL = "V' of (2.34)"
 SWEEP_NOISE = 0.005  # m
 
 Results = Mapping[Any, Any]
@@ -63,7 +64,6 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     shared = range(seed, seed + -(-effort.trials // len(_SWEEP)))  # all conditions together are the runs of a rate
     return [
         *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in _MODES)], seeds),
-        *(Experiment(need, partial(_started_on_it, need, seeds)) for need in wanted if need.on == ON_THE_SINE),
         *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in _MODES),
         *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS),
     ]
@@ -86,6 +86,8 @@ def _values(results: Results, need: Needed, quantity: str, robots: str) -> np.nd
         return np.asarray(_orders({mode: results[CONDITIONS, need.of, mode] for mode in _MODES})[quantity])
     if need.on == SURFACE:
         return np.array([reaching_time(need.of)])
+    if need.on == _FALL:  # (2.34) is (4.9) with S̃' = 0
+        return np.array([next(c.worst for c in judge_lemma() if c.name == "3")])
     found = results[need]
     return found if isinstance(found, np.ndarray) else measured(found, quantity, robots)
 
@@ -115,15 +117,6 @@ def _pictures() -> list[Picture]:
 
 
 # Runs -------------------------------------------------------------------------------------------------------------
-
-
-def _started_on_it(need: Needed, seeds: Sequence[int]) -> Run:
-    """The sine from its beginning; what theory says of an ideal is tried on an ideal plant."""
-    scenario = load_scenario("lyapunov-sine")
-    robot = replace(scenario.robots[0], start=(0.0, 0.0, pi / 4))
-    if need.ideal:
-        scenario = replace(scenario, plant="kinematic", period=0.01)
-    return driven(need, replace(scenario, robots=(robot,)), need.of, seeds)
 
 
 def _swept(realisation: str, mode: str, seeds: Sequence[int]) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from fuzzy.words import counted, listed
 from robotics.laws.catalogue import law_title
-from robotics.measures.evidence import Verdict
+from robotics.measures.evidence import FORMS, Verdict
 from robotics.measures.leading import Lead
 from robotics.show.report.chapter import Claim
 from robotics.show.report.glossary import side_of
@@ -96,6 +96,12 @@ def _lowest(comparisons: Sequence[Comparison], tables: Mapping[str, SummaryTable
 
 
 def _judged(claims: Sequence[Claim]) -> list[str]:
-    verdicts = Counter(claim.verdict for claim in claims)
-    said = [f"{n} {_COUNTED[verdict][n != 1]}" for verdict in _COUNTED if (n := verdicts[verdict])]
-    return [f"Of {counted(len(claims), 'claim')} that were tested, {listed(said)}."] if claims else []
+    """How many claims hold: of a publication as it prints them, then corrected, and at their best."""
+    said = []
+    for form in ("", *FORMS):
+        verdicts = Counter(claim.forms[form] for claim in claims if form in claim.forms)
+        told = [f"{n} {_COUNTED[verdict][n != 1]}" for verdict in _COUNTED if (n := verdicts[verdict])]
+        if told:
+            count, how = counted(verdicts.total(), "claim"), f" {form}" if form else " that were tested"
+            said.append(f"Of {count}{how}, {listed(told)}.")
+    return said

@@ -1,12 +1,14 @@
 """The parts of a report: pictures, tables, claims, chapters."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from robotics.measures.evidence import AT_BEST, FORMS, Estimate, Form, Part, Verdict, judge
+from fuzzy.words import counted
+from robotics.measures.evidence import FORMS, Estimate, Form, Part, Verdict, adjusted, judge
 from robotics.measures.leading import Lead
 from robotics.show.report.wording import sentence
 
@@ -76,8 +78,8 @@ class Claim:
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict on all forms but "tuned" together, by :func:`robotics.measures.evidence.judge`."""
-        return judge([part for part in self.parts if part.form != AT_BEST])
+        """The verdict on the first of FORMS that is judged, as printed if it is; each form has one of its own."""
+        return next(iter(self.forms.values()))
 
     @property
     def forms(self) -> dict[Form, Verdict]:
@@ -89,6 +91,16 @@ class Claim:
         """The parts of one form."""
         return tuple(part for part in self.parts if part.form == form)
 
+    def counts(self, form: Form) -> str:
+        """What became of the parts of a form, and in how many runs what was asked was so: of its parts the fewest."""
+        parts = self.of(form)
+        found = Counter(part.outcome for part in parts)
+        told = f"{found['holds']} of {counted(len(parts), 'part')}" if len(found) > 1 else ""
+        open_ = f"{found['open']} open" if len(found) > 1 and found["open"] else ""
+        least = min(parts, key=lambda part: part.kept / part.estimate.runs)
+        runs = f"{least.kept} of {least.estimate.runs} runs" if least.estimate.runs > 1 else ""
+        return ", ".join(filter(None, (told, open_, runs)))
+
     @property
     def measured(self) -> str:
         """What was measured of each part, and what follows: made of the numbers alone."""
@@ -97,8 +109,11 @@ class Claim:
 
     def row(self) -> dict[str, str]:
         """Its row of claims.csv; a column for each form, where the claim is judged by forms."""
-        verdicts = {form.replace(" ", "_"): str(self.forms.get(form, "")) for form in FORMS if "" not in self.forms}
-        about = {"name": self.name, "source": self.source, "says": self.says, "verdict": str(self.verdict)}
+        columns = [form for form in FORMS if "" not in self.forms]
+        verdicts: dict[str, str] = {form.replace(" ", "_"): str(self.forms.get(form, "")) for form in columns}
+        verdicts |= {f"{form} runs".replace(" ", "_"): self.counts(form) if self.of(form) else "" for form in columns}
+        about = {"name": self.name, "source": self.source, "says": self.says}
+        verdicts |= {} if columns else {"verdict": str(self.verdict), "verdict_runs": self.counts("")}
         return about | verdicts | {"measured": self.measured, "untested": self.untested}
 
     def evidence(self) -> list[dict[str, str | float | int]]:
@@ -108,8 +123,11 @@ class Claim:
     def _row(self, part: Part) -> dict[str, str | float | int]:
         row = {"claim": self.name} | _fields(part, "form", "says", "quantity", "on")
         row |= {"robot": part.robots, "of": part.of, "against": "; ".join(part.against)}
-        row |= _fields(part.estimate, "kind", "value", "low", "high", "runs")
-        row |= _fields(part, "unit", "sense", "bound", "outcome")
+        row |= _fields(part.estimate, "kind", "value", "low", "high", "runs", "lost")
+        row |= _fields(part, "unit", "sense", "bound", "kept", "origin", "adjusted", "outcome")
+        sense, limit = part.limit or ("", "")
+        number = part.sides[0] if part.limit else None
+        row |= {"limit": limit, "limit_sense": sense, "number": number.value if number else ""}
         if not part.form:
             row |= _fields(part, "scale", "fewest", "note")
         return row
@@ -134,3 +152,18 @@ class Chapter:
     leads: Sequence[Lead] = ()  # who leads where, for the picture at the head of the report
     folded: str = "More tables"  # what the folded-away tables are called
     closed: bool = False  # whether it is folded under its title, on a page that can
+
+
+def judged_together(claims: Sequence[Claim], chapters: Sequence[Chapter]) -> tuple[list[Claim], list[Chapter]]:
+    """The same claims, and chapters with theirs, as one family: see :func:`robotics.measures.evidence.adjusted`."""
+    parts = iter(adjusted([part for claim in (*claims, *_claims(chapters)) for part in claim.parts]))
+
+    def again(several: Sequence[Claim]) -> list[Claim]:
+        return [replace(claim, parts=tuple(next(parts) for _ in claim.parts)) for claim in several]
+
+    return again(claims), [replace(chapter, claims=again(chapter.claims)) for chapter in chapters]
+
+
+def _claims(chapters: Sequence[Chapter]) -> Iterator[Claim]:
+    for chapter in chapters:
+        yield from chapter.claims

@@ -14,11 +14,12 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.quantity import described
-from robotics.measures.evidence import Estimate, Form, Part, Room, compared, exact, mean_of, rate_of
-from robotics.show.report.wording import limit
+from robotics.measures.evidence import Estimate, Form, Limit, Part, Room, compared, exact, mean_of, rate_of
+from robotics.show.report.wording import bound_text
 from robotics.tables.build import Builder, Keys, Special
 
 ALL_SCENARIOS = "all"  # as the only scenario: every one of the study
+HALF = 0.5  # of the runs must keep a bound, where nothing else is said
 _NAMELESS = 'a claim needs a name, such as name = "Mine is more precise"'
 
 
@@ -54,6 +55,14 @@ class Condition:
     )
     below: float | None = described("The number must be below this, in the metric's unit.", None)
     above: float | None = described("The number must be above this, in the metric's unit.", None)
+    share: float | None = described(
+        "With below or above: the share of runs that must keep it, at least; the whole interval must. Default 0.5.",
+        None,
+        example=0.9,
+    )
+    origin: str = described(
+        "With below or above: where the bound comes from, in a few words. May be left out.", "", example="a data sheet"
+    )
     less: bool = described("true: it must be less than that of every controller in against.", False, example=True)
     more: bool = described("true: it must be more than that of every controller in against.", False, example=True)
     no_worse_by: float | None = described(
@@ -79,6 +88,7 @@ class Condition:
         if not self.metric:
             raise ClaimError('what is measured? It needs metric = NAME, such as "rms_cross_track_m"').about("metric")
         self._check_relation()
+        self._check_bound()
         self._check_margin()
         if self.robot is not None and self.robot < 1:
             raise ClaimError(f"robot must be a whole number >= 1; got {self.robot}").about("robot")
@@ -115,6 +125,12 @@ class Condition:
             return Room(share=-(self.no_worse_by_percent or 0.0) / 100)
         return Room(self.margin or 0.0, (self.margin_percent or 0.0) / 100)
 
+    def limit(self) -> Limit | None:
+        """The bound that the number must keep, if it is not compared to rivals."""
+        if self.below is not None:
+            return Limit("below", self.below)
+        return None if self.above is None else Limit("above", self.above)
+
     def _relations(self) -> list[str]:
         return [n for n in RELATIONS if getattr(self, n) is not None and getattr(self, n) is not False]
 
@@ -134,6 +150,13 @@ class Condition:
             value = getattr(self, name)
             if value is not None and value <= 0:
                 raise ClaimError(f"{name} must be > 0, how much worse is allowed; got {value:g}").about(name)
+
+    def _check_bound(self) -> None:
+        for name in ("share", "origin"):
+            if getattr(self, name) not in (None, "") and self.rivals:
+                raise ClaimError(f"{name} belongs to below or above; the relation is {self.relation}").about(name)
+        if self.share is not None and not 0 < self.share < 1:
+            raise ClaimError(f"share must be > 0 and < 1, a share of the runs; got {self.share:g}").about("share")
 
     def _check_margin(self) -> None:
         for name in ("margin", "margin_percent"):
@@ -257,17 +280,20 @@ def decided(
         note: What a reader must know of the runs.
     """
     ours, *others = (values(law) for law in (of, *against))
-    room = condition.room()
-    if against:
+    room, limit = condition.room(), condition.limit()
+    sides: tuple[Estimate, ...] = ()
+    scale, each = 1.0, None
+    if limit is None:
         upwards = condition.relation == "more" or (min(room) < 0 and measure.larger)
-        estimate, bound, sense = compared(ours, others, upwards, room)
+        estimate, bound, sense, kept = compared(ours, others, upwards, room)
         sides = tuple(map(_estimate, (ours, *others)))
         scale = 1 + (room.share if upwards else -room.share)
     else:
-        estimate, sides, scale = _estimate(ours), (), 1.0
-        limits: Mapping[str, float | None] = {"below": condition.below, "above": condition.above}
-        bound = float(limits[condition.relation] or 0.0)
-        sense = "above" if condition.relation == "above" else "below"
+        estimate, (sense, bound) = _estimate(ours), limit
+        kept = int((ours == (sense == "above")).sum() if ours.dtype == bool else limit.keeps(ours).sum())
+        if estimate.kind == "mean" and not np.isnan(ours).any():
+            sides, each = (estimate,), limit
+            estimate, bound, sense = rate_of(limit.keeps(ours)), condition.share or HALF, "above"
     return Part(
         says=condition.says or _words(condition, measure, of, against),
         form=form,
@@ -284,6 +310,9 @@ def decided(
         scale=scale,
         fewest=fewest,
         note=note,
+        kept=kept,
+        limit=each,
+        origin=condition.origin,
     )
 
 
@@ -299,8 +328,8 @@ def _words(condition: Condition, measure: Measure, of: str, against: Sequence[st
     what, rivals = f"{measure.title.partition(':')[0]} of {of}{whose}", " and of ".join(against)
     relation, room = condition.relation, condition.room()
     if not condition.rivals:
-        return f"{what} {relation} {limit(getattr(condition, relation), measure.unit)}"
-    apart = f"{100 * abs(room.share):g} %" if room.share else limit(abs(room.margin), measure.unit)
+        return f"{what} {relation} {bound_text(getattr(condition, relation), measure.unit)}"
+    apart = f"{100 * abs(room.share):g} %" if room.share else bound_text(abs(room.margin), measure.unit)
     if relation.startswith("no_worse_by"):
         return f"{what} less than {apart} worse than that of {rivals}"
     beyond = f" by at least {apart}" if any(room) else ""

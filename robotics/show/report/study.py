@@ -39,7 +39,7 @@ from robotics.measures.evidence import FEWEST_RUNS, Part
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.quantities import quantity_called
 from robotics.measures.registry import own_metrics
-from robotics.show.report.chapter import Chapter, Claim, Front
+from robotics.show.report.chapter import Chapter, Claim, Front, judged_together
 from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
 from robotics.show.report.plan import StudyError, StudyPlan
@@ -405,7 +405,7 @@ def _written(
         if report:
             sections = draw_sections(comparisons, begin("drawing", figure_count(comparisons)), first)
         opening = front(begin, folder) if front is not None and report else None
-        made = wait()
+        claims, made = judged_together(claims, wait())
         all_claims = [*claims, *(claim for chapter in made for claim in chapter.claims)]
         if chapters is not None or all_claims:
             write_frame(pd.DataFrame([claim.row() for claim in all_claims]), folder / "claims.csv")

@@ -4,7 +4,8 @@ from math import floor, isfinite, log10
 
 from fuzzy.words import counted
 from robotics.laws.catalogue import law_title
-from robotics.measures.evidence import Estimate, Part
+from robotics.measures.evidence import CLOSE, Estimate, Part
+from robotics.measures.statistics.intervals import LEVEL
 
 _FINEST = 6  # decimal places: what is smaller is written with its power of ten
 _PREFIXED = ("m", "rad", "m/s", "rad/s")  # units that may take the prefix milli
@@ -21,7 +22,7 @@ def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
     if estimate.kind == "rate":
         return f"{100 * estimate.value:.0f} % ({100 * estimate.low:.0f} to {100 * estimate.high:.0f})"
     if not isfinite(estimate.value):
-        return "never" if unit == "s" and estimate.value > 0 else "without bound" if estimate.value > 0 else "unknown"
+        return _infinite(unit) if estimate.value > 0 else "unknown"
     factor, unit = scaled(unit, estimate.value)
     value, half = factor * estimate.value, factor * (estimate.high - estimate.low) / 2
     told = isfinite(half) and half > 1e-6 * abs(value)
@@ -30,10 +31,11 @@ def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
     text = ("+" if signed and value > 0 else "") + plain(value, places)
     if told and round(half, places) > 0:
         text += f" ± {plain(half, places)}"
-    return text + _after(unit)
+    never = f", {_infinite(unit)} in {estimate.lost} of {estimate.runs}" if estimate.lost else ""
+    return text + _after(unit) + never
 
 
-def limit(value: float, unit: str, kind: str = "mean") -> str:
+def bound_text(value: float, unit: str, kind: str = "mean") -> str:
     """A bound with its unit, such as "10 mm"; that of a rate in per cent."""
     if kind == "rate":
         return f"{100 * value:g} %"
@@ -50,20 +52,31 @@ def reading(part: Part) -> str:
     """The number that decides a part, beside its bound; of a comparison both sides too."""
     runs = part.estimate.runs
     few = f"only {counted(runs, 'run')}, a verdict needs {part.fewest}" if runs < part.fewest else ""
-    return "; ".join(filter(None, (_reading(part), few, part.note)))
+    close = f"within {100 * CLOSE:g} % of the bound" if part.close else ""
+    origin = f"the bound: {part.origin}" if part.origin else ""
+    looks = ""
+    if part.adjusted is not None and part.adjusted >= 1 - LEVEL and not few:
+        looks = f"p = {part.adjusted:.2g}, adjusted for all parts"
+    return "; ".join(filter(None, (_reading(part), few, looks, close, origin, part.note)))
 
 
 def _reading(part: Part) -> str:
     sign = "<" if part.sense == "below" else ">"
+    if part.limit is not None:
+        (number,), (sense, value) = part.sides, part.limit
+        kept = f"{part.kept} of {part.estimate.runs} {'<' if sense == 'below' else '>'} {bound_text(value, part.unit)}"
+        low, high = (f"{100 * end:.0f}" for end in (part.estimate.low, part.estimate.high))
+        asked = f"({low} to {high} %), asked for > {100 * part.bound:g} %"
+        return f"{law_title(part.of)} {shown(number, part.unit)}; {kept} {asked}"
     if not part.against:
-        bound = limit(part.bound, part.unit, part.estimate.kind)
+        bound = bound_text(part.bound, part.unit, part.estimate.kind)
         return f"{law_title(part.of)} {shown(part.estimate, part.unit)}, asked for {sign} {bound}"
     names = [law_title(name) for name in (part.of, *part.against)]
     sides = ", ".join(f"{n} {shown(e, part.unit)}" for n, e in zip(names, part.sides, strict=True))
     if part.estimate.kind == "rate":
         return f"{sides}; the other way round in {shown(part.estimate, '1')} of the runs, asked for < 50 %"
     to = "" if part.scale == 1 else f" to {100 * part.scale:g} % of it"
-    bound = limit(part.bound, part.unit).replace("-", "−") if part.bound else "0"
+    bound = bound_text(part.bound, part.unit).replace("-", "−") if part.bound else "0"
     return f"{sides}; difference{to} {shown(part.estimate, part.unit, signed=True)}, asked for {sign} {bound}"
 
 
@@ -72,6 +85,10 @@ def sentence(part: Part) -> str:
     known = {"holds": "holds", "fails": "fails", "open": "cannot be told"}
     place = "" if part.form else f"{part.on}: "
     return f"{place}{part.says}: {known[part.outcome]} ({reading(part)})"
+
+
+def _infinite(unit: str) -> str:
+    return "never" if unit == "s" else "without bound"
 
 
 def _after(unit: str) -> str:

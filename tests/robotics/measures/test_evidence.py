@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from robotics.measures.evidence import Estimate, Part, compared, exact, judge, mean_of, rate_of
+from robotics.measures.evidence import Estimate, Part, adjusted, compared, exact, judge, mean_of, rate_of
 from robotics.measures.leading import lead
 from robotics.show.report.chapter import Claim
 from robotics.show.report.wording import reading, sentence, shown
@@ -44,10 +44,13 @@ def test_students_interval_is_scipys(values: list[float]) -> None:
     assert (found.low, found.high) == pytest.approx((low, high), rel=1e-9, abs=1e-9)
 
 
-def test_one_run_that_never_arrives_has_no_mean() -> None:
+def test_runs_that_never_arrive_are_counted_and_say_nothing_of_the_others() -> None:
     found = mean_of(np.array([1.0, np.inf, 2.0]))
-    assert dataclasses.replace(PART, estimate=found).outcome == "fails"
-    assert dataclasses.replace(PART, estimate=found, sense="above").outcome == "holds"
+    assert (found.value, found.runs, found.lost) == (1.5, 3, 1)
+    assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 1, 1.5, stats.sem([1, 2])))
+    assert shown(found, "s") == "1.5 ± 6.4 s, never in 1 of 3"
+    none = mean_of(np.full(3, np.inf))
+    assert (none.value, none.low, none.high, none.lost) == (np.inf, np.inf, np.inf, 3)
     assert dataclasses.replace(PART, estimate=mean_of(np.array([0.5]))).outcome == "open"  # one run tells nothing
 
 
@@ -78,21 +81,22 @@ def test_comparisons_are_paired_and_against_the_best_of_the_others() -> None:
     rng = np.random.default_rng(1)
     shared = rng.normal(0, 5, 20)
     ours, theirs = 1.0 + shared, 1.1 + shared + rng.normal(0, 0.01, 20)
-    estimate, bound, sense = compared(ours, [theirs, theirs + 9])
-    assert (bound, sense) == (0.0, "below")
+    estimate, bound, sense, kept = compared(ours, [theirs, theirs + 9])
+    assert (bound, sense, kept) == (0.0, "below", 20)
     assert estimate.high < 0  # although each mean alone is known to ±1 only
     assert mean_of(ours).high - mean_of(ours).low > 2
-    estimate, bound, sense = compared(theirs, [ours, ours - 9], more=True)
+    estimate, bound, sense, kept = compared(theirs, [ours, ours - 9], more=True)
     assert (sense, bound) == ("above", 0.0)
     assert estimate.low > 0
 
 
 def test_where_a_law_never_arrives_the_runs_are_counted() -> None:
     never = np.full(20, np.inf)
-    estimate, bound, sense = compared(np.ones(20), [never])
+    estimate, bound, sense, kept = compared(np.ones(20), [never])
     assert (estimate.kind, estimate.value, bound, sense) == ("rate", 0.0, 0.5, "below")
-    estimate, _, _ = compared(never, [never])
-    assert estimate.value == 1.0  # two that never arrive: neither is sooner
+    assert kept == 20
+    estimate, _, _, kept = compared(never, [never])
+    assert (estimate.value, kept) == (1.0, 0)  # two that never arrive: neither is sooner
 
 
 def test_sentences_follow_the_numbers() -> None:
@@ -127,7 +131,7 @@ def test_numbers_are_rounded_for_people(estimate: Estimate, unit: str, words: st
 
 def test_both_sides_of_a_comparison_are_told() -> None:
     ours, theirs = np.array([1.0, 1.1, 0.9]), np.array([2.0, 2.1, 1.9])
-    estimate, bound, sense = compared(ours, [theirs])
+    estimate, bound, sense, _ = compared(ours, [theirs])
     part = dataclasses.replace(
         PART, estimate=estimate, bound=bound, sense=sense, against=("fuzzy",), sides=(mean_of(ours), mean_of(theirs))
     )
@@ -154,6 +158,36 @@ def test_who_leads_and_who_cannot_be_told_from_it() -> None:
     more = lead("there", "clearance", "m", turned, {"touches": 1}, larger=True)
     assert [s.leads for s in more.standings] == [s.leads for s in found.standings]
     assert more.best == -found.best
+
+
+@given(st.integers(1, 300), st.data())
+def test_p_values_are_below_5_percent_where_the_interval_leaves_the_bound_out(runs: int, data: st.DataObject) -> None:
+    rate = rate_of(np.arange(runs) < data.draw(st.integers(0, runs)))
+    values = data.draw(st.lists(st.floats(-10, 10), min_size=2, max_size=20))
+    for found, bound in (
+        (rate, data.draw(st.floats(0.05, 0.95))),
+        (mean_of(np.array(values)), data.draw(st.floats(-9, 9))),
+    ):
+        inside = found.low < bound < found.high
+        assert (found.p_value(bound) < 0.05) != inside or min(abs(bound - found.low), abs(bound - found.high)) < 1e-6
+    if np.std(values) > 1e-3:
+        theirs = stats.ttest_1samp(values, 1.0).pvalue
+        assert mean_of(np.array(values)).p_value(1.0) == pytest.approx(theirs, rel=1e-6, abs=1e-12)
+
+
+def test_many_looks_are_counted() -> None:
+    """A part that holds by itself is open where it is one of many; what is sure, or exact, stays."""
+    shaky = dataclasses.replace(PART, estimate=mean_of(1.0 - 0.1 * np.arange(8) ** 0.2 + 0.04 * np.arange(8) % 0.07))
+    sure = dataclasses.replace(PART, estimate=rate_of(np.ones(200, dtype=bool)), bound=0.5, sense="above")
+    one = dataclasses.replace(PART, estimate=exact(0.5))
+    (alone,) = adjusted([shaky])
+    assert (shaky.outcome, alone.outcome) == ("holds", "holds")
+    p = shaky.estimate.p_value(1.0)
+    assert alone.adjusted == pytest.approx(p)
+    many = adjusted([shaky] * 500 + [sure, one])
+    assert many[0].adjusted == pytest.approx(min(1.0, 500 * p))
+    assert [part.outcome for part in many[-3:]] == ["open", "holds", "holds"]
+    assert many[-1].adjusted is None
 
 
 def test_a_rate_is_a_share_of_bools() -> None:

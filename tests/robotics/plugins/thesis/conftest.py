@@ -8,7 +8,7 @@ import pytest
 from robotics.plugins.thesis import avoidance_runs, team_runs, tracking
 from robotics.plugins.thesis.experiment import Effort, results_of
 
-FEW = Effort(seeds=3, trials=8)
+FEW = Effort(seeds=4, trials=8)
 Once = Callable[[str, Callable[[], Any]], Any]
 
 

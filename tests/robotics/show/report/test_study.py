@@ -19,6 +19,7 @@ from robotics.measures.quantities import measured
 from robotics.show.report.claims import ClaimError, Condition, Measure, decided
 from robotics.show.report.plan import StudyError, load_study, parse_study, study_names
 from robotics.show.report.study import run_study, with_seeds
+from robotics.show.report.wording import reading
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from robotics.studies.comparison import DEFAULT_CONTROLLERS
 
@@ -194,9 +195,7 @@ def part(measure: Measure, ours: np.ndarray, rivals: dict[str, np.ndarray], **ke
 
 
 @pytest.mark.parametrize("seed", range(12))
-@pytest.mark.parametrize(
-    "relation", ["less", "more", "margin", "percent", "more_percent", "worse", "worse_room", "below"]
-)
+@pytest.mark.parametrize("relation", ["less", "more", "margin", "percent", "more_percent", "worse", "worse_room"])
 def test_verdicts_are_those_of_students_interval(relation: str, seed: int) -> None:
     """The oracle: SciPy's interval of the mean of hand-made differences, wholly on one side of 0 or not."""
     mean = 1.0 + 0.04 * (seed - 6)  # so that some hold, some fail and some are open
@@ -209,13 +208,30 @@ def test_verdicts_are_those_of_students_interval(relation: str, seed: int) -> No
         "more_percent": ({"more": True, "margin_percent": 10}, ERROR, 1.1 * rival - ours),
         "worse": ({"no_worse_by": 0.05}, ERROR, ours - rival - 0.05),
         "worse_room": ({"no_worse_by": 0.05}, ROOM, rival - 0.05 - ours),
-        "below": ({"below": 1.02}, ERROR, ours - 1.02),
     }
     keys, measure, excess = cases[relation]
-    found = part(measure, ours, {} if relation == "below" else {"theirs": rival}, **keys)
+    found = part(measure, ours, {"theirs": rival}, **keys)
     low, high = stats.t.interval(0.95, len(excess) - 1, np.mean(excess), stats.sem(excess))
     assert found.outcome == ("holds" if high < 0 else "fails" if low >= 0 else "open")
     assert judge([found]) == {"holds": "holds", "fails": "does not hold", "open": "cannot be told"}[found.outcome]
+
+
+@pytest.mark.parametrize("kept", range(0, 51, 5))
+@pytest.mark.parametrize("asked", [None, 0.8])
+def test_a_bound_is_judged_by_the_share_of_runs_that_keep_it(kept: int, asked: float | None) -> None:
+    """One infinite number does not make never; the oracle is SciPy's Wilson interval."""
+    values = np.r_[np.full(kept, 0.04), np.full(50 - kept, np.inf)]
+    found = part(Measure("spread", "s"), values, {}, below=0.05, share=asked, origin="a data sheet")
+    interval = stats.binomtest(kept, 50).proportion_ci(0.95, method="wilson")
+    least = asked or 0.5
+    told = "holds" if interval.low > least else "fails" if interval.high <= least else "open"
+    assert (found.outcome, found.kept, found.estimate.kind) == (told, kept, "rate")
+    words = reading(found)
+    assert f"; {kept} of 50 < 0.05 s (" in words
+    assert words.endswith("the bound: a data sheet")
+    assert ("never in" in words) == (0 < kept < 50)
+    assert not found.close
+    assert part(Measure("spread", "s"), values + 0.006, {}, below=0.05).close == (kept > 0)
 
 
 def test_all_three_outcomes_come_of_the_numbers() -> None:
