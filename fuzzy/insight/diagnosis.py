@@ -13,7 +13,7 @@ from fuzzy.insight.coverage import gaps_of_variable, uncovered
 from fuzzy.insight.universe import consequent_range, universe_grid
 from fuzzy.rule import Rule
 from fuzzy.shown import shown
-from fuzzy.system import Sugeno, Variable
+from fuzzy.system import Linear, Sugeno, Variable
 from fuzzy.words import listed
 
 Severity = Literal["error", "warning", "note"]
@@ -116,10 +116,11 @@ def _coverage(fis: Sugeno, points: int, seed: int) -> Iterator[Finding]:
 
 def _unused(fis: Sugeno) -> Iterator[Finding]:
     s = fis.structure
+    weighed = _weighed(fis)
     for kind, variables, places in (("input", fis.inputs, s.term), ("output", fis.outputs, s.consequent)):
         for variable, place in zip(variables, places, strict=True):
             if (place < 0).all():
-                if kind == "input" and fis.rules:
+                if kind == "input" and fis.rules and variable.name not in weighed:
                     yield Finding(
                         "warning", "unused input", f"no rule asks for the input {variable.name}", (variable.name,)
                     )
@@ -132,6 +133,13 @@ def _unused(fis: Sugeno) -> Iterator[Finding]:
                     f"no rule uses {listed(unused)} of {variable.name}",
                     (variable.name, *unused),
                 )
+
+
+def _weighed(fis: Sugeno) -> set[str]:
+    """The inputs that a linear consequent of some rule weighs."""
+    terms = [fis[output].terms[term] for rule in fis.rules for output, term in rule.then]
+    slopes = [np.asarray(term.slopes) for term in terms if isinstance(term, Linear)]
+    return {v.name for k, v in enumerate(fis.inputs) if any(row[k] != 0 for row in slopes)}
 
 
 def _antecedent(rule: Rule) -> tuple[object, ...]:

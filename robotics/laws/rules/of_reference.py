@@ -140,7 +140,7 @@ def see_path(robot, time, recalled, work, road, path):  # type: ignore[no-untype
     bearing = math.atan2(onwards_y - robot.y, onwards_x - robot.x)
     seen[_SEEN.path_bearing] = wrapped_compiled(bearing - robot.heading)
     seen[_SEEN.curvature], seen[_SEEN.progress] = curvature, share(road, path, place)
-    seen[_SEEN.remaining], seen[_SEEN.lag] = length - place + off, due - place + off
+    seen[_SEEN.remaining], seen[_SEEN.lag] = length - place + off, due - place
 
 
 @compiled_only

@@ -96,7 +96,7 @@ _PATH = {
     "curvature": Quantity("1/m", "of the path at the nearest point", lambda s: s.nearest.curvature),
     "progress": Quantity("1", "share of the path that lies behind", lambda s: s.paths.share(s.place)),
     "remaining": Quantity("m", "way to the path's end", lambda s: s.remaining),
-    "lag": Quantity("m", "the robot is so far behind the sample due", lambda s: s.due.s - s.place + s.off),
+    "lag": Quantity("m", "the robot's place on its path is so far behind the sample due", lambda s: s.due.s - s.place),
     "late": Quantity("s", "the clock is so far behind the timetable", lambda s: s.seen.time - s.recall.clock),
     "gives_way": Quantity("1", "how much the robot gives way to others", lambda s: s.recall.yields),
     "stuck": Quantity("s", "time without progress along the path", lambda s: s.stuck),

@@ -499,7 +499,7 @@ class Situation:
     def message(self, after: Recall) -> dict[str, np.ndarray]:
         """What each robot tells the others, by TEAM_MESSAGE; ``after`` is what it remembers of this period."""
         return {
-            "place": self.place - self.off,  # the others wait for the way back to the path as well
+            "place": self.place,
             "speed": after.speed,
             "clock": self.recall.clock,
             "pace": after.pace,

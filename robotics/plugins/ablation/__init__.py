@@ -1,0 +1,1 @@
+"""Ablation: what a law's rules and rule bases are worth, by driving without them."""
