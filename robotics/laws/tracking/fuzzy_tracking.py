@@ -48,13 +48,17 @@ from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
+from robotics.laws.knowledge import share_of
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.setting import Setting
 from robotics.world.paths.posture import wrapped_compiled
 from robotics.world.paths.references import Reference
 from robotics.world.paths.road import moving
+from robotics.world.sensing.posture import KALMAN
 from robotics.world.vehicle.plant import velocity_limits
 
+_RESTLESS = 1.5  # rad/s²: noise that makes the demanded turn rate vary by more is said; a cost counts 1 as 1
+_SMALL = 0.02  # rad: of α, over which the slope of ω is taken
 TRACKING_INPUTS = (
     "distance",
     "alpha",
@@ -224,7 +228,49 @@ class FuzzyTracking(EquationLaw):
         return systems if self.lateral == "none" else systems | {"lateral": self.turn.fis}
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
-        """Say which robots cannot turn towards a point as near as the steering distance D, and weave about their paths.
+        """Say which robots weave about their paths, and which the noise of their posture makes restless."""
+        return (*self._weaving(setting), *self._restless(setting))
+
+    def _restless(self, setting: Setting) -> tuple[str, ...]:
+        """White noise σ, σ_ψ of the pose makes ω as noisy as ω(α)' √(σ²/D² + σ_ψ²).
+
+        |ω_k − ω_(k−1)| is then 2/√π times that on average. A low-pass that takes the share s of what is new takes that
+        to s/√(2 − s) of it: one in the sensing, as filter_gain, and one behind the law, by ``smooth``.
+        """
+        if setting.ensemble:
+            return ()
+        most, i = max((self._variation(setting, i), i) for i in range(len(setting.robots)))
+        if most <= _RESTLESS:
+            return ()
+        wanted = share_of_noise(share_of(self._smoothed(setting), setting.period)) / most
+        share = (math.sqrt(wanted**4 + 8 * wanted**2) - wanted**2) / 2  # s/√(2 − s) = wanted
+        enough = math.ceil(-100 * setting.period / math.log1p(-share)) / 100
+        return (
+            f"{setting.name}: the noise of robot {i + 1}'s posture makes its demanded turn rate vary by about "
+            f"{most:.2g} rad/s²; with smooth={enough:g} it is about 1",
+        )
+
+    def _smoothed(self, setting: Setting) -> float:
+        return setting.knowledge.smooth if self.smooth is None else self.smooth
+
+    def _variation(self, setting: Setting, robot: int) -> float:
+        """By how much noise makes the demanded turn rate vary [rad/s²]; 0 where a Kalman filter takes it away."""
+        sensing = setting.sensing[robot].joined_by(self.estimator)
+        if sensing.posture != "pose" or sensing.estimator == KALMAN or self.steering != "bearing":
+            return 0.0
+        v = float(np.abs(setting.references.sampled(setting.times).v[..., robot]).max())
+        far = v * self.look_ahead
+        near = max(self.steering_distance, far, 1e-3)
+        asked = np.zeros((2, len(TRACKING_INPUTS)))
+        asked[:, :3] = [(far, _SMALL, far), (far, -_SMALL, far)]
+        ahead, back = self.tracking(asked[:, self.inputs])[:, 1]
+        noise = math.hypot(sensing.position_noise / near, sensing.heading_noise)
+        shares = share_of_noise(sensing.filter_gain), share_of_noise(share_of(self._smoothed(setting), setting.period))
+        turning = abs(ahead - back) / (2 * _SMALL) * noise
+        return float(2 / math.sqrt(math.pi) * turning * math.prod(shares) / setting.period)
+
+    def _weaving(self, setting: Setting) -> tuple[str, ...]:
+        """Which robots cannot turn towards a point as near as the steering distance D.
 
         A robot that drives v and turns by at most ω_max reaches no point within the two circles of radius v/ω_max
         beside it: D must not be less than their diameter.
@@ -309,6 +355,11 @@ def rule_base_files() -> dict[str, Path]:
 def called(rule_base: str | Sugeno) -> str:
     """What messages call a rule base: its name or file, or the system's own name."""
     return rule_base.name if isinstance(rule_base, Sugeno) else rule_base
+
+
+def share_of_noise(share: float) -> float:
+    """What a low-pass that takes the ``share`` s of what is new leaves of the steps of white noise: s/√(2 − s)."""
+    return share / math.sqrt(2 - share)
 
 
 def load_rule_base(name: str | Sugeno) -> Sugeno:

@@ -1,5 +1,6 @@
 """Row E of the acceptance list, and the rule bases against pure pursuit."""
 
+import re
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -11,6 +12,7 @@ from fuzzy.files.fisfile import FisFileError, format_fis
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import ControllerError, Observation
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, load_rule_base, rule_base_files
+from robotics.measures.quantities import measured
 from robotics.measures.tracking import cross_track_error, measure, settling_time, tracking_error
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Member, Scenario
@@ -400,3 +402,22 @@ timing = { speed = 0.6 }
     off = {law: measure(simulate(scenario, law, range(5)))["rms_cross_track_m"].max() for law in (near, far)}
     assert off[near] > 0.25
     assert off[far] < 0.06
+
+
+@pytest.mark.parametrize(("position", "heading"), [(0.006, 0.02), (0.003, 0.02), (0.01, 0.003)])
+def test_noise_that_makes_it_restless_is_said_with_the_low_pass_that_helps(position, heading):
+    """The sentence's two numbers against runs: how restless it is, and that with the low-pass it is 1 rad/s²."""
+    table = load_scenario("table-2-1")
+    noisy = replace(table, sensing=Sensing(posture="pose", position_noise=position, heading_noise=heading))
+
+    def restless(law):
+        return measured(simulate(noisy, law, range(4)), "w_variation_late_radps2").mean()
+
+    (said,) = FuzzyTracking().misgivings(noisy.setting)
+    told, smooth = map(float, re.search(r"about ([\d.]+) rad/s²; with smooth=([\d.]+) it is about 1", said).groups())
+    assert restless(FuzzyTracking()) == pytest.approx(told, rel=0.1)
+    calmed = FuzzyTracking(smooth=smooth)
+    assert restless(calmed) == pytest.approx(1.0, rel=0.15)
+    assert calmed.misgivings(noisy.setting) == ()
+    assert FuzzyTracking(estimator="kalman").misgivings(noisy.setting) == ()
+    assert FuzzyTracking().misgivings(table.setting) == ()  # 3 mm and 3 mrad
