@@ -2,8 +2,8 @@
 
 Thesis 1.8, 5.3 and (6.4)-(6.7), Figs 5.20 and 6.26; there two modes are switched by hand. Here five rule bases do it:
 
-* ``cooperation``: from how far the robot and each other is behind, the age of what it heard, and who gives way or is
-  stuck, to the rate z' of the robot's copy of the group's clock. The copies agree on the slowest.
+* ``cooperation``: from how far the robot is behind, and whether it gives way or is stuck, to the rate z' of its copy
+  of the group's clock. The copies agree on the slowest: who is behind makes all wait.
 * ``tracking``: v and ω towards the sample due by that clock, Table 5.6 as repaired.
 * ``crash``: from the way to the place where two paths meet, the gap, bearing and closing speed of the other, and who
   has right of way, to a turn and to the speed above which it would be dangerous. Over all others the turns add up and
@@ -33,7 +33,7 @@ from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, Law, Observation, check_connected, check_team
-from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD
+from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.rules.emergency import EmergencySettings
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
@@ -60,6 +60,37 @@ GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes o
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
 LEFT_AFTER = 15.0  # s after which it is said to be left behind
 FREE_SPEED = 1.2  # m/s: what the crash rule base allows where nobody is
+
+
+_DIAGRAM = StateDiagram(  # thesis Fig 6.26; the rule bases blend what here are states
+    {
+        TRACK: StateBox("tracking", "tracking outweighs: to the sample due, turned and slowed by crash"),
+        AVOID: StateBox("avoiding", "obstacles outweighs: round one side, which is kept"),
+        FOLLOW: StateBox("following the wall", "the same, along what leads nowhere"),
+        YIELD: StateBox("yielding", "crash or the emergency rule takes half of the speed, or all"),
+    },
+    (
+        Transition(TRACK, AVOID, "supervisor: little room ahead, or a thing comes"),
+        Transition(AVOID, TRACK, "supervisor: room ahead, and no side is kept"),
+        Transition(AVOID, FOLLOW, f"no progress on the path for {WALL_AFTER:g} s"),
+        Transition(FOLLOW, AVOID, "progress"),
+        *(Transition(mode, YIELD, "another robot goes first, or is near") for mode in (TRACK, AVOID, FOLLOW)),
+        Transition(YIELD, TRACK, "its way is free, and no side is kept"),
+        Transition(YIELD, AVOID, "its way is free, beside an obstacle"),
+        Transition(YIELD, FOLLOW, "its way is free, without progress"),
+    ),
+)
+_LEFT_DIAGRAM = StateDiagram(
+    {
+        0: StateBox("in the group", "its clock waits where it is behind"),
+        LEFT_BEHIND: StateBox("left behind", "it is stuck: its clock begins to go on without it"),
+    },
+    (
+        Transition(0, LEFT_BEHIND, f"no progress on the path for {LEFT_AFTER:g} s"),
+        Transition(LEFT_BEHIND, 0, "progress"),
+    ),
+    mask=LEFT_BEHIND,
+)
 
 
 class _Memory(NamedTuple):
@@ -92,6 +123,7 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
+    diagrams = (_DIAGRAM, _LEFT_DIAGRAM)
     message = TEAM_MESSAGE
     watchdog = OUTAGE  # s
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})

@@ -20,6 +20,7 @@ from robotics.plugins.thesis.avoidance_runs import (
     CASES,
     COURSES,
     CRASH_LAWS,
+    JOINED,
     LATEST,
     OBSTACLE_LAWS,
     SIDE_BY_SIDE,
@@ -39,6 +40,7 @@ from robotics.simulation.scenario.reading import load_scenario
 
 Runs = dict[tuple[str, str], Run]  # by scenario and law
 
+_MEETING, _AMONG_OBSTACLES = (*CRASH_LAWS, JOINED), (*OBSTACLE_LAWS, JOINED)
 _SEEN = ("trajectories", "cross-track", "v", "sonar")
 
 
@@ -56,12 +58,12 @@ def _test_figures(first: int) -> dict[str, str]:
 
 # By scenario: the laws that are drawn, and the thesis's figure of each row
 CHAPTER_FIGURES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "two-meetings": (("crash-literal", "right-of-way"), _test_figures(9)),
-    "three-cross": (("crash-literal", "crash-yielding", "right-of-way"), _test_figures(14)),
-    "obstacles-on-two-paths": (OBSTACLE_LAWS, _figures(28, *_SEEN)),
-    "turn-into-neighbour": (OBSTACLE_LAWS, _figures(32, *_SEEN)),
-    "trap-u": (OBSTACLE_LAWS, _figures(36, *_SEEN)),
-    "obstacles-on-outer-paths": (OBSTACLE_LAWS, _figures(40, "trajectories", "cross-track", "v", "w")),
+    "two-meetings": (("crash-literal", JOINED, "right-of-way"), _test_figures(9)),
+    "three-cross": (("crash-literal", JOINED, "right-of-way"), _test_figures(14)),
+    "obstacles-on-two-paths": (_AMONG_OBSTACLES, _figures(28, *_SEEN)),
+    "turn-into-neighbour": (_AMONG_OBSTACLES, _figures(32, *_SEEN)),
+    "trap-u": (_AMONG_OBSTACLES, _figures(36, *_SEEN)),
+    "obstacles-on-outer-paths": (_AMONG_OBSTACLES, _figures(40, "trajectories", "cross-track", "v", "w")),
 }
 
 
@@ -75,8 +77,8 @@ def chapter_of(results: Results) -> Chapter:
         claims=judged("avoidance", partial(avoidance_runs.values, results)),
         films=[film_of(runs[key], *key) for key in _played(runs)],
         leads=[
-            *(_lead(runs, test, CRASH_LAWS) for test in AVOIDANCE_TESTS),
-            *(_lead(runs, c, OBSTACLE_LAWS) for c in COURSES),
+            *(_lead(runs, test, _MEETING) for test in AVOIDANCE_TESTS),
+            *(_lead(runs, c, _AMONG_OBSTACLES) for c in COURSES),
         ],
     )
 
@@ -101,7 +103,7 @@ def _played(runs: Runs) -> list[tuple[str, str]]:
 def _tests(runs: Runs) -> Grid:
     return Grid.of(
         TEXTS.text("avoidance.tests.caption"),
-        [runs[key] for key in product(AVOIDANCE_TESTS, CRASH_LAWS)],
+        [runs[key] for key in product(AVOIDANCE_TESTS, _MEETING)],
         run_columns("test", _TOUCHED, min_distance_m="least distance of centers", **_ARRIVING)
         | {"stood": lambda run: ", ".join(shown(mean_of(measured(run, "stood_s", str(i))), "s") for i in (1, 2, 3))},
     )
@@ -115,7 +117,7 @@ _TOUCHED = {"runs with contact": lambda run: f"{runs_touched(run)} of {len(run.s
 
 def _crossings(results: Results) -> Grid:
     rows = []
-    for law in CRASH_LAWS:
+    for law in _MEETING:
         outcome: StressOutcome = results[avoidance_runs.RANDOM_CROSSINGS, law]
         figures = outcome.summary()
         ratio = figures["time_ratio_median"]
@@ -129,7 +131,7 @@ def _crossings(results: Results) -> Grid:
 
 def _courses(runs: Runs) -> Grid:
     order = (*COURSES, *CASES)
-    shown_here = [key for key in runs if key[0] in order and key[1] in OBSTACLE_LAWS]
+    shown_here = [key for key in runs if key[0] in order and key[1] in _AMONG_OBSTACLES]
     return Grid.of(
         TEXTS.text("avoidance.courses.caption"),
         [runs[key] for key in sorted(shown_here, key=lambda key: (order.index(key[0]), key[1]))],
@@ -161,12 +163,13 @@ def _row(run: Run, seeds: int) -> tuple[str, ...]:
     clearance = shown(mean_of(of("min_clearance_m")), "m")
     guarded = _mean(of("emergency_share", "mean"), "1")
     if run.obstacles is not None and not make_controller(run.controller).looks:
-        return (run.scenario, f"{label(run.controller)}: drives blind", count, "–", "–", "–", clearance, guarded)
+        return (run.scenario, f"{label(run.controller)}: drives blind", count, *"––––", clearance, guarded)
     late, apart = of("arrival_time_s") / nominal_time(run.scenario), of("arrival_spread_s")
     arrived = ~touched & (late <= LATEST)
     good = shown(rate_of(arrived & (apart <= ARRIVAL_SPREAD)), "1")
     means = _mean(apart[arrived], "s"), _mean(late[arrived], "1")
-    return (run.scenario, label(run.controller), count, good, *means, clearance, guarded)
+    away = ", ".join(shown(mean_of(of("max_cross_track_m", str(i + 1))), "m") for i in range(len(run.paths)))
+    return (run.scenario, label(run.controller), count, good, *means, away, clearance, guarded)
 
 
 def _mean(values: np.ndarray, unit: str) -> str:
@@ -184,6 +187,7 @@ def _pictures(runs: Runs) -> list[Picture]:
         "avoidance-theta": partial(plot_turn, "theta", PAGE_WIDTH),
         "avoidance-states-crash": partial(plot_states, (CRASH_LAWS[0], CRASH_LAWS[-1])),
         "avoidance-states-obstacles": partial(plot_states, OBSTACLE_LAWS),
+        "avoidance-states-joined": partial(plot_states, ("hierarchy-literal", JOINED)),
     }
     return [
         *(TEXTS.picture(name, plot) for name, plot in plots.items()),

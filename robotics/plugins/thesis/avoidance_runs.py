@@ -25,8 +25,9 @@ CRASH_LAWS = ("crash-literal", "crash-yielding", "right-of-way")
 COURSES = ("obstacles-on-two-paths", "turn-into-neighbour", "trap-u", "obstacles-on-outer-paths")  # 6.3
 CASES = ("wait-for-one", "neighbour-stops", "turn-towards-each-other", "trap-u-middle")  # the case studies of 6.2.3
 OBSTACLE_LAWS = ("obstacles-literal", "obstacles")
+JOINED = "fuzzy-team"  # one law for robots and obstacles, Fig 6.26
 # Side by side in a table of their own: the printed rules in one law, one law for robots and obstacles, and a plan
-SIDE_BY_SIDE = ("hierarchy-literal", "fuzzy-team", "right-of-way")
+SIDE_BY_SIDE = ("hierarchy-literal", JOINED, "right-of-way")
 LATEST = 1.6  # times the nominal duration: side by side, who arrives later has not arrived
 FACTOR = 1.6  # times the nominal duration: a run in which not all have arrived by then counts as a deadlock
 
@@ -53,7 +54,7 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
             for law, sees in looks.items()  # those that drive blind are only shown beside
         ),
         *(Experiment(("cases", law), partial(_cases, law, seeds[:_FEW])) for law in OBSTACLE_LAWS),
-        *(Experiment((RANDOM_CROSSINGS, law), partial(_crossings, law, many)) for law in CRASH_LAWS),
+        *(Experiment((RANDOM_CROSSINGS, law), partial(_crossings, law, many)) for law in (*CRASH_LAWS, JOINED)),
     ]
 
 

@@ -65,6 +65,13 @@ def test_obstacle_avoidance_goes_through_its_diagrams() -> None:
     check("obstacles", [*run_together(scenarios, "obstacles", [0]), trapped])
 
 
+def test_the_fuzzy_team_goes_through_its_diagrams() -> None:
+    law = "fuzzy-team"
+    courses = run_together([load_scenario(name) for name in COURSES[:1]], law, [0])
+    trapped, _ = single_run("obstacles", make_controller(law), 7, kind="U", robots=3, moving=2, name=law)
+    check(law, [*courses, trapped])
+
+
 def test_the_hierarchy_goes_through_its_diagrams() -> None:
     courses = run_together([load_scenario(name) for name in COURSES[:3]], "hierarchy-literal", [1])
     check(
