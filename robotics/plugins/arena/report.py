@@ -134,7 +134,8 @@ def small_arena(begin: Begin, folder: Path) -> Front:
     arena = load_arena("demo")
     outcome = drive_arena(arena, folder / "arena", fresh=True, clocked=False, begin=begin)
     write_tables(outcome, folder / "arena")
-    note = _TEXTS.text("front-of-a-report.note", laws=len(arena.laws), evaluations=arena.evaluations)
+    cost = " + ".join(map(_term, arena.made_cost.terms))
+    note = _TEXTS.text("front-of-a-report.note", cost=cost, laws=len(arena.laws), evaluations=arena.evaluations)
     return Front(_TEXTS.text("front-of-a-report.title"), ranking(outcome), answer(outcome), note)
 
 

@@ -39,7 +39,7 @@ def answer(
         claims: The claims.
         first: The metrics that come first, as of :func:`robotics.show.report.page.write_report`.
     """
-    return [*leading_sentences(leads), *_lowest(comparisons, tables, first), *_judged(claims)]
+    return [*_judged(claims), *leading_sentences(leads), *_lowest(comparisons, tables, first)]
 
 
 def leading_sentences(leads: Sequence[Lead]) -> list[str]:
@@ -92,7 +92,7 @@ def _lowest(comparisons: Sequence[Comparison], tables: Mapping[str, SummaryTable
         if most > others[0][1]:
             better.setdefault(side, []).append(f"{metric} ({most} of {sides.total()})")
     said = [f"{_GROUPS[side]} have the lowest {listed(metrics)}" for side, metrics in sorted(better.items())]
-    return [f"Scenario by scenario, {'; '.join(said)}."] if said else []
+    return [f"Number by number, scenario by scenario, {'; '.join(said)}."] if said else []
 
 
 def _judged(claims: Sequence[Claim]) -> list[str]:
