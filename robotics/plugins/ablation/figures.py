@@ -19,7 +19,8 @@ _ROW, _FRAME = 0.17, 0.75  # inches
 def plot_ablation(found: Ablation) -> Figure:
     """Draw how much worse the law drives without each of its parts, with 95 % intervals; what is worse is filled."""
     table = found.table
-    panels = list(table.groupby(["task", "measured"], sort=False))
+    every = list(table.groupby(["task", "measured"], sort=False))
+    panels = [panel for panel in every if (panel[1]["difference"] != 0).any()] or every
     names = list(dict.fromkeys(table["variant"]))
     lines = -(-len(panels) // _COLUMNS)
     with styled_figure(_WIDTH, lines * (_ROW * len(names) + _FRAME) + 0.2) as figure:
