@@ -3,6 +3,7 @@
 import importlib
 import json
 import re
+import tomllib
 import warnings
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,16 @@ from benchmarks.__main__ import BENCHMARKS
 from fuzzy.files import fislines
 from fuzzy.membershipfunction import MATLAB_NAMES
 from robotics.commands.filekinds import FILE_KINDS
+from robotics.laws.catalogue import CATALOGUE
+from robotics.laws.tracking.fuzzy_tracking import rule_base_files
 from robotics.measures.registry import ALL_METRICS
-from robotics.simulation.scenario.reading import parse_scenario
+from robotics.plugins.thesis.avoidance import CHAPTER_FIGURES
+from robotics.plugins.thesis.avoidance_runs import AVOIDANCE_TESTS
+from robotics.plugins.thesis.formations import _EXPERIMENTS, _FITS
+from robotics.plugins.thesis.rows import TABLES
+from robotics.plugins.thesis.team_runs import TEAM_TESTS
+from robotics.show.report.plan import load_study
+from robotics.simulation.scenario.reading import parse_scenario, scenario_names
 
 PAGES = Path(__file__).parent.parent / "docs" / "reference"
 # What the Fuzzy Logic Toolbox has: each name stands on the page, here or under what is not here.
@@ -104,3 +113,32 @@ def test_a_schema_of_each_kind_of_file_is_named_and_made():
     assert re.findall(r"scenario|robot|sweep|tuning|study", kinds[1]) == list(FILE_KINDS)
     (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     assert len(parse_scenario(example, "page").robots) == 1
+
+
+def test_every_figure_of_the_thesis_stands_once_with_pictures_and_commands_that_exist(pages):
+    """Chapters 2 to 6, and Tables 2.1 and 5.1 to 5.8; the pictures are those that the report draws."""
+    told = tomllib.loads((PAGES / "thesisfigures.toml").read_text("utf-8"))["rows"]
+    numbers = []
+    for row in told:
+        figures = row["thesis"].partition("Table")[0]
+        for chapter, first, end in re.findall(r"\b([2-6])\.(\d+)(?:-[2-6]\.(\d+))?", figures):
+            numbers += [f"{chapter}.{n}" for n in range(int(first), int(end or first) + 1)]
+    last = {2: 32, 3: 7, 4: 17, 5: 31, 6: 43}
+    assert sorted(numbers) == sorted(f"{chapter}.{n}" for chapter, end in last.items() for n in range(1, end + 1))
+    tables = re.findall(r"(\d\.\d)(?:-(\d\.\d))?", " ".join(row["thesis"].partition("Table")[2] for row in told))
+    assert {"2.1", "5.1", "5.6", "5.7", "5.8"} < {first for first, _ in tables}
+    texts = tomllib.loads((PAGES.parents[1] / "robotics" / "plugins" / "thesis" / "texts.toml").read_text("utf-8"))
+    drawn = {*texts, *(name for name, _ in (row[:2] for row in _FITS)), *(f"{name}-1" for name in _EXPERIMENTS)}
+    drawn |= {f"avoidance-meetings-{name}" for name in AVOIDANCE_TESTS}
+    drawn |= {f"avoidance-{name}{end}" for name in CHAPTER_FIGURES for end in ("", "-speeds")}
+    drawn |= {f"team-{name}" for name in TABLES.table("figures")} | {f"team-errors-{name}" for name in TEAM_TESTS}
+    compared = load_study("thesis").scenarios
+    drawn |= {f"{name}-{kind}" for name in compared for kind in ("paths", "errors", "speeds", "metrics")}
+    for row in told:
+        assert set(row.get("pictures", [])) <= drawn, row
+        words = row.get("redraw", "").split()
+        known = {*scenario_names(), *CATALOGUE, *rule_base_files()}
+        if words and words[1] in ("run", "compare", "plot"):
+            given = [w for w in words[2:] if not w.startswith("-") and "." not in w and w != words[-1]]
+            assert set(given) <= known, row
+    assert "| Fig 2.3: the push K/Q(S) over S | `law-switching` |" in pages.thesis_figures(PAGES / "thesisfigures.toml")

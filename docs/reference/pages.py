@@ -13,6 +13,7 @@ import json
 import re
 import shutil
 import textwrap
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ def write(folder: Path) -> None:
     shutil.rmtree(made, ignore_errors=True)
     measured = folder / "benchmarks.json"
     pages = {**_api(), **_commands(), **_files(), **_tables(), "benchmarks.md": benchmarks(measured)}
+    pages["thesis-figures.md"] = thesis_figures(folder / "thesisfigures.toml")
     for name, text in pages.items():
         page = made / name
         page.parent.mkdir(parents=True, exist_ok=True)
@@ -303,6 +305,29 @@ _METRICS = (
 
 def _head(*names: str) -> list[str]:
     return [f"| {' | '.join(names)} |", f"|{' --- |' * len(names)}"]
+
+
+# The thesis's figures -----------------------------------------------------------------------------------------
+
+
+def thesis_figures(told: Path) -> str:
+    """A row for each figure and table of the thesis: our pictures of it, how to draw one anew, and what differs."""
+    rows = []
+    for row in tomllib.loads(told.read_text(encoding="utf-8"))["rows"]:
+        pictures = ", ".join(f"`{name}`" for name in row.get("pictures", []))
+        again = f"`{row['redraw']}`" if "redraw" in row else ""
+        rows.append(f"| {row['thesis']}: {row['what']} | {pictures} | {again} | {row['differs']} |")
+    return "\n".join(
+        [_FIGURES, *_head("thesis", "in `figures/` of `robotics compare`", "one anew", "what differs"), *rows, ""]
+    )
+
+
+_FIGURES = (
+    "# The thesis's figures and tables, and ours\n\n"
+    "`robotics compare` without names, or `make demo`, draws all of them. Pictures of one robot have bands over the "
+    "seeds; those of a team are of seed 0, and the tables beside them have the intervals. Another robot, law or seed is "
+    "a word of the command.\n"
+)
 
 
 # Benchmarks -------------------------------------------------------------------------------------------------
