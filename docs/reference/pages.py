@@ -325,7 +325,7 @@ def thesis_figures(told: Path) -> str:
 _FIGURES = (
     "# The thesis's figures and tables, and ours\n\n"
     "`robotics compare` without names, or `make demo`, draws all of them. Pictures of one robot have bands over the "
-    "seeds; those of a team are of seed 0, and the tables beside them have the intervals. Another robot, law or seed is "
+    "seeds; those of a team are of seed 0, and the tables beside them have the intervals. Another robot or law is "
     "a word of the command.\n"
 )
 
