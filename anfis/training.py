@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 _BLOCK = 65_536  # samples held at a time
 _NEGLIGIBLE = 1e-6  # of the outputs' spread: a difference of errors below it is none
 
+UNLIKE = 1.5  # checking error over training error, beyond which it is remarked
+
 
 @dataclass(frozen=True, eq=False)
 class Training:
@@ -63,6 +65,23 @@ class Training:
     rmse: float
     check_rmse: float
     state: dict[str, Any] = field(repr=False)
+
+    @property
+    def added_nothing(self) -> bool:
+        """Whether the start, or what the first epoch made of it, is the best although there were more epochs."""
+        return self.best <= 1 < len(self.history) - 1
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be said of the learning, in sentences: that it added nothing, that it learnt its data by heart."""
+        found = []
+        if self.added_nothing:
+            last = len(self.history) - 1
+            found.append(f"learning added nothing over the start: epoch {self.best} of {last} is the best")
+        if self.check_rmse > UNLIKE * self.rmse > 0:
+            times = self.check_rmse / self.rmse
+            found.append(f"the checking error is {times:.1f} times the training error: fewer rules, or more data")
+        return found
 
     def table(self) -> Any:
         """The history as a pandas table."""

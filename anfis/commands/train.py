@@ -307,5 +307,7 @@ def _say(result: "Training", out: Path, samples: TrainingData, tested: "_Tested"
     others = "".join(f", {error(value)} {name}" for name, value in more if value == value)
     print(
         f"{out}: {count} rules; RMSE {error(first.train)} at the start, {error(result.rmse)} training{others} at "
-        f"epoch {best.epoch} of {last} (stopped: {result.stopped})"
+        f"epoch {best.epoch} of {last} (stopped: {result.stopped})",
+        *(f"note: {remark}" for remark in result.remarks),
+        sep="\n",
     )

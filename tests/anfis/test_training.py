@@ -293,3 +293,28 @@ def test_a_checkpoint_that_cannot_be_written_is_said_once_and_learning_goes_on(t
     assert len(told) == 1
     assert result.stopped == "epochs"
     assert list(tmp_path.iterdir()) == []
+
+
+# What is said of it -------------------------------------------------------------------------------------------
+
+
+def test_learning_that_adds_nothing_and_learning_by_heart_are_said():
+    """Of data that the start fits exactly the start is best; noise is learnt by heart."""
+    random = np.random.default_rng(3)
+    x = random.uniform(-1, 1, (60, 2))
+    plane = x @ [1.0, -2.0] + 0.5
+    start = anfis.train(grid(x, "gaussmf"), x, plane, Options(epochs=1)).system
+    exact = anfis.train(start, x, plane, Options(epochs=6), check=(x[:20], plane[:20]))
+    assert exact.added_nothing
+    assert exact.remarks[0].startswith("learning added nothing over the start: epoch ")
+    noise = random.normal(size=60)
+    fis = fuzzy.identify(x[:30], noise[:30], "grid", mfs=3)
+    heart = anfis.train(fis, x[:30], noise[:30], Options(epochs=6), check=(x[30:], noise[30:]))
+    times = heart.check_rmse / heart.rmse
+    assert times > 1.5
+    assert f"the checking error is {times:.1f} times the training error: fewer rules, or more data" in heart.remarks
+    good = anfis.train(
+        grid(x, "gaussmf"), x[:40], np.sin(3 * x[:40, 0]), Options(epochs=30), check=(x[40:], np.sin(3 * x[40:, 0]))
+    )
+    assert good.best > 1
+    assert not any("added nothing" in said for said in good.remarks)

@@ -119,7 +119,7 @@ def formation(
         row |= {name: getattr(trial.options, name) for name in ("squash", "accept", "reject")}
         best = training.history[training.best]
         row |= {"clustering_rmse": training.history[0].train, "train_rmse": best.train, "check_rmse": best.check}
-        row |= {"best_epoch": training.best, "stopped": training.stopped}
+        row |= {"best_epoch": training.best, "stopped": training.stopped, "remarks": network.remarks}
         rows.append(row | {"file": str(out / f"{network.output}.fis")})
     if json:
         told = {"method": options.method, "skipped": sum(len(read.skipped) for read in reads), "networks": rows}
@@ -131,7 +131,9 @@ def formation(
         checked = "" if check is None else f", {held_error} checking"
         print(
             f"{row['file']}: {row['rules']} rules; RMSE {first} by clustering, then {last} training{checked} "
-            f"(epoch {row['best_epoch']})"
+            f"(epoch {row['best_epoch']})",
+            *(f"  note: {remark}" for remark in row["remarks"]),
+            sep="\n",
         )
     if report is not None:
         print(report)

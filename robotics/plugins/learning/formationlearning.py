@@ -53,6 +53,9 @@ class FormationLearningError(InputError):
     """Data or options from which no formation networks can be learnt."""
 
 
+AS_WELL = 1.02  # times an error: no more is as good
+
+
 @dataclass(frozen=True, eq=False)
 class Learnt:
     """One network: the search for its clusters, and the system before and after learning.
@@ -70,6 +73,21 @@ class Learnt:
     trial: Trial  # the setting that was taken
     before: Sugeno  # the clusters, with consequents by least squares
     training: anfis.Training
+
+    @property
+    def fewer(self) -> Trial | None:
+        """The setting of the fewest rules that do as well after clustering, where they are fewer than those taken."""
+        best = next(t for t in self.search.by_rules.values() if t.error <= AS_WELL * self.trial.error)
+        return best if best.rules < self.trial.rules else None
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be said of the learning, and of the number of rules, in sentences."""
+        less = self.fewer
+        if less is None:
+            return self.training.remarks
+        said = f"{less.rules} rules do as well after clustering: RMSE {less.error:.3g}, and {self.trial.error:.3g} with"
+        return [*self.training.remarks, f"{said} {self.trial.rules}"]
 
     @property
     def after(self) -> Sugeno:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from anfis.plot import plot_premises
+from anfis.training import UNLIKE
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_whole
 from fuzzy.shell.progress import Begin, unwatched
@@ -48,7 +49,7 @@ _TEXTS = ReportTexts("robotics.plugins.learning")
 _ROBOTS = 6  # robots that get a column each
 _SENTENCES = 5  # contacts and stops that are told
 # What the remarks remark on
-_UNLIKE = 2.0  # checking error over training error
+_UNLIKE = 2.0  # times the scatter
 _LOOSE = 0.05  # of the output's range: a fit that is not close
 _SCATTERED = 0.1  # of the output's range: outputs that the inputs do not tell
 _OUTSIDE = 0.05  # of the checking samples
@@ -257,7 +258,11 @@ def remarks(errors: Errors) -> list[str]:
     if errors.range == 0:
         remark("constant")
         return found
-    if errors.checking > _UNLIKE * training:
+    if network.training.added_nothing:
+        remark("nothing-added", epoch=network.training.best)
+    if (less := network.fewer) is not None:
+        remark("fewer", rules=less.rules, error=less.error, taken=trial.error)
+    if errors.checking > UNLIKE * training:
         remark("overfit", times=errors.checking / training)
     if errors.outside > _OUTSIDE:
         remark("outside", share=100 * errors.outside)

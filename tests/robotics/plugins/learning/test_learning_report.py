@@ -270,3 +270,15 @@ def test_a_wrong_wish_is_told_before_anything_is_learnt(
     assert said in err
     assert "Traceback" not in err
     assert not out.exists()
+
+
+def test_fewer_rules_that_do_as_well_are_named(network: tuple[Learnt, Samples, Samples]) -> None:
+    learnt, samples, check = network
+    errors = {rules: trial.error for rules, trial in learnt.search.by_rules.items()}
+    for rules, trial in learnt.search.by_rules.items():
+        taken = replace(learnt, trial=trial)
+        enough = min(n for n, error in errors.items() if error <= 1.02 * errors[rules])
+        assert (taken.fewer.rules if taken.fewer else rules) == enough
+        said = f"{enough} rules do as well after clustering"
+        assert any(remark.startswith(said) for remark in taken.remarks) == (enough < rules)
+        assert any(said in remark for remark in remarks(errors_of(taken, samples, check))) == (enough < rules)
