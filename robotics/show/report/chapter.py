@@ -124,7 +124,8 @@ class Claim:
         row = {"claim": self.name} | _fields(part, "form", "says", "quantity", "on")
         row |= {"robot": part.robots, "of": part.of, "against": "; ".join(part.against)}
         row |= _fields(part.estimate, "kind", "value", "low", "high", "runs", "lost")
-        row |= _fields(part, "unit", "sense", "bound", "kept", "origin", "adjusted", "outcome")
+        row |= _fields(part, "unit", "sense", "bound", "kept", "origin", "outcome")
+        row["adjusted"] = "" if part.adjusted is None else part.adjusted
         sense, limit = part.limit or ("", "")
         number = part.sides[0] if part.limit else None
         row |= {"limit": limit, "limit_sense": sense, "number": number.value if number else ""}

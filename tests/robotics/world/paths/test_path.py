@@ -12,7 +12,18 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe
 
-from robotics.world.paths.path import SHAPES, Circle, Eight, Line, PathError, Quintic, Sine, Waypoints, compile_path
+from robotics.world.paths.path import (
+    SHAPES,
+    Circle,
+    Eight,
+    Line,
+    Parametric,
+    PathError,
+    Quintic,
+    Sine,
+    Waypoints,
+    compile_path,
+)
 from tests.randomcases import cases
 
 SINE = Sine(amplitude=1.0, wavenumber=1.0, x_end=8.0)
@@ -34,6 +45,7 @@ EVERY: dict[str, Any] = {
     "loop": LOOP,
     "waypoints": OPEN,
     "closed": CLOSED,
+    "parametric": Parametric(x="3*sin(u) + u/4", y="2*sin(2*u)", begin=0.2, end=5.0),
 }
 every = pytest.mark.parametrize("shape", EVERY.values(), ids=EVERY)
 
@@ -292,4 +304,4 @@ def test_undrivable_paths_are_refused(make, message):
 
 def test_every_shape_is_reachable_by_name():
     curved = {"sine": Sine, "circle": Circle, "eight": Eight, "quintic": Quintic, "waypoints": Waypoints}
-    assert curved | {"line": Line} == SHAPES
+    assert curved | {"line": Line, "parametric": Parametric} == SHAPES
