@@ -11,9 +11,8 @@ from robotics.simulation.run import Run
 
 ARRIVAL_PROGRESS = 0.995  # of the path: what must be behind a robot that has arrived
 ARRIVAL_OFFSET = 0.1  # m: and it is no farther from its path
-END_DISTANCE = 0.05  # m: a robot this near the end of its path is at the end
-GOAL_SHARE = 0.005  # of the path's length: a robot this near its goal is at the goal; but
-GOAL_LEAST = 0.03  # m at least
+END_DISTANCE = 0.05  # m: a robot this near the end of its path is at the end: laws stop within 3 cm, and noise is 3 mm
+GOAL_SHARE = 0.005  # of the path's length: on a longer path it is there so near
 ARRIVAL_SPREAD = 1.0  # s: between the first and the last arrival of robots that arrive together
 
 
@@ -50,7 +49,7 @@ def at_goal(x: np.ndarray, y: np.ndarray, goals: Any, lengths: np.ndarray) -> np
 
 def reached_within(lengths: np.ndarray) -> np.ndarray:
     """The distance [m] of its goal within which a robot is there, for paths of ``lengths`` [m]."""
-    return np.asarray(np.maximum(GOAL_SHARE * lengths, GOAL_LEAST))
+    return np.asarray(np.maximum(GOAL_SHARE * lengths, END_DISTANCE))
 
 
 def spread(times: np.ndarray) -> np.ndarray:
