@@ -24,7 +24,6 @@ FEWEST_TRIALS = 200  # of a rate that decides
 # the gains and rules that equal tuning found; "": no forms
 Form = Literal["", "as printed", "corrected", "ideal", "tuned"]
 FORMS: tuple[Form, ...] = ("as printed", "corrected", "ideal", "tuned")
-AT_BEST: Form = "tuned"  # which a publication does not speak of: no verdict on it depends on this form
 CLOSE = 0.1  # of a bound: a number that is not farther from it is marked
 Outcome = Literal["holds", "fails", "open"]
 Verdict = Literal["holds", "holds in part", "does not hold", "cannot be told"]

@@ -134,7 +134,7 @@ COMMITTED_DIAGRAM = StateDiagram(
         Transition(YIELD, FOLLOW, "its way is free, along a wall"),
     ),
 )
-_GROUP_DIAGRAM = StateDiagram(
+GROUP_DIAGRAM = StateDiagram(
     {
         0: StateBox("in the group", "the clock waits for the robot"),
         LEFT_BEHIND: StateBox("left behind", "the clock does not wait for it"),
@@ -480,7 +480,7 @@ class ObstacleAvoidance(EquationLaw):
     @property
     def diagrams(self) -> tuple[StateDiagram, ...]:
         """The modes of its variant, thesis Fig 6.26; and whether the group waits for the robot."""
-        return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, _GROUP_DIAGRAM)
+        return (COMMITTED_DIAGRAM if self.variant == "committed" else LITERAL_DIAGRAM, GROUP_DIAGRAM)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say which robots are so large that its distances to obstacles do not suit them."""

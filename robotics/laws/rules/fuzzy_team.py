@@ -31,6 +31,7 @@ import numpy as np
 
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
+from robotics.laws.avoidance.obstacle_avoidance import GROUP_DIAGRAM
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.law import Command, Law, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
@@ -80,17 +81,6 @@ _DIAGRAM = StateDiagram(  # thesis Fig 6.26; the rule bases blend what here are 
         Transition(YIELD, FOLLOW, "its way is free, without progress"),
     ),
 )
-_LEFT_DIAGRAM = StateDiagram(
-    {
-        0: StateBox("in the group", "its clock waits where it is behind"),
-        LEFT_BEHIND: StateBox("left behind", "it is stuck: its clock begins to go on without it"),
-    },
-    (
-        Transition(0, LEFT_BEHIND, f"no progress on the path for {LEFT_AFTER:g} s"),
-        Transition(LEFT_BEHIND, 0, "progress"),
-    ),
-    mask=LEFT_BEHIND,
-)
 
 
 class _Memory(NamedTuple):
@@ -123,7 +113,7 @@ class FuzzyTeam(Law[_Memory]):
 
     yields = True
     looks = True
-    diagrams = (_DIAGRAM, _LEFT_DIAGRAM)
+    diagrams = (_DIAGRAM, GROUP_DIAGRAM)
     message = TEAM_MESSAGE
     watchdog = OUTAGE  # s
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})

@@ -25,7 +25,7 @@ from robotics.simulation.scenario.description import ScenarioError
 from robotics.simulation.scenario.reading import scenario_from_table
 from robotics.tables.template import toml_value
 from robotics.tables.text import parse_table, read_text
-from robotics.world.paths.path import SHAPES
+from robotics.world.paths.path import shapes
 
 if TYPE_CHECKING:
     from robotics.plugins.learning.formationdata import FormationRecipe
@@ -275,8 +275,8 @@ def path_table(specification: str) -> dict[str, Any]:
             raise ScenarioError(f"{specification}: it has no [virtual] and no [[robots]] with a path")
         return dict(owner["path"])
     shape, _, rest = specification.partition(":")
-    if shape.strip() not in SHAPES:
-        raise ScenarioError(expected(shape.strip(), SHAPES, "path shape") + "; or the path of a .toml file")
+    if shape.strip() not in shapes():
+        raise ScenarioError(expected(shape.strip(), shapes(), "path shape") + "; or the path of a .toml file")
     table = {"shape": shape.strip()}
     for part in filter(None, (p.strip() for p in rest.split(","))):
         found = _PART.fullmatch(part)

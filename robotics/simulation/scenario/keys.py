@@ -15,7 +15,7 @@ from robotics.simulation.scenario.robots import RobotModel
 from robotics.tables.keys import Key, KeyTable, Specials, first_line, keys_of, shapes_table, table_of
 from robotics.world.environment.world import OBSTACLES, Obstacle
 from robotics.world.paths.offset import Offset
-from robotics.world.paths.path import SHAPES, Shape
+from robotics.world.paths.path import Shape, shapes
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.description import RADIO_PRESETS, Radio
 from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
@@ -74,7 +74,7 @@ def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
 
 @cache
 def _path() -> KeyTable:
-    return shapes_table("path", "A path by its shape.", "The shape of the path.", SHAPES)
+    return shapes_table("path", "A path by its shape.", "The shape of the path.", shapes())
 
 
 @cache

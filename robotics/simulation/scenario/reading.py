@@ -18,7 +18,7 @@ from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import reading
 from robotics.world.environment.world import OBSTACLES, Obstacle
 from robotics.world.paths.offset import Offset, offset_start
-from robotics.world.paths.path import SHAPES, Shape
+from robotics.world.paths.path import Shape, shapes
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
 
 ALSO = ("robot", "robots", "sensors", "virtual")  # what a file may say beside the fields of Scenario
@@ -164,7 +164,7 @@ def _radio(value: Any, keys: Keys) -> Radio:
 
 
 def _path(value: Any, keys: Keys) -> Shape:
-    made: Shape = _BUILDER.shaped(value, keys, SHAPES, "path")
+    made: Shape = _BUILDER.shaped(value, keys, shapes(), "path")
     return made
 
 

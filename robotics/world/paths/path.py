@@ -1,4 +1,4 @@
-"""Paths: sine, circle, figure of eight, line, quintic, way-points, formulas, each compiled to an arc-length table.
+"""Paths: sine, circle, figure of eight, straight line, quintic and way-points, each compiled to an arc-length table.
 
 A shape is a curve p(u), u in [0, 1], with its first two derivatives. :func:`compile_path` measures its length
 (Gauss-Legendre quadrature, to 1e-9 m or better) and tabulates position, heading and curvature at equal steps of
@@ -14,9 +14,9 @@ import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import kernel
+from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.quantity import LARGEST_NUMBER, check_quantities, described, quantity, turn
-from robotics.world.paths.formula import FormulaError, evaluate
 
 _NEAREST = 1e-12  # of the length of all way-points' chords: the spline needs points that rounding keeps apart
 _LONGEST = 1e4  # m: the table of a longer path would take more than 80 MB
@@ -256,45 +256,6 @@ class Waypoints:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Parametric:
-    """x and y as formulas of a parameter u, such as 6*sin(2*u): a spiral, a Lissajous figure."""
-
-    x: str = described(
-        "x in m, of numbers, u, pi, e, + - * / **, sin, cos, tan, exp, log, sqrt, tanh and atan.", example="2*cos(u)"
-    )
-    y: str = described("y in m, likewise.", example="sin(2*u)")
-    begin: float = quantity(0.0, "1", doc="The u at which the path begins.")
-    end: float = quantity(
-        1.0, "1", doc="The u at which it ends; it may be less, and the path is then driven backwards."
-    )
-
-    def __post_init__(self) -> None:
-        check_quantities(self, PathError)
-        _finite(self, begin=self.begin, end=self.end)
-        _require(self.begin != self.end, f"parametric path: begin and end are both {self.begin:g}: its length is 0")
-        self.curve(np.linspace(0.0, 1.0, 4097))
-
-    def curve(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """See :class:`Shape`; raises PathError for a formula that cannot be read, or is not finite somewhere."""
-        span = self.end - self.begin
-        at = self.begin + span * np.asarray(u, dtype=float)
-        found = []
-        for name in ("x", "y"):
-            try:
-                jet = evaluate(getattr(self, name), at)
-            except FormulaError as error:
-                raise PathError(f"parametric path: {name}: {error}").about(name) from None
-            bad = ~np.isfinite(np.stack(jet)).all(axis=0)
-            if bad.any():
-                where = np.ravel(at)[np.argmax(np.ravel(bad))]
-                raise PathError(f"parametric path: {name} or its slope is not finite at u = {where:g}").about(name)
-            found.append(jet)
-        x, y = found
-        place, slope, bend = (np.stack(pair) for pair in zip(x, y, strict=True))
-        return place, span * slope, span**2 * bend
-
-
 SHAPES: dict[str, type] = {
     "sine": Sine,
     "circle": Circle,
@@ -302,8 +263,12 @@ SHAPES: dict[str, type] = {
     "line": Line,
     "quintic": Quintic,
     "waypoints": Waypoints,
-    "parametric": Parametric,
 }
+
+
+def shapes() -> dict[str, type]:
+    """All shapes by the names that files give them: those above, and those of the plug-ins that are installed."""
+    return SHAPES | {point.name: point.load() for point in entry_points("fuzzyfleet.shapes")}
 
 
 class PathPoint(NamedTuple):

@@ -17,7 +17,6 @@ from robotics.world.paths.path import (
     Circle,
     Eight,
     Line,
-    Parametric,
     PathError,
     Quintic,
     Sine,
@@ -45,7 +44,6 @@ EVERY: dict[str, Any] = {
     "loop": LOOP,
     "waypoints": OPEN,
     "closed": CLOSED,
-    "parametric": Parametric(x="3*sin(u) + u/4", y="2*sin(2*u)", begin=0.2, end=5.0),
 }
 every = pytest.mark.parametrize("shape", EVERY.values(), ids=EVERY)
 
@@ -304,4 +302,4 @@ def test_undrivable_paths_are_refused(make, message):
 
 def test_every_shape_is_reachable_by_name():
     curved = {"sine": Sine, "circle": Circle, "eight": Eight, "quintic": Quintic, "waypoints": Waypoints}
-    assert curved | {"line": Line, "parametric": Parametric} == SHAPES
+    assert curved | {"line": Line} == SHAPES

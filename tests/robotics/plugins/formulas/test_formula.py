@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robotics.plugins.formulas.formula import FUNCTIONS, FormulaError, evaluate
+from robotics.plugins.formulas.parametric import Parametric
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import ScenarioError
 from robotics.simulation.scenario.reading import parse_scenario
-from robotics.world.paths.formula import FUNCTIONS, FormulaError, evaluate
-from robotics.world.paths.path import Circle, Parametric, PathError, compile_path
+from robotics.world.paths.path import Circle, PathError, compile_path
 
 U = np.linspace(0.3, 1.2, 7)
 NUMBERS = st.integers(1, 4).map(str)
