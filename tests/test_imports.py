@@ -30,7 +30,7 @@ STAIRS = {
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis
+        plugins.thesis plugins.ablation plugins.formulas
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -59,11 +59,13 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {"ccode": (), "designer": (), "loop": ("designer",), "mamdani": ()},
     "anfis": {"designer": ()},
     "robotics": {
+        "ablation": ("stress",),
         "arena": (),
         "ccode": (),
         "certificates": (),
         "designer": ("learning",),
         "learning": ("stress",),
+        "formulas": (),
         "logs": ("learning",),
         "predictive": (),
         "reinforcement": ("arena",),

@@ -72,7 +72,7 @@ _DIAGRAM = StateDiagram(  # thesis Fig 6.26; the rule bases blend what here are 
     },
     (
         Transition(TRACK, AVOID, "supervisor: little room ahead, or a thing comes"),
-        Transition(AVOID, TRACK, "supervisor: room ahead, and no side is kept"),
+        *(Transition(mode, TRACK, "supervisor: room ahead, and no side is kept") for mode in (AVOID, FOLLOW)),
         Transition(AVOID, FOLLOW, f"no progress on the path for {WALL_AFTER:g} s"),
         Transition(FOLLOW, AVOID, "progress"),
         *(Transition(mode, YIELD, "another robot goes first, or is near") for mode in (TRACK, AVOID, FOLLOW)),

@@ -44,6 +44,7 @@ from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
+from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
@@ -263,7 +264,8 @@ class FuzzyTracking(EquationLaw):
         near = max(self.steering_distance, far, 1e-3)
         asked = np.zeros((2, len(TRACKING_INPUTS)))
         asked[:, :3] = [(far, _SMALL, far), (far, -_SMALL, far)]
-        ahead, back = self.tracking(asked[:, self.inputs])[:, 1]
+        said = infer_quietly(forgiving(self.tracking.fis), asked[:, self.inputs]).output
+        ahead, back = np.nan_to_num(said[:, 1])
         noise = math.hypot(sensing.position_noise / near, sensing.heading_noise)
         shares = share_of_noise(sensing.filter_gain), share_of_noise(share_of(self._smoothed(setting), setting.period))
         turning = abs(ahead - back) / (2 * _SMALL) * noise

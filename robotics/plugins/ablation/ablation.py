@@ -18,7 +18,7 @@ import pandas as pd
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.catalogue import as_law
 from robotics.measures.evidence import mean_of
-from robotics.plugins.ablation.tasks import Numbers, Task, tasks_of
+from robotics.plugins.ablation.tasks import AblationTask, Numbers, tasks_of
 from robotics.plugins.ablation.variants import WHOLE, AblationError, variants
 from robotics.studies.executors import Workers
 from robotics.studies.pieces import run_pieces
@@ -38,7 +38,7 @@ class AblationPlan:
     on: tuple[str, ...] = ()  # scenarios
 
     @property
-    def tasks(self) -> list[Task]:
+    def tasks(self) -> list[AblationTask]:
         """What is driven."""
         return tasks_of(self.law, self.crossings, self.courses, self.seeds, self.on)
 

@@ -11,7 +11,7 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 from robotics.studies.versions import versions
 
-TABLE = "ablation.csv"
+WORTH_FILE = "ablation.csv"
 
 
 def ablate(
@@ -33,7 +33,7 @@ def ablate(
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     workers: Annotated[int | None, option("Number of processes. Default: one for each core.", min=1, max=1000)] = None,
     out: Annotated[
-        Path | None, option(f"Folder for {TABLE}. Default: nothing is written.", "-o", "--out", "FOLDER")
+        Path | None, option(f"Folder for {WORTH_FILE}. Default: nothing is written.", "-o", "--out", "FOLDER")
     ] = None,
     plot: Annotated[Path | None, option("Draw what each part is worth: .png, .pdf, .svg.", "PICTURE")] = None,
     json: Json = False,
@@ -74,8 +74,8 @@ def ablate(
     files = []
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        write_frame(found.table, out / TABLE)
-        files.append(out / TABLE)
+        write_frame(found.table, out / WORTH_FILE)
+        files.append(out / WORTH_FILE)
     if plot is not None:
         save_figure(plot_ablation(found), plot)
         files.append(plot)

@@ -25,12 +25,12 @@ def plot_ablation(found: Ablation) -> Figure:
     lines = -(-len(panels) // _COLUMNS)
     with styled_figure(_WIDTH, lines * (_ROW * len(names) + _FRAME) + 0.2) as figure:
         axes = panel_grid(figure, len(panels), _COLUMNS)
-        for k, (ax, ((task, measured), rows)) in enumerate(zip(axes, panels, strict=True)):
+        for ax, ((task, measured), rows) in zip(axes, panels, strict=True):
             for row in rows.to_dict("records"):
                 _draw(ax, names.index(row["variant"]), row)
             ax.axvline(0.0, color="0.7", linewidth=0.8, zorder=0)
             ax.set_ylim(len(names) - 0.5, -0.5)
-            ax.set_yticks(range(len(names)), names if k % _COLUMNS == 0 else [""] * len(names), fontsize=6.5)
+            ax.set_yticks(range(len(names)), names, fontsize=6.5)
             ax.set_title(str(task), fontsize=8)
             ax.set_xlabel(f"{measured}, more by\n[{MEASURED[str(measured)]}]", fontsize=7)
             ax.tick_params(axis="x", labelsize=6.5)

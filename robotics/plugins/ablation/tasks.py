@@ -35,7 +35,7 @@ _TEAM = ("no-slack",)
 Numbers = Mapping[str, np.ndarray]  # of MEASURED: (runs,), infinite or not-a-number where there is none
 
 
-class Task(NamedTuple):
+class AblationTask(NamedTuple):
     """Runs that a law drives, and what is measured of them."""
 
     name: str
@@ -43,7 +43,7 @@ class Task(NamedTuple):
     measure: Callable[[Law[Any], Sequence[int]], Numbers]
 
 
-def tasks_of(law: str, crossings: int, courses: int, seeds: int, on: Sequence[str] = ()) -> list[Task]:
+def tasks_of(law: str, crossings: int, courses: int, seeds: int, on: Sequence[str] = ()) -> list[AblationTask]:
     """The tasks for a law.
 
     Args:
@@ -54,11 +54,13 @@ def tasks_of(law: str, crossings: int, courses: int, seeds: int, on: Sequence[st
         on: The scenarios; by default those of its kind.
     """
     team = preset_of(law).kind == "team"
-    found = [Task("crossings", crossings, _crossings), Task("courses", courses, _courses)] if team else []
+    found = []
+    if team:
+        found = [AblationTask("crossings", crossings, _crossings), AblationTask("courses", courses, _courses)]
     for name in on or (_TEAM if team else _TRACKING):
         if not name.endswith(".toml"):
             check_known(name, scenario_names(), "scenario", AblationError)
-        found.append(Task(name, seeds, partial(_scenario, name)))
+        found.append(AblationTask(name, seeds, partial(_scenario, name)))
     return [task for task in found if task.runs]
 
 

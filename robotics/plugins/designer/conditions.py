@@ -20,7 +20,7 @@ from robotics.tables.text import reading
 from robotics.world.sensing.posture import KALMAN, Sensing
 
 # What every law that can use it is given, by how a trial calls it; "": what the scenario says
-GIVEN: dict[str, tuple[Knowledge, str | None]] = {
+GIVEN_TO_LAWS: dict[str, tuple[Knowledge, str | None]] = {
     "lead": (Knowledge(lead="auto"), None),
     "lead, low-pass": (Knowledge(lead="auto", smooth=0.2), None),
     "lead, low-pass, filter": (Knowledge(lead="auto", smooth=0.2), KALMAN),
@@ -116,7 +116,7 @@ def conditioned(
         driver: Empty: as the scenario says; else a robot of the package, or a file's name, and its text; and the number
             of the robot that is another, from 1; 0: all of them.
         noise: Whether there is noise, see :func:`exact`.
-        given: What laws are given, a name in GIVEN; empty: as the scenario says.
+        given: What laws are given, a name in GIVEN_TO_LAWS; empty: as the scenario says.
     """
     return _conditioned(file, driver, noise, given, _states(*file))
 
@@ -132,7 +132,7 @@ def _conditioned(
     scenario = scenario if noise else exact(scenario)
     if not given:
         return scenario
-    knowledge, estimator = GIVEN[given]
+    knowledge, estimator = GIVEN_TO_LAWS[given]
     joined = scenario.sensing.joined_by(estimator if scenario.sensing.posture == "pose" else None)
     return replace(scenario, knowledge=knowledge, sensing=joined)
 

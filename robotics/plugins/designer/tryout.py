@@ -28,7 +28,7 @@ from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import headlines, measure_all, panel_metrics
 from robotics.measures.tracking import Metric, cross_track_error
-from robotics.plugins.designer.conditions import GIVEN, conditioned, file_name, robot_from, scenario_of
+from robotics.plugins.designer.conditions import GIVEN_TO_LAWS, conditioned, file_name, robot_from, scenario_of
 from robotics.plugins.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
 from robotics.plugins.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.show.playback.player import player_data
@@ -63,7 +63,7 @@ class TryoutTrial:
     robot_of: int = 0  # the robot that is another, from 1; 0: all of them
     folder: str = ""  # the opened one, where the files are that a scenario's file names
     noise: bool = True  # see robotics.plugins.designer.conditions.exact
-    given: str = ""  # to every law that can use it, of robotics.plugins.designer.conditions.GIVEN
+    given: str = ""  # to every law that can use it, of robotics.plugins.designer.conditions.GIVEN_TO_LAWS
 
     def __post_init__(self) -> None:
         check_quantities(self, TryoutError)
@@ -77,7 +77,7 @@ class TryoutTrial:
             if not isinstance(getattr(self, name), str):
                 raise TryoutError(f"{name} must be a name, got {getattr(self, name)!r}")
         if self.given:
-            check_known(self.given, GIVEN, "knowledge", TryoutError)
+            check_known(self.given, GIVEN_TO_LAWS, "knowledge", TryoutError)
 
     def conditioned(self) -> Scenario:
         """The scenario under the trial's conditions. Raises ScenarioError, RobotError or TryoutError."""
@@ -108,7 +108,7 @@ def choices() -> dict[str, Any]:
         "scenarios": [{"name": n, "title": s.title or n, "kind": s.kind, "group": group_of(s)} for n, s in found],
         "rivals": rivals,
         "robots": [[name, load_robot(name).title] for name in robot_names()],
-        "given": [["", "what the scenario says"], *([name, name] for name in GIVEN)],
+        "given": [["", "what the scenario says"], *([name, name] for name in GIVEN_TO_LAWS)],
     }
 
 
@@ -274,7 +274,7 @@ def place_data(fis: Sugeno, wish: TryoutTrial, file: str = "") -> dict[str, Any]
 
 
 def untaken(law: Law[Any]) -> list[str]:
-    """What of GIVEN a law does not take, in few words each, with the reason."""
+    """What of GIVEN_TO_LAWS a law does not take, in few words each, with the reason."""
     if not isinstance(law, EquationLaw):
         return ["no lead, no low-pass: it has no equation"]
     words = {"lead": "lead", "smooth": "low-pass", "estimator": "filter"}

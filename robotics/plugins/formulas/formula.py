@@ -20,7 +20,7 @@ _LONGEST = 1000  # characters
 _Function = Callable[[np.ndarray], np.ndarray]
 _CONSTANTS = {"pi": math.pi, "e": math.e}
 # Each with its first two derivatives
-FUNCTIONS: Mapping[str, tuple[_Function, _Function, _Function]] = {
+FORMULA_FUNCTIONS: Mapping[str, tuple[_Function, _Function, _Function]] = {
     "sin": (np.sin, np.cos, lambda f: -np.sin(f)),
     "cos": (np.cos, lambda f: -np.sin(f), lambda f: -np.cos(f)),
     "tan": (np.tan, lambda f: 1 + np.tan(f) ** 2, lambda f: 2 * np.tan(f) * (1 + np.tan(f) ** 2)),
@@ -82,12 +82,12 @@ class _Reader:
                 return self._power(self.read(left), self.read(right))
             case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
                 return _OPERATIONS[type(op)](self.read(left), self.read(right))
-            case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in FUNCTIONS:
-                return _chained(FUNCTIONS[name], self.read(part))
+            case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in FORMULA_FUNCTIONS:
+                return _chained(FORMULA_FUNCTIONS[name], self.read(part))
             case ast.Call(func=ast.Name(id=name)):
-                raise self._fault(expected(name, list(FUNCTIONS), "function of one number"))
+                raise self._fault(expected(name, list(FORMULA_FUNCTIONS), "function of one number"))
         said = ast.get_source_segment(self.formula.strip(), node) or self.formula
-        raise self._fault(f"{said!r} is none of numbers, u, + - * / ** and {listed(list(FUNCTIONS))}")
+        raise self._fault(f"{said!r} is none of numbers, u, + - * / ** and {listed(list(FORMULA_FUNCTIONS))}")
 
     def _constant(self, number: float) -> Jet:
         zero = np.zeros_like(self.u.value)

@@ -414,7 +414,7 @@ export async function render({ model, el }) {
     const off = noise.checked ? "off takes away" : "taken away";
     const some = `${off}: ${drawn.join(", ")}; encoders, latency and faults stay`;
     say(noiseWords, course === null ? "" : drawn.length ? some : "this scenario has none");
-    offer(given, known.given, trial.given ?? "");
+    offer(given, known?.given ?? [], trial.given ?? "");
     const untaken = trial.given ? (course?.untaken ?? []) : [];
     say(givenWords, untaken.length ? `this law has ${untaken.join("; ")}` : "");
     rivalField.hidden = pin.hidden = course === null;

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.plugins.formulas.formula import FUNCTIONS, FormulaError, evaluate
+from robotics.plugins.formulas.formula import FORMULA_FUNCTIONS, FormulaError, evaluate
 from robotics.plugins.formulas.parametric import Parametric
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import ScenarioError
@@ -39,7 +39,7 @@ def formulas() -> st.SearchStrategy[str]:
 @settings(max_examples=100)
 @given(formulas())
 def test_a_formula_is_pythons_value_and_its_slopes_are_differences(formula: str) -> None:
-    names = {name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS} | {"pi": math.pi}
+    names = {name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FORMULA_FUNCTIONS} | {"pi": math.pi}
     found = evaluate(formula, U)
     np.testing.assert_allclose(found.value, eval(formula, {"__builtins__": {}}, names | {"u": U}) + 0 * U, rtol=1e-12)
     h = 1e-4
