@@ -120,10 +120,10 @@ def test_the_chapter_judges_the_claims_from_its_runs(avoidance_results: dict[Any
     assert verdicts["The crash avoidance is accurate"]["as printed"] == "does not hold"
     assert len(verdicts) == 6
     tests, crossings, courses, _ = chapter.tables
-    assert len(tests.rows) == len(AVOIDANCE_TESTS) * len(CRASH_LAWS)
+    assert len(tests.rows) == len(AVOIDANCE_TESTS) * (len(CRASH_LAWS) + 1)  # and the joined law
     assert [row[0] for row in crossings.rows][::2] == ["Crash avoidance, literal", "Right of way"]
     assert crossings.rows[2][1].startswith("0 % (0 to")
-    assert len(courses.rows) == (len(COURSES) + 1) * len(OBSTACLE_LAWS) - 1  # a case study is of one law
+    assert len(courses.rows) == (len(COURSES) + 1) * len(OBSTACLE_LAWS) - 1 + len(COURSES)  # a case study is of one law
     for grid in chapter.tables:
         assert {len(row) for row in grid.rows} == {len(grid.head)}
     assert any(load_scenario(CASES[2]).title in film.caption for film in chapter.films)
@@ -150,8 +150,11 @@ def test_another_outcome_gives_another_verdict(avoidance_results: dict[Any, Any]
     other["courses", "obstacles-literal"] = [*literal, replace(stuck, about=about)]
     before, after = ({c.name: c for c in chapter_of(r).claims} for r in (avoidance_results, other))
     assert before["A stuck robot is left behind"].forms["as printed"] != "does not hold"
-    touched = [part.outcome for part in after["A stuck robot is left behind"].of("as printed")]
-    assert touched[:2] == ["fails", "fails"]
+    stuck_before, stuck_after = (
+        found["A stuck robot is left behind"].of("as printed")[:2] for found in (before, after)
+    )
+    assert all(part.kept == part.estimate.runs for part in stuck_before)
+    assert [(part.kept, part.outcome != "holds") for part in stuck_after] == [(0, True)] * 2
     assert [p.estimate.value for p in after["The crash avoidance is accurate"].parts] == [1.0] * 4
 
 
@@ -160,14 +163,14 @@ def test_three_laws_side_by_side(avoidance_results: dict[Any, Any], monkeypatch:
     rows = {row[:2]: row[2:] for row in side_by_side_table(runs).rows}
     assert len(rows) == (len(AVOIDANCE_TESTS) + len(COURSES)) * len(SIDE_BY_SIDE)
     printed, planned = (rows[AVOIDANCE_TESTS[1], label(law)] for law in (SIDE_BY_SIDE[0], SIDE_BY_SIDE[-1]))
-    assert printed[:4] == ("3 of 3", "0 % (0 to 56)", "–", "–")
-    assert planned[:2] == ("0 of 3", "100 % (44 to 100)")
+    assert printed[:4] == ("4 of 4", "0 % (0 to 49)", "–", "–")
+    assert planned[:2] == ("0 of 4", "100 % (51 to 100)")
     run = runs[AVOIDANCE_TESTS[1], "right-of-way"]
     last = [max(arrival_time(run.only(seed))[0]) for seed in run.seeds]
     assert planned[3].startswith(f"{np.mean(last) / 44.4:.2f}")
-    touched = sum(bool(contacts(runs[COURSES[1], "right-of-way"], place)) for place in range(3))
-    assert rows[COURSES[1], "Right of way: drives blind"][:4] == (f"{touched} of 3", "–", "–", "–")
-    assert touched == 3
+    touched = sum(bool(contacts(runs[COURSES[1], "right-of-way"], place)) for place in range(4))
+    assert rows[COURSES[1], "Right of way: drives blind"][:4] == (f"{touched} of 4", "–", "–", "–")
+    assert touched == 4
     # Of a law without an emergency rule the share is unknown.
     share = Metric(lambda r: np.full(r.stopped.shape, np.nan if r.controller == SIDE_BY_SIDE[0] else 0.25), "1", "")
     monkeypatch.setattr(
@@ -194,9 +197,9 @@ def test_a_page_has_a_column_a_law_and_names_the_thesis_figures(runs: dict[tuple
     named = [ax.get_title(loc="left") for ax in page.axes if ax.get_title(loc="left")]
     assert named == [*figures.values()]
     distances = page.axes[3:6]
-    for ax, run, kept in zip(distances, shown, (0.6, 1.0, 0.5), strict=True):
+    for ax, run, kept in zip(distances, shown, (0.6, None, 0.5), strict=True):
         drawn = [y_of(line) for line in ax.lines]
-        assert any(np.all(np.asarray(y) == kept) for y in drawn)
+        assert kept is None or any(np.all(np.asarray(y) == kept) for y in drawn)  # the joined law keeps none
         gap = robot_gaps(run, 0)[0, 1]
         assert any(len(y) > 2 and np.isin(y, gap).all() for y in drawn)
     assert {ax.get_xlim() for ax in page.axes[3:]} == {distances[0].get_xlim()}
