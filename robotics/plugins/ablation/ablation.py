@@ -50,7 +50,6 @@ class Ablation:
     Attributes:
         table: A row a variant, task and number: variant, base, rule, task, measured, runs (in which both have the
             number), whole and value (the means), difference, low, high, worse ("yes": beyond the interval).
-        sentences: What each rule base, and the emergency rule, is worth, in a sentence each.
     """
 
     table: pd.DataFrame
@@ -63,7 +62,7 @@ class Ablation:
 
     @property
     def sentences(self) -> list[str]:
-        """A sentence a variant."""
+        """What is worse without it beyond the interval, in a sentence a variant."""
         found = []
         for name, rows in self.table.groupby("variant", sort=False):
             worse = rows[rows["worse"] == "yes"]
