@@ -26,6 +26,7 @@ from robotics.plugins.thesis.rows import TABLES
 from robotics.plugins.thesis.team_runs import TEAM_TESTS
 from robotics.show.report.plan import load_study
 from robotics.simulation.scenario.reading import parse_scenario, scenario_names
+from tests.conftest import module_in
 
 PAGES = Path(__file__).parent.parent / "docs" / "reference"
 # What the Fuzzy Logic Toolbox has: each name stands on the page, here or under what is not here.
@@ -142,3 +143,11 @@ def test_every_figure_of_the_thesis_stands_once_with_pictures_and_commands_that_
             given = [w for w in words[2:] if not w.startswith("-") and "." not in w and w != words[-1]]
             assert set(given) <= known, row
     assert "| Fig 2.3: the push K/Q(S) over S | `law-switching` |" in pages.thesis_figures(PAGES / "thesisfigures.toml")
+
+
+def test_the_page_of_scenario_files_is_what_the_descriptions_say():
+    text = (PAGES / "file-scenario.md").read_text(encoding="utf-8")
+    made = module_in(PAGES / "scenariopage.py").page()
+    assert text == made, "python docs/reference/scenariopage.py > docs/reference/file-scenario.md"
+    ((example),) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    assert len(parse_scenario(example, "page").robots) == 1

@@ -30,6 +30,7 @@ from tests.fuzzy.random_systems import systems
 
 DOCS = Path(__file__).parent.parent / "docs"
 SITE = DOCS / "_build" / "html"
+PATIENCE = 120_000  # ms that a page with many figures may take on a loaded machine
 
 
 def interactive() -> Any:
@@ -249,7 +250,7 @@ def test_nothing_is_fetched_from_a_network(browser: Any) -> None:
         "reference/made/fuzzy/Sugeno.html",
     ):
         page, problems = opened(browser, SITE / name)
-        page.wait_for_load_state("networkidle")
+        page.wait_for_load_state("networkidle", timeout=PATIENCE)
         assert problems == [], name
         page.close()
 

@@ -1,8 +1,10 @@
 """``fuzzy design`` in a process of its own, a design for it, and tabs that note whatever goes wrong."""
 
 import os
+import random
 import re
 import signal
+import socket
 import subprocess
 import sys
 
@@ -28,19 +30,28 @@ def tipper():
     return Sugeno(inputs, [Variable("tip", (0, 30), tip, "%")], rules, name="tipper")
 
 
+def free_port():
+    """A port that neither a designer beside this one takes, from 8080 on, nor a browser, from 32768 on."""
+    ports = random.Random(os.getpid())
+    while True:
+        port = ports.randrange(10_000, 32_768)
+        with socket.socket() as tried:
+            if tried.connect_ex(("127.0.0.1", port)) != 0:
+                return port
+
+
 class Server:
-    """``fuzzy design`` in a process of its own, which can be killed and started again."""
+    """``fuzzy design`` in a process of its own, which can be killed and started again at the same address."""
 
     def __init__(self, folder):
-        self.folder, self.port = folder, None
+        self.folder, self.port = folder, free_port()
         self.start()
 
     def start(self):
         environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST", "NICEGUI"))}
         environment["FUZZYFLEET_TOKEN"] = TOKEN
-        port = [] if self.port is None else ["--port", str(self.port)]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", START, "design", "tipper.fis", *port, "--no-browser"],
+            [sys.executable, "-c", START, "design", "tipper.fis", "--port", str(self.port), "--no-browser"],
             cwd=self.folder,
             env=environment,
             stdout=subprocess.PIPE,
@@ -48,11 +59,11 @@ class Server:
             text=True,
         )
         said = self.process.stdout.readline()
-        found = re.search(r"(http://127\.0\.0\.1:(\d+)/)\?token=(\S+) ", said)
+        found = re.search(r"(http://127\.0\.0\.1:\d+/)\?token=(\S+) ", said)
         assert found, said + self.process.stderr.read()
-        assert found[3] == TOKEN
+        assert found[2] == TOKEN
         self.address = found[0].strip()  # as it is printed; the browser has the cookie once it has been there
-        self.url, self.port = found[1], int(found[2])
+        self.url = found[1]
 
     def end(self, how=signal.SIGINT):
         self.process.send_signal(how)

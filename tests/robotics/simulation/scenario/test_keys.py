@@ -4,7 +4,6 @@ import copy
 import re
 import tomllib
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,10 +16,7 @@ from robotics.simulation.scenario.survey import survey_text
 from robotics.tables.keys import KeyUnknownError, Placed, find, walk
 from robotics.tables.schema import schema_of
 from robotics.tables.template import commented_file
-from tests.conftest import module_in
 
-ROOT = Path(__file__).parents[4]
-page = module_in(ROOT / "docs" / "reference" / "scenariopage.py").page
 LINE = {"shape": "line", "start": [0.0, 0.0], "end": [5.0, 0.0]}
 BASE: dict[str, Any] = {"robots": [{"start": [0.0, 0.0, 0.0], "path": LINE, "timing": {"speed": 0.1}}]}
 ALL = list(walk(scenario_table()))
@@ -118,13 +114,6 @@ def test_names_are_found_by_their_end_and_mistyped_ones_are_guessed():
     assert {p.path for p in find(scenario_table(), "radio")} >= {"radio", "radio.loss", "radio.graph"}
     with pytest.raises(KeyUnknownError, match=r"did you mean 'robots\.timing\.speed'"):
         find(scenario_table(), "robots.timing.sped")
-
-
-def test_the_page_is_what_the_descriptions_say():
-    text = (ROOT / "docs" / "reference" / "file-scenario.md").read_text(encoding="utf-8")
-    assert text == page(), "python docs/reference/scenariopage.py > docs/reference/file-scenario.md"
-    ((example),) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
-    assert len(parse_scenario(example, "page").robots) == 1
 
 
 # Schemas ---------------------------------------------------------------------------------------------------------
