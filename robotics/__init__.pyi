@@ -122,6 +122,7 @@ from robotics.studies.tuning.space import Bound as Bound
 from robotics.studies.tuning.space import LawSpace as LawSpace
 from robotics.studies.tuning.tune import Tuned as Tuned
 from robotics.studies.tuning.tune import tune as tune
+from robotics.world.paths.goal import Goal as Goal
 from robotics.world.paths.path import Circle as Circle
 from robotics.world.paths.path import Line as Line
 from robotics.world.paths.path import Path as Path

@@ -51,7 +51,7 @@ def test_files_are_completed_beside_names(monkeypatch, capsys, tmp_path):
     for name in ("mine.toml", "mine.txt", "folder/mice.toml"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    assert completions(monkeypatch, capsys, "robotics run m") == ["mine.toml"]
+    assert completions(monkeypatch, capsys, "robotics run mi") == ["mine.toml"]
     assert completions(monkeypatch, capsys, "robotics run fol") == ["folder/"]
     assert completions(monkeypatch, capsys, "robotics run folder/m") == ["folder/mice.toml"]
     assert completions(monkeypatch, capsys, "robotics run nowhere/m") == []

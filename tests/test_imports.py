@@ -30,7 +30,7 @@ STAIRS = {
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis plugins.ablation plugins.formulas
+        plugins.thesis plugins.ablation plugins.shapes
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -41,7 +41,7 @@ STAIRS = {
         scenario lanes steps channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
-        statistics once standing outside clearance decisions progress tracking evidence explained arrival contacts
+        statistics once standing outside clearance decisions progress tracking goals evidence explained arrival contacts
         formations own leading teams avoidance registry quantities
     """,
     "robotics.studies": """
@@ -65,7 +65,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "certificates": (),
         "designer": ("learning",),
         "learning": ("stress",),
-        "formulas": (),
+        "shapes": (),
         "logs": ("learning",),
         "predictive": (),
         "reinforcement": ("arena",),

@@ -39,4 +39,10 @@ FORMULAS = {
     "contacts": "how often the robot's rectangle begins to touch another's or an obstacle, between samples too",
     "min_clearance_m": "the least distance of the robot's rectangle to another's or an obstacle; below 0, how deep",
     "emergency_share": "the periods in which the emergency rule overrode the law, divided by those until arrival",
+    "goal_reached": "1 if it is at the goal for as long as `hold` says without a break, else 0",
+    "goal_time_s": "when the first such stay begins; at the goal: within `within` of it or in its region, and within "
+    "`heading_within` of its heading if it has one",
+    "goal_error_m": "distance of the robot's center from the goal, or from its region, at the last sample",
+    "goal_heading_error_rad": "|ψ_err| at the last sample; 0 where any heading will do",
+    "goal_share": "samples at the goal from goal_time_s on, divided by all from then on; 0: never reached",
 }

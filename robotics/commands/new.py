@@ -20,7 +20,7 @@ def new(
         Path | None, option("The file. Default: my-KIND.toml, mylaw.py ...; - is stdout.", "--out", "-o", "FILE")
     ] = None,
     variant: Annotated[
-        str | None, option("Kind of a scenario: tracking, team or formation.", "--kind", show_default=False)
+        str | None, option("Kind of a scenario: tracking, team, formation or goal.", "--kind", show_default=False)
     ] = None,
     minimal: Annotated[bool, option("Write only what is set, without comments.")] = False,
     force: Annotated[bool, option("Overwrite a file that is there already.")] = False,

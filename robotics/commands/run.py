@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any
 
+from fuzzy.commands.shared import parsed, usage
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.progress import progress_bar
@@ -17,6 +18,14 @@ from robotics.commands.shared import (
 )
 
 
+def _spread(text: str) -> tuple[float, float, float]:
+    wanted = "--starts takes three numbers >= 0, in m, m and rad, such as 0.5,0.5,3.14"
+    parts = [parsed(float, part, wanted) for part in text.split(",")]
+    if len(parts) != 3:
+        usage(f"{wanted}, got {text!r}")
+    return parts[0], parts[1], parts[2]
+
+
 def run_(
     *,
     scenario: ScenarioName,
@@ -25,6 +34,10 @@ def run_(
     ] = None,
     law: Law = None,
     metric: Metric = None,
+    starts: Annotated[
+        str | None,
+        option("Draw each seed's start within so much of it: m, m, rad.", "--starts", "DX,DY,DHEADING"),
+    ] = None,
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
     seeds: Annotated[int, option("Number of seeds, from --seed on.", min=1)] = 1,
     files: Files,
@@ -37,6 +50,7 @@ def run_(
     Example:
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
+      robotics run lyapunov-sine --starts 0.5,0.5,3.14 --seeds 200
     """
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import own_metrics
@@ -48,6 +62,8 @@ def run_(
     if scenario in ("crossing", "obstacles"):
         raise InputError(f"{scenario} is no scenario but a stress test: `robotics repeat {scenario}` repeats one run")
     setting = load_scenario(scenario)
+    if starts is not None:
+        setting = setting.spread(_spread(starts))
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
     driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
     files.check_logs(range(seed, seed + seeds))

@@ -1,24 +1,26 @@
 """The setting of a law: all that it is told, before the start, of its robots and of their task."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from robotics.laws.knowledge import NOTHING_GIVEN, Knowledge
 from robotics.world.environment.world import Obstacles
+from robotics.world.paths.goal import Reach
 from robotics.world.paths.references import References
 from robotics.world.radio.description import Radio
 from robotics.world.radio.faults import Fault
+from robotics.world.random_streams import START_STREAM
 from robotics.world.sensing.posture import Sensing
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
 from robotics.world.vehicle.wheel_loop import wheel_lag
 
-# Each robot has its own reference; or there are a leader and its followers; or a team that shall arrive together
-Kind = Literal["tracking", "formation", "team"]
+# Each robot has its own reference; a leader and its followers; a team that shall arrive together; a goal for each robot
+Kind = Literal["tracking", "formation", "team", "goal"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +40,10 @@ class Setting:
 
     Attributes:
         name: Of the scenario, for messages.
-        kind: What the robots do: "tracking", "formation" or "team".
+        kind: What the robots do: "tracking", "formation", "team" or "goal".
         robots: Their parameters.
-        starts: (robots, 3), in an ensemble (runs, robots, 3): x [m], y [m], heading [rad].
+        starts: (robots, 3), in an ensemble (runs, robots, 3): x [m], y [m], heading [rad]; as :meth:`seeded` gives it
+            also where each seed has its own.
         references: The paths with their timing.
         radio: Who hears whom, and how.
         sensing: How each robot knows its posture.
@@ -53,6 +56,8 @@ class Setting:
         plant: Whether robots have mass and motors, or do at once what is commanded.
         divergence: A robot this far from its target is stopped [m].
         knowledge: What every law is given that can use it.
+        start_spread: (robots, 3) or None: how far each seed's start is from that, at most [m, m, rad].
+        goals: Of the kind "goal": what counts as having come to it, of each robot.
         truth: None: all is as it is told here; no law may look at it.
     """
 
@@ -72,12 +77,22 @@ class Setting:
     plant: Literal["dynamic", "kinematic"]
     divergence: float
     knowledge: Knowledge = NOTHING_GIVEN
+    start_spread: np.ndarray | None = None
+    goals: tuple[Reach, ...] = ()
     truth: TrueParameters | None = None
 
     @property
     def ensemble(self) -> bool:
         """Whether each run has paths and starts of its own."""
-        return self.starts.ndim == 3
+        return self.references.joined.lengths.ndim == 2
+
+    def seeded(self, seeds: Sequence[int]) -> "Setting":
+        """The setting of runs with these ``seeds``, each of which starts where its seed says."""
+        if self.start_spread is None or not self.start_spread.any():
+            return self
+        shape = self.start_spread.shape
+        draws = [np.random.default_rng([seed, START_STREAM]).uniform(-1.0, 1.0, shape) for seed in seeds]
+        return replace(self, starts=self.starts + np.array(draws) * self.start_spread, start_spread=None)
 
     @property
     def has_others(self) -> bool:

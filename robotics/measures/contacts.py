@@ -152,7 +152,7 @@ def until_contact(run: Run, first: np.ndarray) -> Run:
     return run.with_recorded(**arrays)
 
 
-_of_contacts = partial(Metric, headline=SCENARIO_KINDS, tried=("tracking", "team"), needs_others=True)
+_of_contacts = partial(Metric, headline=SCENARIO_KINDS, tried=("tracking", "team", "goal"), needs_others=True)
 CONTACT_METRICS: dict[str, Metric] = {
     "contacts": _of_contacts(
         lambda run: judge(run).counts.astype(float),

@@ -9,14 +9,15 @@ import numpy as np
 from robotics.measures.avoidance import EMERGENCY_METRICS
 from robotics.measures.contacts import CONTACT_METRICS, can_touch, judge, until_contact
 from robotics.measures.formations import FORMATION_METRICS
+from robotics.measures.goals import GOAL_METRICS
 from robotics.measures.own import NO_METRICS, MetricError, OwnMetrics, measured, metric_at, own_metric
 from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
 
-# A view of the five tables, METRICS first, in which an entry that is added to one of them is found too.
+# A view of the tables, METRICS first, in which an entry that is added to one of them is found too.
 ALL_METRICS: Mapping[str, Metric] = ChainMap(
-    EMERGENCY_METRICS, CONTACT_METRICS, TEAM_METRICS, FORMATION_METRICS, METRICS
+    EMERGENCY_METRICS, CONTACT_METRICS, TEAM_METRICS, FORMATION_METRICS, METRICS, GOAL_METRICS
 )
 
 
@@ -62,12 +63,12 @@ def metrics_of(
     """The metrics of scenarios of a kind, by name.
 
     Args:
-        kind: "tracking", "formation" or "team".
-        others: Whether there is something to touch, several robots or obstacles; by default not in "tracking".
+        kind: One of SCENARIO_KINDS.
+        others: Whether there is something to touch, several robots or obstacles; by default of formations and teams.
         guard: Whether a law has an emergency rule.
         own: The user's own, of :func:`own_metrics`, which come last.
     """
-    others = kind != "tracking" if others is None else others
+    others = kind in ("formation", "team") if others is None else others
     found = {n: m for n, m in [*ALL_METRICS.items(), *own.items()] if kind in m.kinds}
     return {n: m for n, m in found.items() if (others or not m.needs_others) and (guard or not m.needs_guard)}
 

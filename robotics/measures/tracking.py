@@ -21,7 +21,8 @@ from robotics.world.paths.references import Reference
 
 _SETTLED = 0.05  # m: a robot that stays nearer has settled
 UNDER_WAY = 6.0  # s: from then on what is measured is the tracking, not how a robot came to its path
-SCENARIO_KINDS = ("tracking", "formation", "team")  # of scenarios
+TIMETABLED = ("tracking", "formation", "team")  # kinds of scenarios in which references move
+SCENARIO_KINDS = (*TIMETABLED, "goal")
 
 
 class Metric(NamedTuple):
@@ -234,13 +235,14 @@ def _late_turning(run: Run) -> np.ndarray:
     return np.where(seconds > 0, total / np.where(seconds > 0, seconds, 1.0), np.inf)
 
 
-_headline = partial(Metric, headline=("tracking",))
-_tried = partial(Metric, tried=("tracking",))
+_timed = partial(Metric, kinds=TIMETABLED)
+_headline = partial(_timed, headline=("tracking",))
+_tried = partial(_timed, tried=("tracking",))
 _both = partial(_headline, tried=("tracking",))
 METRICS: dict[str, Metric] = {
     # The totals of thesis (2.26), named for what they are
-    "mean_abs_x_error_m": Metric(lambda r: tracking_errors(r).x, "m", "mean |x_err|"),
-    "mean_abs_y_error_m": Metric(lambda r: tracking_errors(r).y, "m", "mean |y_err|"),
+    "mean_abs_x_error_m": _timed(lambda r: tracking_errors(r).x, "m", "mean |x_err|"),
+    "mean_abs_y_error_m": _timed(lambda r: tracking_errors(r).y, "m", "mean |y_err|"),
     "mean_abs_heading_error_rad": _tried(lambda r: tracking_errors(r).heading, "rad", "mean |ψ_err|"),
     "mean_error_norm": _headline(
         lambda r: tracking_errors(r).norm, "m, rad", "mean error norm: 1 rad counted as 1 m", short="error norm"
@@ -252,7 +254,7 @@ METRICS: dict[str, Metric] = {
         short="speed error",
     ),
     # What the field reports
-    "rms_cross_track_m": Metric(
+    "rms_cross_track_m": _timed(
         lambda r: np.sqrt(_mean(cross_track_error(r) ** 2)),
         "m",
         "RMS cross-track error",
@@ -280,21 +282,26 @@ METRICS: dict[str, Metric] = {
     ),
     "final_error_m": _tried(lambda r: tracking_errors(r).final, "m", "distance to the reference at the end"),
     "control_effort": _headline(
-        lambda r: _rate(r, _last(r["effort"])), "N² m²", "mean square torque, both wheels", short="effort"
+        lambda r: _rate(r, _last(r["effort"])),
+        "N² m²",
+        "mean square torque, both wheels",
+        short="effort",
+        kinds=SCENARIO_KINDS,
     ),
     "torque_variation_nmps": _headline(
         lambda r: _rate(r, _last(r["torque_variation"])),
         "N m/s",
         "total variation of the torques a second: chatter",
+        kinds=SCENARIO_KINDS,
         short="torque variation",
         tried=("tracking", "team"),
     ),
     "v_variation_mps2": Metric(
         lambda r: _variation(r, "v_demand"), "m/s²", "total variation of the demanded speed a second"
     ),
-    "rms_distance_late_m": Metric(_late_distance, "m", "RMS distance to the reference from 6 s on"),
-    "rms_heading_late_rad": Metric(_late_heading, "rad", "RMS heading error from 6 s on"),
-    "w_variation_late_radps2": Metric(
+    "rms_distance_late_m": _timed(_late_distance, "m", "RMS distance to the reference from 6 s on"),
+    "rms_heading_late_rad": _timed(_late_heading, "rad", "RMS heading error from 6 s on"),
+    "w_variation_late_radps2": _timed(
         _late_turning, "rad/s²", "total variation of the demanded turn rate a second, from 6 s on"
     ),
     "w_variation_radps2": Metric(

@@ -189,6 +189,7 @@ class Simulation:
         observers: Sequence[Observer] = (),
     ) -> None:
         """Open it; arguments as of :func:`drive`. Raises RadioError, or ControllerError."""
+        setting = setting.seeded(seeds)
         self.setting, self.law, self.runs, self.robots = setting, law, len(seeds), len(setting.robots)
         self.name, self.recorder = name, recorder
         self.observers = [*observers] if recorder is None else [recorder.observer(0, len(seeds)), *observers]

@@ -88,6 +88,7 @@ class PreparedRuns:
     @classmethod
     def of(cls, drivers: Sequence[Driver], seeds: Sequence[int], faults: Faults | None = None) -> "PreparedRuns":
         """Look at all laws and settings. Raises RadioError, or ControllerError where a law cannot drive."""
+        drivers = [Driver(own.seeded(seeds), law) for own, law in drivers]
         setting = drivers[0].setting
         setups, memories = [], []
         for own, law in drivers:
@@ -117,7 +118,9 @@ class PreparedRuns:
         sensing = _sensing(setting, law)
         if (errors := wheel_errors(sensing, seeds)) is not None:
             p.ParameterColumns(parameters).odometry.array[...] *= errors
-        starts = setting.starts[first:last] if setting.ensemble else setting.starts
+        starts = setting.starts
+        if starts.ndim == 3:
+            starts = starts[np.arange(first, last) % len(starts)]
         body = self._body(_start(setting, starts, generators), parameters)
         counts = np.zeros((2, runs * robots))
         read_encoders(parameters, body.truth, counts, setting.period, np.empty((2, runs * robots)))

@@ -207,7 +207,17 @@ class Recorder:
         gone, bases = stopped[which], self.rule_bases if law is None else dict(law.fuzzy_systems)
         names = self.law.message if "messages" in self.arrays else ()
         return Run(
-            About(setting.name, setting.kind, name, self.law.level, setting.robots, setting.sensors, bases, names),
+            About(
+                scenario=setting.name,
+                kind=setting.kind,
+                controller=name,
+                level=self.law.level,
+                robots=setting.robots,
+                sensors=setting.sensors,
+                rule_bases=bases,
+                message=names,
+                goals=setting.goals,
+            ),
             seeds,
             times,
             recorded,

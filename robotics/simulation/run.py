@@ -24,6 +24,7 @@ from robotics.laws.setting import Kind
 from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS, Axes
 from robotics.simulation.layout import LayoutError, check_headers, check_values
 from robotics.world.environment.world import Geometry
+from robotics.world.paths.goal import Reach
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.plant import Level
@@ -54,13 +55,14 @@ class About:
     """The scenario, the controller and the robots of a run."""
 
     scenario: str
-    kind: str  # of the scenario: "tracking", "formation" or "team"
+    kind: str  # of the scenario: "tracking", "formation", "team" or "goal"
     controller: str
     level: str  # "velocity" or "torque": the meaning of the command
     robots: tuple[Robot, ...] = field(repr=False)
     sensors: tuple[Mapping[str, RangeSensor], ...] = field(repr=False)  # the sensors that each robot carries, by name
     rule_bases: Mapping[str, Sugeno] | None = field(default=None, repr=False)  # by task; None: an older file, not said
     message: tuple[str, ...] = field(default=(), repr=False)  # the names of the values that robots broadcast, if kept
+    goals: tuple[Reach, ...] = field(default=(), repr=False)  # of the kind "goal": what each robot shall do
 
 
 class Recorded(NamedTuple):
@@ -402,6 +404,8 @@ def _check_about(about: About, robots: int, recorded: Mapping[str, Recorded]) ->
     named = isinstance(about.scenario, str) and isinstance(about.controller, str)
     if about.kind not in get_args(Kind) or about.level not in get_args(Level) or not named:
         raise LayoutError(f"it is of a kind {quoted(about.kind)} and a level {quoted(about.level)} that no run has")
+    if len(about.goals) != (robots if about.kind == "goal" else 0):
+        raise LayoutError(f"it describes {len(about.goals)} goals of {robots} robots")
     if len(about.robots) != robots:
         raise LayoutError(f"it describes {len(about.robots)} robots, and {robots} were recorded")
     wanted = {"input": sum(len(system.inputs) for system in (about.rule_bases or {}).values())}
@@ -419,6 +423,8 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
     plain: dict[str, Any] = {name: getattr(about, name) for name in ("scenario", "kind", "controller", "level")}
     if about.message:
         plain["message"] = list(about.message)
+    if about.goals:
+        plain["goals"] = [asdict(goal) for goal in about.goals]
     if about.rule_bases is not None:
         try:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
@@ -447,4 +453,8 @@ def _from_json(table: dict[str, Any]) -> About:
         tuple(kinds[i][1] for i in table["robot"]),
         rule_bases,
         tuple(map(str, table.get("message", ()))),
+        tuple(
+            Reach(**goal | {"region": goal["region"] and tuple(map(tuple, goal["region"]))})
+            for goal in table.get("goals", ())
+        ),
     )

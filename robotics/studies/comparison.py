@@ -31,6 +31,7 @@ DEFAULT_CONTROLLERS: dict[str, tuple[str, ...]] = {  # by the scenarios' kind
     "tracking": ("fuzzy", "lyapunov", "csm", "assm", "qssm", "esm"),
     "formation": ("formation", "formation-teacher"),
     "team": ("cooperation", "graph-esm", "virtual-structure"),
+    "goal": ("fuzzy-park", "polar"),
 }
 
 _TITLES = {  # of columns that are no metrics

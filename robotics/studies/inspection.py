@@ -122,6 +122,8 @@ def _feasibility(needed: list[Demand]) -> Iterator[ScenarioFinding]:
 
 def _starts(setting: Setting) -> Iterator[ScenarioFinding]:
     """Starts beside the reference, or turned away from it."""
+    if setting.goals:
+        return  # to start away from a goal is the task
     first = setting.references.at(0.0)
     for i, (x, y, heading) in enumerate(setting.starts):
         off, turn = float(np.hypot(first.x[i] - x, first.y[i] - y)), float(abs(wrapped(first.heading[i] - heading)))

@@ -8,3 +8,4 @@ RELATIVE_STREAM = 2  # posture noise in proportion to the coordinates
 WHEEL_STREAM = 3  # errors of the wheels' and the axle's sizes
 FAULT_STREAM = 4  # when faults begin
 SONAR_STREAM = 5  # noise, losses and crosstalk of range sensors
+START_STREAM = 6  # where a robot starts

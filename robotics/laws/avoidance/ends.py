@@ -10,7 +10,7 @@ def near_ends(setting: Setting, least: float) -> dict[str, list[tuple[int, int, 
 
     Each pair comes with its distance [m]. An ensemble, whose runs have starts and goals of their own, has none.
     """
-    if setting.ensemble:
+    if setting.starts.ndim == 3:
         return {"starts": [], "goals": []}
     paths = setting.references.joined
     ends = paths.at(paths.lengths)

@@ -23,7 +23,12 @@ from robotics.plugins.designer.tryout import TryoutTrial
 from robotics.simulation.loop import simulate
 
 # The metric by which runs without a contact are ranked, by the kind of the scenario
-RANKED_BY = {"tracking": "rms_cross_track_m", "team": "arrival_time_s", "formation": "max_lateral_error_m"}
+RANKED_BY = {
+    "tracking": "rms_cross_track_m",
+    "team": "arrival_time_s",
+    "formation": "max_lateral_error_m",
+    "goal": "goal_time_s",
+}
 _NUMBERS = 24_000  # of the paths of all seeds and robots, at most: they are drawn again and again
 COUNTS = (1, 5, 20)
 _PAUSE = 0.5  # s without an edit before several seeds are run

@@ -27,7 +27,7 @@ from robotics.measures.contacts import Contact, can_touch, contact_sentences, co
 from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
 from robotics.measures.registry import headlines, measure_all, panel_metrics
-from robotics.measures.tracking import Metric, cross_track_error
+from robotics.measures.tracking import SCENARIO_KINDS, Metric, cross_track_error
 from robotics.plugins.designer.conditions import GIVEN_TO_LAWS, conditioned, file_name, robot_from, scenario_of
 from robotics.plugins.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
 from robotics.plugins.designer.uses import TryoutError, Use, law_of, uses_of
@@ -99,7 +99,7 @@ class Attempt(NamedTuple):
 
 def choices() -> dict[str, Any]:
     """The package's scenarios and robots, and the laws to compare with, in JSON's types."""
-    rivals: dict[str, list[list[str]]] = {"tracking": [], "team": [], "formation": []}
+    rivals: dict[str, list[list[str]]] = {kind: [] for kind in SCENARIO_KINDS}
     for name, preset in presets().items():
         rivals[preset.kind].append([name, preset.title])
     found = [(name, scenario_of(name, None)) for name in scenario_names()]
@@ -289,7 +289,7 @@ def _marks(trial: TryoutTrial, kind: str, uses: Sequence[Use]) -> dict[str, str]
     return shortcomings(trial.conditioned().setting, {name: law_of(name) for name in sorted(names)})
 
 
-_RIVALS = {"tracking": "lyapunov", "team": "virtual-structure", "formation": "formation-teacher"}
+_RIVALS = {"tracking": "lyapunov", "team": "virtual-structure", "formation": "formation-teacher", "goal": "polar"}
 
 
 def _played(scenario: Scenario) -> bool:

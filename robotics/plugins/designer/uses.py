@@ -35,6 +35,7 @@ _TASKS = {  # scenarios in which a task shows, and the law that it is compared w
     "formation": (("formation-behind", "formation-ahead"), "formation-teacher"),
 }
 _ALONE = (("fuzzy-off-path", "lyapunov-sine"), "lyapunov")  # likewise, of a robot that is alone
+_PARKING = (("park", "come-in"), "polar")
 _SUITS = 2.0  # how likely a task is whose inputs are of the kind that it needs
 
 
@@ -75,7 +76,8 @@ def uses_of(fis: Sugeno, file: str = "") -> tuple[Use, ...]:
     inputs, outputs = ({v.name for v in variables} for variables in (fis.inputs, fis.outputs))
     ranked = [*_team_uses(fis, file), *_curve_uses(fis, file)]
     if own_rules.is_tracking(fis):
-        ranked += [(3.0, use) for use in _tracking_uses()]
+        parks = {"distance", "heading_err"} <= inputs and "x_err" not in inputs  # it comes to a posture, not to a line
+        ranked += [(4.0 if use.law == "fuzzy-park" and parks else 3.0, use) for use in _tracking_uses()]
     elif outputs <= {*own_rules.RULE_OUTPUTS} and not _unknown(fis):
         ranked.append((1.5, _own_use(fis)))
     if outputs <= {*leader_follower.FORMATION_OUTPUTS} and inputs <= {*leader_follower.FORMATION_INPUTS}:
@@ -121,7 +123,7 @@ _USUAL = {"eta": "crash-yielding", "theta": "obstacles", "lateral": "fuzzy-later
 
 
 def _tracking_uses() -> list[Use]:
-    found = [Use("fuzzy", "tracking", _ONE, *_ALONE)]
+    found = [Use("fuzzy", "tracking", _ONE, *_ALONE), Use("fuzzy-park", "tracking", ("goal",), *_PARKING)]
     for name, kind in _laws("tracking"):
         if kind == "team":
             alone = presets()[name].law is fuzzy_team.FuzzyTeam  # it drives a robot that is alone as well
@@ -140,8 +142,8 @@ def _own_use(fis: Sugeno) -> Use:
         task = "obstacles"
     else:
         corrects = CORRECTIONS & {v.name for v in fis.outputs}
-        return Use("fuzzy-correcting" if corrects else "fuzzy", "own", _BOTH[::-1], *_ALONE)
-    return Use("fuzzy", "own", _BOTH, *_TASKS[task])
+        return Use("fuzzy-correcting" if corrects else "fuzzy", "own", (*_BOTH[::-1], "goal"), *_ALONE)
+    return Use("fuzzy", "own", (*_BOTH, "goal"), *_TASKS[task])
 
 
 @lru_cache(maxsize=16)

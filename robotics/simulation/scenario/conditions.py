@@ -7,8 +7,9 @@ import numpy as np
 from robotics.simulation.scenario.description import Scenario
 
 # The groups of scenarios in the order of lists
-_ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
+_ONE, GOALS, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
     "One robot",
+    "Goals: robots come to a place at no stated time",
     "Formations: followers keep to a leader",
     "Teams: all arrive together",
     "Meetings: robots on time would touch",
@@ -18,6 +19,8 @@ _ONE, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
 
 def group_of(scenario: Scenario) -> str:
     """The one of CONDITION_GROUPS to which a scenario belongs."""
+    if scenario.kind == "goal":
+        return GOALS
     if len(scenario.robots) == 1:
         return _ONE
     if scenario.obstacles:
@@ -50,6 +53,10 @@ def noises(scenario: Scenario) -> list[str]:
         (most("start_position"), "start ± {:g} mm", 1e3),
         (most("start_heading"), "heading at the start ± {:.2g}°", degrees(1)),
     ]
+    spread = np.max([member.start_spread for member in scenario.robots], axis=0)
+    if spread.any():
+        sizes = f"{spread[0]:g} and {spread[1]:g} m and {degrees(spread[2]):.3g}°"
+        found.append((1.0, f"starts up to {sizes} to both sides", 1.0))
     words = [text.format(round(size * factor, 6)) for size, text, factor in found if size > 0]
     carried = [sensor for sensors in scenario.setting.sensors for sensor in sensors.values()]
     if scenario.obstacles and any(s.noise or s.relative_noise or s.dropout or s.crosstalk for s in carried):

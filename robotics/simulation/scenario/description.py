@@ -6,9 +6,9 @@ arrive, and for how long. Units are SI and radians throughout. A scenario that c
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from math import pi
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from math import dist, pi
+from typing import Any, Literal
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from robotics.laws.setting import Kind, Setting
 from robotics.simulation.scenario.feasibility import demands
 from robotics.simulation.scenario.robots import RobotModel, standard_robot
 from robotics.world.environment.world import Obstacle, World, compile_world
+from robotics.world.paths.goal import Goal
 from robotics.world.paths.offset import Offset, compile_offset
 from robotics.world.paths.path import Shape
 from robotics.world.paths.trajectory import Timing, Trajectory, compile_motion, together
@@ -54,6 +55,8 @@ class Member:
     """One robot of a scenario: its start, path, timing, parameters and sensors.
 
     Attributes:
+        goal: The path and the timing of a robot with a goal are those of :meth:`Goal.motion`; :meth:`reaching` makes
+            such a robot.
         model: What the robot was made of; None: only its numbers are known.
 
     Raises:
@@ -65,6 +68,10 @@ class Member:
     )
     path: Shape = described("The path that the robot shall follow.", missing=_NO_PATH)
     timing: Timing = described("When the robot shall be where on its path.")
+    goal: Goal | None = described("Where the robot shall come to, at no stated time, instead of path and timing.", None)
+    start_spread: Pose = described(
+        "How far each seed's start lies from start at most, evenly: in x, y and heading.", (0.0, 0.0, 0.0)
+    )
     robot: Robot = described(
         "Which robot this one is, instead of the one of all.", default_factory=lambda: standard_robot().robot
     )
@@ -80,11 +87,29 @@ class Member:
         if not all(is_number(v) for v in self.start):
             what = f"start must be finite, its numbers {LARGEST_NUMBER:g} in size at most; got {self.start!r}"
             raise ScenarioError(what)
+        if not all(is_number(v) and v >= 0 for v in self.start_spread):
+            what = f"start_spread must be three numbers >= 0, in m, m and rad; got {self.start_spread!r}"
+            raise ScenarioError(what).about("start_spread")
         if abs(self.start[2]) > 2 * pi:
             raise ScenarioError(
                 f"start: the heading is in radians, between -2π and 2π; got {self.start[2]!r}"
                 + (" (degrees?)" if abs(self.start[2]) <= 360 else "")
             ).about("start")
+
+    @classmethod
+    def reaching(cls, goal: Goal, start: Pose, **more: Any) -> "Member":
+        """A robot that shall come to a goal.
+
+        Args:
+            goal: The goal.
+            start: Where it starts: x [m], y [m], heading [rad].
+            more: Other fields.
+
+        Raises:
+            ScenarioError: Parts that do not suit each other.
+        """
+        path, timing = goal.motion(start)
+        return cls(start=start, path=path, timing=timing, goal=goal, **more)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,8 +163,8 @@ class Scenario:
         "The range sensors that each robot carries; left out: those of the robot's own file.", None
     )
     kind: Kind = described(
-        "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), or all "
-        "arrive together (team).",
+        "What the robots do: each follows its own path (tracking), followers keep to a leader (formation), all arrive "
+        "together (team), or each comes to its goal (goal).",
         "tracking",
     )
     controller: str = described(
@@ -167,6 +192,12 @@ class Scenario:
             what = f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"
             raise ScenarioError(what).about("duration")
         self._check_team()
+        for i, member in enumerate(self.robots):
+            if (member.goal is None) == (self.kind == "goal"):
+                what = 'kind = "goal" is for robots with a goal, each of them, and robots with a goal are of that kind'
+                raise ScenarioError(f"robot {i + 1} has {'no' if member.goal is None else 'a'} goal: {what}").about(
+                    "kind" if member.goal else "robots", *(() if member.goal else (i,))
+                )
         trajectory = _trajectory(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
         object.__setattr__(self, "setting", self._compiled())
@@ -192,6 +223,10 @@ class Scenario:
         among = f", {counted(len(self.obstacles), 'obstacle')}" if self.obstacles else ""
         return f"{self.kind}, {counted(len(self.robots), 'robot')}{among}, {shown(self.duration)} s"
 
+    def spread(self, spread: Pose) -> "Scenario":
+        """The same with each seed's start within ``spread`` [m, m, rad] of every robot's. Raises ScenarioError."""
+        return replace(self, robots=tuple(replace(member, start_spread=spread) for member in self.robots))
+
     @property
     def ticks(self) -> int:
         """The number of control periods."""
@@ -213,6 +248,8 @@ class Scenario:
             kind=self.kind,
             robots=tuple(member.robot for member in self.robots),
             starts=self.starts,
+            start_spread=np.array([member.start_spread for member in self.robots]),
+            goals=tuple(member.goal.reach for member in self.robots if member.goal is not None),
             references=self.trajectory,
             radio=self.radio,
             sensing=tuple(member.sensing or self.sensing for member in self.robots),
@@ -223,9 +260,16 @@ class Scenario:
             period=self.period,
             latency=self.latency,
             plant=self.plant,
-            divergence=self.divergence,
+            divergence=self.divergence + self._way_off(),
             knowledge=self.knowledge,
         )
+
+    def _way_off(self) -> float:
+        """How far goals lie from where robots start [m]: that far from them nobody has diverged."""
+        if self.kind != "goal":
+            return 0.0
+        begin = self.trajectory.at(0.0)
+        return max(dist(m.start[:2], (begin.x[i], begin.y[i])) for i, m in enumerate(self.robots))
 
     def _sensors(self, member: Member) -> Mapping[str, RangeSensor]:
         """The range sensors that a robot carries: its own, else the scenario's, else its model's."""

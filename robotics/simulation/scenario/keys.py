@@ -29,7 +29,7 @@ def scenario_table() -> KeyTable:
     """The description of a scenario's file."""
     robot = robot_table()
     doc, members = "One robot: its start, path, timing, parameters and sensors.", _member_keys(robot)
-    robots = KeyTable("robots", doc, members, one_of=(("path", "offset"), ("timing", "offset")))
+    robots = KeyTable("robots", doc, members, one_of=(("path", "offset", "goal"), ("timing", "offset", "goal")))
     virtual = table_of(VirtualRobot, "virtual", _SPECIALS)
     also = (
         Key("robots", "The robots, in the order of their numbers.", "tables", table=robots, required=True),
@@ -66,7 +66,7 @@ def _member_keys(robot: KeyTable) -> tuple[Key, ...]:
     known = {key.name: key for of in (Offset, Member) for key in keys_of(of, _SPECIALS, without=("robot",))}
     doc = "Which robot this one is, instead of the one of all."
     also = (
-        *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset")),
+        *(replace(known[name], required=False) for name in ("start", "path", "timing", "offset", "goal")),
         Key("robot", doc, "table", table=robot, or_text=_NAME),
     )
     return keys_of(Member, _SPECIALS, also=also)
@@ -85,7 +85,7 @@ def _obstacles() -> KeyTable:
 
 @cache
 def _timing() -> KeyTable:
-    return KeyTable("timing", first_line(Timing), keys_of(Timing), one_of=(("speed", "duration", "x_rate"),))
+    return KeyTable("timing", first_line(Timing), keys_of(Timing), one_of=(("speed", "duration", "x_rate", "rest"),))
 
 
 @cache

@@ -13,10 +13,11 @@ from robotics.laws.foreign import checked_init
 from robotics.laws.law import check_needs
 from robotics.simulation.scenario.description import Member, Scenario, ScenarioError, VirtualRobot
 from robotics.simulation.scenario.robots import RobotChoice, chosen_robot, sensors_from_table, standard_robot
-from robotics.tables.build import Builder, Keys
-from robotics.tables.files import TomlFile, TomlFiles
+from robotics.tables.build import Builder, Keys, plain_value
+from robotics.tables.files import TomlFile, TomlFiles, placed_beside
 from robotics.tables.text import reading
 from robotics.world.environment.world import OBSTACLES, Obstacle
+from robotics.world.paths.goal import Goal
 from robotics.world.paths.offset import Offset, offset_start
 from robotics.world.paths.path import Shape, shapes
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
@@ -94,7 +95,8 @@ def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = Fil
         raise ScenarioError("at least one [[robots]] table is needed").about("robots")
     virtual: VirtualRobot | None = None
     if "virtual" in rest:
-        virtual = _BUILDER.build(VirtualRobot, _BUILDER.table(rest.pop("virtual"), ("virtual",)), ("virtual",))
+        table = _placed(_BUILDER.table(rest.pop("virtual"), ("virtual",)), folder)
+        virtual = _BUILDER.build(VirtualRobot, table, ("virtual",))
     robots = tuple(_member(m, ("robots", i), virtual, common, shared, folder) for i, m in enumerate(members))
     if virtual is not None and not any(isinstance(member.path, Offset) for member in robots):
         what = "no robot has an offset from the virtual robot, such as offset = [0.0, 0.5]"
@@ -117,7 +119,7 @@ def _member(
     value: Any, keys: Keys, virtual: VirtualRobot | None, common: RobotChoice | None, shared: Any, folder: FilePath
 ) -> Member:
     """A robot of a file, which says of all of them which robot is ``common`` and which sensors are ``shared``."""
-    table = dict(_BUILDER.table(value, keys))
+    table = _placed(_BUILDER.table(value, keys), folder)
     choice = common
     if "robot" in table:
         choice = chosen_robot(choice, table.pop("robot"), (*keys, "robot"), _BUILDER, folder)
@@ -128,7 +130,29 @@ def _member(
         given["sensors"] = sensors_from_table(carried, (*at, "sensors"), _BUILDER, choice.robot)
     if "offset" in table:
         return _offset_member(table, keys, virtual, given)
+    if "goal" in table:
+        return _goal_member(table, keys, given, folder)
     return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), **given)
+
+
+def _placed(table: dict[str, Any], folder: FilePath) -> dict[str, Any]:
+    """A table with a path, the file of which is looked for in ``folder`` first."""
+    path = table.get("path")
+    if isinstance(path, dict) and isinstance(path.get("file"), str):
+        return table | {"path": path | {"file": str(placed_beside(FilePath(path["file"]), folder))}}
+    return dict(table)
+
+
+def _goal_member(table: dict[str, Any], keys: Keys, given: dict[str, Any], folder: FilePath) -> Member:
+    """A robot with a goal, of which its path and its timing follow."""
+    for key in ("path", "timing"):
+        if key in table:
+            raise ScenarioError(f"give goal or {key}, not both: one that moves has them in goal").about(*keys, key)
+    at = (*keys, "goal")
+    goal: Goal = _BUILDER.build(Goal, _placed(_BUILDER.table(table["goal"], at), folder), at)
+    start = plain_value("pose", table.get("start")) or (0.0, 0.0, 0.0)  # what is none is refused below
+    path, timing = goal.motion(start)
+    return _BUILDER.build(Member, table, keys, ("offset", "robot", "sensors"), path=path, timing=timing, **given)
 
 
 def _offset_member(table: dict[str, Any], keys: Keys, virtual: VirtualRobot | None, given: dict[str, Any]) -> Member:

@@ -11,7 +11,7 @@ from math import inf
 import numpy as np
 
 from fuzzy.errors import concerning
-from fuzzy.quantity import check_quantities, quantity
+from fuzzy.quantity import check_quantities, described, quantity
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.path import Path, PathError, Shape, compile_path
 from robotics.world.paths.references import References
@@ -22,18 +22,19 @@ _only = partial(quantity, None, above=0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """The motion of a reference along its path, by exactly one of three numbers.
+    """The motion of a reference along its path, by exactly one of three numbers, or none: it rests at the path's end.
 
     With ``speed`` it has that constant speed, with ``duration`` the constant speed that takes so long. With ``x_rate``
     its x grows evenly, dx/dt = x_rate (the thesis's "x = 0.3 t, y = sin x").
 
     Raises:
-        PathError: None, or several, of the three numbers.
+        PathError: None, or several, of these.
     """
 
     speed: float | None = _only("m/s", doc="The constant speed along the path, between the ramps.", example=0.3)
     duration: float | None = _only("s", doc="The time for the whole path, from which its speed follows.", example=30.0)
     x_rate: float | None = _only("m/s", doc='The constant rate of x, as in "x = 0.3 t, y = sin x".', example=0.3)
+    rest: bool = described("Whether it rests at the path's end from the first: a goal without a timetable.", False)
     start: float = quantity(0.0, "m", least=0.0, doc="How far along the path it begins.")
     ramp: float = quantity(
         0.0, "s", least=0.0, doc="The time in which the speed rises at the start, and in which it falls at the end."
@@ -42,7 +43,11 @@ class Timing:
     def __post_init__(self) -> None:
         check_quantities(self, PathError)
         given = {n: getattr(self, n) for n in ("speed", "duration", "x_rate") if getattr(self, n) is not None}
-        if len(given) != 1:
+        if self.rest and (given or self.start or self.ramp):
+            raise PathError(
+                "timing: rest = true stands alone: what rests has no speed, duration, x_rate, start or ramp"
+            )
+        if len(given) != 1 and not self.rest:
             raise PathError(f"timing: give exactly one of speed, duration and x_rate, got {', '.join(given) or 'none'}")
         if self.ramp and self.x_rate is not None:
             raise PathError("timing: ramp goes with speed or duration, not with x_rate")
@@ -99,7 +104,9 @@ def compile_trajectory(paths: tuple[Path, ...], timings: tuple[Timing, ...]) -> 
         if timing.start >= path.length:
             raise PathError(f"timing: start {timing.start:g} m lies at or beyond the path's end, {path.length:g} m")
         rest = path.length - timing.start
-        if timing.x_rate is None:
+        if timing.rest:
+            end, s, rate = 0.0, np.full(nodes, path.length), np.zeros(nodes)
+        elif timing.x_rate is None:
             end, s, rate = _ramped(rest, timing, nodes)
             s = timing.start + s
         else:

@@ -3,7 +3,7 @@
 import pytest
 
 from robotics.measures.registry import ALL_METRICS, headlines, metrics_of, panel_metrics
-from robotics.measures.tracking import SCENARIO_KINDS
+from robotics.measures.tracking import SCENARIO_KINDS, TIMETABLED
 
 SHORT = {
     "tracking": [
@@ -16,6 +16,7 @@ SHORT = {
         "torque variation",
     ],
     "team": ["arrival", "arrival spread", "largest s_i − s_j", "least distance", "RMS cross-track"],
+    "goal": ["success", "time", "final error", "final heading error", "share there"],
     "formation": ["alignment", "spread at the end", "largest lateral"],
 }
 
@@ -54,9 +55,15 @@ def test_an_entry_says_all_and_nothing_that_cannot_be():
 
 
 def test_kinds_share_what_every_robot_has():
-    common = set.intersection(*(set(metrics_of(kind)) for kind in SCENARIO_KINDS))
+    common = set.intersection(*(set(metrics_of(kind)) for kind in TIMETABLED))
     assert set(metrics_of("tracking")) == common
     assert len(common) == 18
+    assert common & set(metrics_of("goal")) == {
+        "control_effort",
+        "torque_variation_nmps",
+        "v_variation_mps2",
+        "w_variation_radps2",
+    }
     assert set(metrics_of("tracking", others=True)) - common == {"contacts", "min_clearance_m"}
     assert {name for kind in SCENARIO_KINDS for name in metrics_of(kind, guard=True)} == set(ALL_METRICS)
 

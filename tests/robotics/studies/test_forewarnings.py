@@ -78,7 +78,7 @@ def test_a_meeting_of_one_that_is_late_is_told_only_where_none_is_on_time():
 @pytest.mark.parametrize("name", scenario_names())
 def test_nobody_cries_wolf_over_a_scenario_with_its_own_law(name):
     scenario = load_scenario(name)
-    usual = {"tracking": "fuzzy", "formation": "formation-teacher", "team": "cooperation"}[scenario.kind]
+    usual = {"tracking": "fuzzy", "formation": "formation-teacher", "team": "cooperation", "goal": ""}[scenario.kind]
     law = scenario.controller or usual
     assert forewarnings(scenario.setting, make_controller(law), law) == []
 

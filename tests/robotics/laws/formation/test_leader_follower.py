@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -24,6 +24,7 @@ from robotics.laws.formation.leader_follower import (
     pace,
 )
 from robotics.laws.law import ControllerError
+from robotics.laws.setting import Kind
 from robotics.measures.formations import alignment_time, final_spread, last_samples, lateral_error
 from robotics.plugins.learning.formationdata import FormationRecipe, formation_data
 from robotics.plugins.learning.formations import leader_path
@@ -292,7 +293,7 @@ def test_presets_and_gains():
 
 def test_formation_scenarios_are_told_apart():
     assert scenario_names("formation") == ["formation-ahead", "formation-behind"]
-    assert sorted(n for kind in ("tracking", "formation", "team") for n in scenario_names(kind)) == scenario_names()
+    assert sorted(n for kind in get_args(Kind) for n in scenario_names(kind)) == scenario_names()
     starts = {n: [m.start for m in load_scenario(n).robots] for n in scenario_names("formation")}
     followers = [(0.0, 1.5, 0.0), (0.0, -0.5, 0.0)]
     assert starts["formation-behind"] == [(-3.0, 0.5, 0.0), *followers]  # thesis 5.2.3

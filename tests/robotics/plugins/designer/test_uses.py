@@ -39,6 +39,7 @@ PACKAGED = {
     "eta": ("crash-yielding", "eta", "three-cross"),
     "theta": ("obstacles", "theta", "obstacles-on-two-paths"),
     "lateral": ("fuzzy-lateral", "lateral", "fuzzy-off-path"),
+    "park": ("fuzzy-park", "tracking", "park"),
     "wall-follower": ("fuzzy", "own", "obstacles-on-two-paths"),
 }
 

@@ -4,6 +4,7 @@ import copy
 import re
 import tomllib
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,11 +23,22 @@ BASE: dict[str, Any] = {"robots": [{"start": [0.0, 0.0, 0.0], "path": LINE, "tim
 ALL = list(walk(scenario_table()))
 
 
+@pytest.fixture(autouse=True)
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The files that examples name."""
+    (tmp_path / "lap.csv").write_text("x,y\n0,0\n1,0\n2,1\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+
+
 def place(key: Placed) -> tuple[dict[str, Any], list[Any]]:
     """A scenario's table with all tables around ``key``, and the keys that lead to its table."""
     table, names = copy.deepcopy(BASE), key.path.split(".")[:-1]
     node: Any = table
     at: list[Any] = []
+    if key.path.startswith("robots.goal"):
+        table |= {"kind": "goal", "robots": [{"start": [0.0, 0.0, 0.0]}]}
+        moves = names[2:3] in (["path"], ["timing"]) or key.key.name in ("path", "timing")
+        table["robots"][0]["goal"] = {"path": dict(LINE), "timing": {"speed": 0.1}} if moves else {"at": [1.0, 0.0]}
     if names[:1] == ["virtual"]:
         table["robots"] = [{"offset": [0.0, 0.1]}]
         table["virtual"] = {"path": dict(LINE), "timing": {"speed": 0.1}}

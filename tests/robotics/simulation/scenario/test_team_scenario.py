@@ -154,7 +154,12 @@ def test_packaged_teams_name_a_controller_that_runs(name):
 # (what is replaced, by what, a fragment of the line that the message names, what it says)
 RADIO = 'graph = "star"\nhub = 2'
 BAD = {
-    "unknown kind": ('"team"', '"teem"', "kind =", "kind must be one of 'tracking', 'formation', 'team'; got 'teem'"),
+    "unknown kind": (
+        '"team"',
+        '"teem"',
+        "kind =",
+        "kind must be one of 'tracking', 'formation', 'team', 'goal'; got 'teem'",
+    ),
     "unknown radio key": ("jitter", "jiter", "jiter", "unknown key 'jiter'; did you mean 'jitter'?"),
     "radio is a number": ("[radio]", "radio = 3\n[sensed]", None, "unknown key 'radio'"),
     "unknown preset": (

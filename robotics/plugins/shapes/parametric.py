@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fuzzy.quantity import check_quantities, described, quantity
-from robotics.plugins.formulas.formula import FormulaError, evaluate
+from robotics.plugins.shapes.formula import FormulaError, evaluate
 from robotics.world.paths.path import PathError
 
 

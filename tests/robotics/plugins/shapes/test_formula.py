@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.plugins.formulas.formula import FORMULA_FUNCTIONS, FormulaError, evaluate
-from robotics.plugins.formulas.parametric import Parametric
+from robotics.plugins.shapes.formula import FORMULA_FUNCTIONS, FormulaError, evaluate
+from robotics.plugins.shapes.parametric import Parametric
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import ScenarioError
 from robotics.simulation.scenario.reading import parse_scenario

@@ -1,1 +1,0 @@
-"""Paths by formulas of a parameter."""
