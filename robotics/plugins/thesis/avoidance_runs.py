@@ -3,7 +3,7 @@
 All scenarios of a law are driven in one array pass, a run each, which is several times quicker than one by one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,8 +14,10 @@ from robotics.measures.quantities import measured
 from robotics.plugins.stress.crossings import crossing_ensemble
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.tally import run_ensemble
-from robotics.plugins.thesis.claims import Needed
+from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.experiment import Effort, Experiment
+from robotics.show.report.claims import run_name
+from robotics.simulation.loop import record_run
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
 from robotics.studies.together import run_together
@@ -42,6 +44,7 @@ Results = Mapping[Any, Any]
 def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     """The experiments of the chapter, with ``effort.seeds`` seeds from ``seed`` on; ``folder`` does not matter."""
     seeds, many = effort.row(seed), effort.many(seed)
+    judged = {need.of for need in needed("avoidance") if need.on == RANDOM_CROSSINGS}
     beside = [law for law in SIDE_BY_SIDE if law not in CRASH_LAWS]
     looks = {law: make_controller(law).looks for law in SIDE_BY_SIDE if law not in OBSTACLE_LAWS}
     shared = range(seed, seed + -(-effort.trials // len(COURSES)))  # contacts on all courses together are a rate
@@ -54,7 +57,14 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
             for law, sees in looks.items()  # those that drive blind are only shown beside
         ),
         *(Experiment(("cases", law), partial(_cases, law, seeds[:_FEW])) for law in OBSTACLE_LAWS),
-        *(Experiment((RANDOM_CROSSINGS, law), partial(_crossings, law, many)) for law in (*CRASH_LAWS, JOINED)),
+        *(
+            Experiment(
+                (RANDOM_CROSSINGS, law),
+                partial(_crossings, law, many),
+                partial(_crossing_files, law, many) if law in judged else None,
+            )
+            for law in (*CRASH_LAWS, JOINED)
+        ),
     ]
 
 
@@ -96,3 +106,10 @@ def _cases(law: str, seeds: Sequence[int]) -> list[Run]:
 
 def _crossings(law: str, seeds: Sequence[int]) -> StressOutcome:
     return run_ensemble(StressOutcome, crossing_ensemble(3, seeds, "A", factor=FACTOR), make_controller(law), seeds)
+
+
+def _crossing_files(law: str, seeds: Sequence[int]) -> Iterator[tuple[str, Run]]:
+    """Each crossing by itself: their runs have paths of their own."""
+    for seed in seeds:
+        setting = crossing_ensemble(3, [seed], "A", factor=FACTOR)
+        yield run_name(f"{RANDOM_CROSSINGS} {seed}", law), record_run(setting, make_controller(law), [seed], name=law)

@@ -6,10 +6,11 @@ A chapter that comes back is finished: numbers, text and drawn pictures. It does
 import queue
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from multiprocessing import Manager
 from operator import itemgetter
 from pathlib import Path
@@ -19,7 +20,7 @@ from fuzzy.compiled.threads import processors
 from fuzzy.shell.progress import Begin
 from robotics.plugins.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
 from robotics.plugins.thesis.claims import Needed, run_file
-from robotics.plugins.thesis.experiment import THOROUGH, USUAL, ChapterMaker, Effort, results_of
+from robotics.plugins.thesis.experiment import THOROUGH, USUAL, ChapterMaker, Effort, Experiment, results_of
 from robotics.show.report.chapter import Chapter, Film
 from robotics.show.report.plates import plate
 from robotics.show.report.study import MakeChapters
@@ -96,9 +97,10 @@ def _made(
     maker = CHAPTERS[place]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
-        results = results_of(maker.experiments(folder, seed, effort), partial(tick, place))
+        experiments = maker.experiments(folder, seed, effort)
+        results = results_of(experiments, partial(tick, place))
         if save_runs:
-            save_results(results, Path(folder) / "runs")
+            save_results(results, experiments, Path(folder) / "runs")
         made = maker.chapter(results)
         pictures = [plate(picture) for picture in made.pictures] if draw else []
         films = [Film(film.caption, partial(str, film.make())) for film in made.films] if draw else []
@@ -106,11 +108,13 @@ def _made(
     return done, [warning.message for warning in caught if isinstance(warning.message, Warning)]
 
 
-def save_results(results: Mapping[Any, Any], folder: Path) -> None:
-    """Write the runs on the package's scenarios to ``folder``, each as :func:`run_file` calls it."""
+def save_results(results: Mapping[Any, Any], experiments: Iterable[Experiment], folder: Path) -> None:
+    """Write the runs behind the results to ``folder``: on packaged scenarios each as :func:`run_file` calls it."""
     folder.mkdir(parents=True, exist_ok=True)
     for key, found in results.items():
         for run in found if isinstance(found, list) else [found]:
             if isinstance(run, Run):
                 need = key if isinstance(key, Needed) else Needed(run.scenario, run.controller, False)
                 run.save(folder / run_file(need))
+    for name, run in chain.from_iterable(one.runs() for one in experiments if one.runs is not None):
+        run.save(folder / f"{name}.npz")

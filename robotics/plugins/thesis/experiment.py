@@ -1,11 +1,12 @@
 """The experiments behind a chapter of the thesis, as a list, so that progress is counted and not guessed."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from robotics.measures.evidence import FEWEST_RUNS, FEWEST_TRIALS
 from robotics.show.report.chapter import Chapter
+from robotics.simulation.run import Run
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,17 @@ USUAL, THOROUGH = Effort(), Effort(100, 1000)
 
 
 class Experiment(NamedTuple):
-    """One thing to run, and the key under which its result is found."""
+    """One thing to run, and the key under which its result is found.
+
+    Attributes:
+        key: The key.
+        run: Runs it.
+        runs: Of a result that is no run: gives the runs behind it again, each with the name of its file.
+    """
 
     key: Hashable
     run: Callable[[], Any]
+    runs: Callable[[], Iterable[tuple[str, Run]]] | None = None
 
 
 class ChapterMaker(NamedTuple):

@@ -117,6 +117,27 @@ def recovery_curve(
     Returns:
         One for each controller and outage, outages varying fastest.
     """
+    every, lengths = [], np.repeat(outages, len(seeds))
+    for name in controllers:
+        run, ends = outage_run(name, outages, seeds, scenario, duration)
+        judged = recovery(run, ends)
+        every += [_of_length(judged, lengths == outage, outage) for outage in outages]
+        if advance is not None:
+            advance()
+    return every
+
+
+def outage_run(
+    controller: str,
+    outages: Sequence[float],
+    seeds: Sequence[int],
+    scenario: str = "outage-10s",
+    duration: float | None = None,
+) -> tuple[Run, np.ndarray]:
+    """The run of all seeds after one outage after the other, and when the last fault of each ends (runs,) [s].
+
+    The arguments are as of :func:`recovery_curve`.
+    """
     base = load_scenario(scenario)
     # The 10 % of noise of the third test are judged by themselves; here they would hide what the fault does.
     members = tuple(replace(m, sensing=None) for m in base.robots)
@@ -125,15 +146,8 @@ def recovery_curve(
     repeated = np.tile(seeds, len(outages))
     lengths = np.repeat(outages, len(seeds))
     faults = outages_of(base, lengths, repeated.tolist())
-    found = []
-    for name in controllers:
-        run = simulate(base, make_controller(name), repeated.tolist(), name=name, faults=faults)
-        every = recovery(run, faults.ends.max(axis=1))
-        for outage in outages:
-            found.append(_of_length(every, lengths == outage, outage))
-        if advance is not None:
-            advance()
-    return found
+    run = simulate(base, make_controller(controller), repeated.tolist(), name=controller, faults=faults)
+    return run, faults.ends.max(axis=1)
 
 
 def _of_length(every: Recovery, chosen: np.ndarray, outage: float) -> Recovery:

@@ -1,6 +1,6 @@
 """The runs of the chapter on teams, thesis 3, 4, 5.3 and 5.4, and how coordination scales."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -17,9 +17,10 @@ from robotics.plugins.thesis.claims import Needed, needed
 from robotics.plugins.thesis.driving import driven, experiments_of
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import LemmaCondition, judge_lemma
-from robotics.plugins.thesis.recovery import Recovery, Scaling, recovery_curve
+from robotics.plugins.thesis.recovery import Recovery, Scaling, outage_run, recovery_curve
 from robotics.plugins.thesis.rows import TABLES
 from robotics.plugins.thesis.theorems import theorem_number
+from robotics.show.report.claims import run_name
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.random_team import random_team
@@ -57,9 +58,20 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     return [
         *experiments_of(wanted, seeds),
         *experiments_of([need for need in shown if need not in wanted], seeds[:_FEW]),
-        *(Experiment(need, partial(_held_up, need, seeds)) for need in wanted if need.on == HELD_UP),
+        *(
+            Experiment(need, partial(_held_up, need, seeds), partial(_held_up_files, need, seeds))
+            for need in wanted
+            if need.on == HELD_UP
+        ),
         Experiment((LEMMA,), judge_lemma),
-        *(Experiment(("recovery", *key), partial(_recovery, *key, many(*key))) for key in product(RECOVERERS, OUTAGES)),
+        *(
+            Experiment(
+                ("recovery", *key),
+                partial(_recovery, *key, many(*key)),
+                partial(_recovery_files, *key, many(*key)) if key in decided else None,
+            )
+            for key in product(RECOVERERS, OUTAGES)
+        ),
         *(Experiment(("scaling", n, loss), partial(_scaled, n, loss, seed)) for n in SIZES for loss in LOSSES),
     ]
 
@@ -86,14 +98,30 @@ def _share_of_bound(conditions: Sequence[LemmaCondition], name: str) -> float:
 
 def _held_up(need: Needed, seeds: Sequence[int]) -> np.ndarray:
     """The :func:`separation` [s] (seeds,) of the robots after robot 1 was held up."""
-    held = replace(load_scenario("ahead-and-behind"), faults=_HELD)
-    return separation(driven(need, held, need.of, seeds), since=10.0)
+    return separation(_held_up_run(need, seeds), since=10.0)
+
+
+def _held_up_run(need: Needed, seeds: Sequence[int]) -> Run:
+    return driven(need, replace(load_scenario("ahead-and-behind"), faults=_HELD), need.of, seeds)
+
+
+def _held_up_files(need: Needed, seeds: Sequence[int]) -> Iterator[tuple[str, Run]]:
+    yield run_name(need.on, need.of), _held_up_run(need, seeds)
 
 
 def _recovery(law: str, outage: float, seeds: Sequence[int]) -> Recovery:
-    late = law == "virtual-structure"  # its clock waits for who is held up; the others' runs to the timetable
-    (found,) = recovery_curve([law], [outage], seeds, duration=None if late else 70.0)
+    (found,) = recovery_curve([law], [outage], seeds, duration=_longest(law))
     return found
+
+
+def _recovery_files(law: str, outage: float, seeds: Sequence[int]) -> Iterator[tuple[str, Run]]:
+    (on,) = (on for on, length in DECIDED.items() if length == outage)
+    yield run_name(on, law), outage_run(law, [outage], seeds, duration=_longest(law))[0]
+
+
+def _longest(law: str) -> float | None:
+    """How long its runs last [s], if not as the scenario says: to the timetable, unless its clock waits."""
+    return None if law == "virtual-structure" else 70.0
 
 
 def _scaled(robots: int, loss: float, seed: int) -> Scaling:

@@ -3,7 +3,7 @@
 Everything is driven with noise, by as many seeds as a verdict needs, and without noise where a claim is about an ideal.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -24,6 +24,7 @@ from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.lemma import judge_lemma
 from robotics.plugins.thesis.rows import TABLES, TEXTS, mean_cell
 from robotics.show.report.chapter import Chapter, Claim, Grid, Picture
+from robotics.show.report.claims import run_name
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Scenario
@@ -64,8 +65,15 @@ def experiments(folder: str, seed: int, effort: Effort) -> list[Experiment]:
     shared = range(seed, seed + -(-effort.trials // len(_SWEEP)))  # all conditions together are the runs of a rate
     return [
         *experiments_of([*wanted, *(Needed(TABLE, mode, False) for mode in _MODES)], seeds),
-        *(Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared)) for r in REALISATIONS for m in _MODES),
-        *(Experiment(need, partial(_placed, need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS),
+        *(
+            Experiment((CONDITIONS, r, m), partial(_swept, r, m, shared), partial(_sweep_files, r, m, shared))
+            for r in REALISATIONS
+            for m in _MODES
+        ),
+        *(
+            Experiment(need, partial(_placed, *of), partial(_placed_files, need, *of))
+            for need, of in ((need, (need.of, seed, effort.trials)) for need in wanted if need.on == _STARTS)
+        ),
     ]
 
 
@@ -121,14 +129,24 @@ def _pictures() -> list[Picture]:
 
 def _swept(realisation: str, mode: str, seeds: Sequence[int]) -> np.ndarray:
     """The mean error norm and the mean speed error in all conditions of the sweep (2, conditions, seeds)."""
+    found = _sweep(realisation, mode, seeds)
+    names = ("mean_error_norm", "mean_speed_error_mps")
+    return np.array([[measured(found[c], name) for c in _SWEEP] for name in names])
+
+
+def _sweep_files(realisation: str, mode: str, seeds: Sequence[int]) -> Iterator[tuple[str, Run]]:
+    for k, run in enumerate(_sweep(realisation, mode, seeds).values()):
+        yield run_name(f"{CONDITIONS} {k}", f"{realisation}-{mode}"), run
+
+
+def _sweep(realisation: str, mode: str, seeds: Sequence[int]) -> dict[_Condition, Run]:
     law = f"{mode}:realisation={realisation}"
     found: dict[_Condition, Run] = {}
     for latency in sorted({c.latency for c in _SWEEP}):  # scenarios that are driven together share it
         cells = [c for c in _SWEEP if c.latency == latency]
         runs = run_together([_condition_scenario(c) for c in cells], law, seeds)
         found |= dict(zip(cells, runs, strict=True))
-    names = ("mean_error_norm", "mean_speed_error_mps")
-    return np.array([[measured(found[c], name) for c in _SWEEP] for name in names])
+    return {c: found[c] for c in _SWEEP}
 
 
 def _condition_scenario(condition: _Condition) -> Scenario:
@@ -141,6 +159,14 @@ def _condition_scenario(condition: _Condition) -> Scenario:
 
 def _placed(law: str, seed: int, places: int) -> np.ndarray:
     """Whether the robot settles from each of so many random places around the beginning of the S-curve (places,)."""
+    return MEASURED_QUANTITIES["settles"].measure(_placed_run(law, seed, places))[0]
+
+
+def _placed_files(need: Needed, law: str, seed: int, places: int) -> Iterator[tuple[str, Run]]:
+    yield run_name(need.on, need.of), _placed_run(law, seed, places)
+
+
+def _placed_run(law: str, seed: int, places: int) -> Run:
     scenario = load_scenario("fuzzy-on-path")
     member = scenario.robots[0]
     x, y, _ = member.start
@@ -150,7 +176,7 @@ def _placed(law: str, seed: int, places: int) -> np.ndarray:
     starts = [(x + dx, y + dy, h) for (dx, dy), h in zip(offsets.tolist(), headings.tolist(), strict=True)]
     # One scenario with a robot for each place: these robots do not see each other.
     crowd = replace(scenario, robots=tuple(replace(member, start=start) for start in starts))
-    return MEASURED_QUANTITIES["settles"].measure(simulate(crowd, make_controller(law), [seed]))[0]
+    return simulate(crowd, make_controller(law), [seed])
 
 
 # What decides -----------------------------------------------------------------------------------------------------
