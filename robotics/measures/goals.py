@@ -65,7 +65,7 @@ GOAL_METRICS: dict[str, Metric] = {
         short="success",
         larger=True,
     ),
-    "goal_time_s": _of_goals(goal_time, "s", "time at which it has come there; infinite: never", short="time"),
+    "goal_time_s": _of_goals(goal_time, "s", "time to the goal: when it has come there; infinite: never", short="time"),
     "goal_error_m": _of_goals(
         lambda run: _last(goal_error(run)[0]), "m", "distance to the goal at the end", short="final error"
     ),

@@ -28,10 +28,13 @@ MEASURED = {
     "settling": "s",
     "unsettled": "share of runs",
     "restlessness": "rad/s²",
+    "unreached": "share of runs",
+    "time to the goal": "s",
+    "final error": "m",
 }
 _ROBOTS = 3
 _TRACKING = ("fuzzy-on-path", "fuzzy-off-path", "lyapunov-sine", "lyapunov-circle")
-_TEAM = ("no-slack",)
+_USUAL = {"team": ("no-slack",), "goal": ("park", "come-in", "moving-goal")}  # scenarios, by the law's kind
 Numbers = Mapping[str, np.ndarray]  # of MEASURED: (runs,), infinite or not-a-number where there is none
 
 
@@ -57,7 +60,7 @@ def tasks_of(law: str, crossings: int, courses: int, seeds: int, on: Sequence[st
     found = []
     if team:
         found = [AblationTask("crossings", crossings, _crossings), AblationTask("courses", courses, _courses)]
-    for name in on or (_TEAM if team else _TRACKING):
+    for name in on or _USUAL.get(preset_of(law).kind, _TRACKING):
         if not name.endswith(".toml"):
             check_known(name, scenario_names(), "scenario", AblationError)
         found.append(AblationTask(name, seeds, partial(_scenario, name)))
@@ -87,6 +90,14 @@ def _scenario(name: str, law: Law[Any], seeds: Sequence[int]) -> Numbers:
     scenario = load_scenario(name)
     run = simulate(scenario, law, seeds)
     touched = ~measured(run, "untouched").astype(bool)
+    if scenario.kind == "goal":
+        time = measured(run, "goal_time_s")
+        return {
+            "contacts": touched.astype(float),
+            "unreached": np.isinf(time).astype(float),
+            "time to the goal": time,
+            "final error": measured(run, "goal_error_m"),
+        }
     if scenario.kind != "team":
         settling = measured(run, "settling_time_s")
         return {

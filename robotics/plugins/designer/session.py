@@ -88,6 +88,7 @@ class TryoutSession(FolderSession):
         self.task: asyncio.Task[None] | None = None
         self.moments = RunMoments(bench)
         self.ruling = Postponed(_REST, self._want_rules)  # waits until the design rests
+        self.weighed: Sugeno | None = None  # the system of which it was asked what each rule is worth
         self.rounds = SeedRounds(bench.background, self._work, self._progress, self._publish)
         files: dict[str, list[str]] = {"scenarios": [], "robots": [], "laws": []}
         later = dict.fromkeys((*_ORDER[1:], "busy", "editor", "seeds", "round", "moment"))
@@ -116,6 +117,10 @@ class TryoutSession(FolderSession):
                 self.opening = self.begin_reading("before", self._open_before)
             self.list_files(content)
             self._look()
+
+    def _do_weigh(self, _: dict[str, Any]) -> None:
+        self.weighed = self.present
+        self.rounds.wake()
 
     def _do_time(self, content: dict[str, Any]) -> None:
         self.widget.update(moment={"count": content.get("count")})  # whatever becomes of it, the page asks again
@@ -539,6 +544,9 @@ class TryoutSession(FolderSession):
         if trial is None:
             return {}
         work: dict[str, Work] = {"tried": (trial.seed, severalseeds.design_seeds, fis, trial, self.rounds.count)}
+        if self.weighed == fis:
+            for name, other in severalseeds.without_rules(fis).items():
+                work[name] = (trial.seed, severalseeds.rival_seeds, other, trial, "")
         if self.before != fis:
             work["before"] = (trial.seed, severalseeds.rival_seeds, self.before, trial, "")
         rival = self._rival()
@@ -567,8 +575,12 @@ class TryoutSession(FolderSession):
             known = rows if other == "before" and self.before == self.present else self.rounds.known(other)
             if known is not None:
                 runs[other] = severalseeds.summary(known, metrics)
+        without = {name: self.rounds.known(name) for name in self._work() if name.startswith("without ")}
+        weighed = {name: severalseeds.summary(known, metrics) for name, known in without.items() if known}
+        ranked = next((m for m in metrics if m["name"] == by), None)
         self.widget.update(
             seeds={
+                "worth": severalseeds.rules_worth(self.present, runs["tried"], weighed, ranked),
                 "count": self.rounds.count,
                 "shown": self.rounds.shown(trial.seed),
                 "worst": self.rounds.worst,

@@ -7,7 +7,7 @@ last bit, the numbers that each has alone.
 import asyncio
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isnan
 from statistics import median
 from typing import Any
@@ -133,6 +133,53 @@ def summary(rows: Sequence[dict[str, Any]], metrics: Sequence[dict[str, Any]]) -
     whys = dict.fromkeys(row["why"] for row in rows if "why" in row)
     counts = {state: states.count(state) for state in ("contact", "stopped", "refused")}
     return {"runs": len(rows), **counts, "whys": list(whys), **told}
+
+
+def without_rules(fis: Sugeno) -> dict[str, Sugeno]:
+    """The system without one of its rules, by the name that its rows have."""
+    others = {n: (*fis.rules[:n], *fis.rules[n + 1 :]) for n in range(len(fis.rules))}
+    return {f"without {n + 1}": replace(fis, rules=rules) for n, rules in others.items()}
+
+
+def rules_worth(
+    fis: Sugeno, whole: dict[str, Any], without: dict[str, dict[str, Any]], metric: dict[str, Any] | None
+) -> list[dict[str, Any]]:
+    """What became of the runs without each rule, beside those with it: the rule that is missed most comes first.
+
+    Args:
+        fis: The system.
+        whole: Its :func:`summary`.
+        without: Those of :func:`without_rules` that are known, by name.
+        metric: By which runs are ranked, as of :func:`robotics.plugins.designer.tryout.course_data`; None: nothing is.
+
+    Returns:
+        A row each: the rule's number from 1, its text, what is "told", and whether something is worse.
+    """
+    if metric is None:
+        return []
+    name, words = metric["name"], {"contact": "touch", "stopped": "are stopped", "refused": "are refused"}
+    title, unit = metric["title"].partition(":")[0], "" if metric["unit"] == "1" else f" {metric['unit']}"
+    rows = []
+    for key, found in without.items():
+        number = int(key.removeprefix("without "))
+        more = {state: found[state] - whole[state] for state in words}
+        medians = [
+            _value(None if s["median"][name] == "never" else s["median"][name], metric["larger"])
+            for s in (found, whole)
+        ]
+        worse = (medians[0] - medians[1]) * (-1 if metric["larger"] else 1)
+        said = [
+            f"{found[state]} of {found['runs']} {words[state]} ({whole[state]} with it)"
+            for state in words
+            if more[state]
+        ]
+        here, there = ("never" if abs(m) == inf else f"{m:.3g}" for m in medians)
+        if here != there:
+            said.append(f"{title} {here}{'' if here == 'never' else unit} ({there})")
+        rank = (*(more[state] for state in words), worse if here != there else 0.0)
+        row = {"rule": number, "text": str(fis.rules[number - 1]), "told": ", ".join(said) or "nothing changes"}
+        rows.append((rank, row | {"worse": rank > (0, 0, 0, 0.0)}))
+    return [row for _, row in sorted(rows, key=lambda item: item[0], reverse=True)]
 
 
 def _value(value: float | str | None, larger: bool) -> float:

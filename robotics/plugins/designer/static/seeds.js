@@ -21,12 +21,22 @@ export function sign(state, size = 12) {
   );
 }
 
-/** The strip of seeds: {node, update(seeds, round, count)}; `pick` is called with a seed. */
-export function seedStrip(pick) {
+/** The strip of seeds: {node, update(seeds, round, count)}.
+ *   pick(seed)   a hand chose a seed
+ *   weigh()      it is asked what each rule is worth
+ *   open(rule)   a hand chose a rule, by its number from 1
+ */
+export function seedStrip({ pick, weigh, open }) {
   const caption = element("p", { class: "se-caption" });
   const bar = element("progress", { max: 1, "aria-label": "Seeds that have been run" });
   const row = element("div", { class: "se-row", role: "group", "aria-label": "Seeds: one is drawn and played" });
-  const node = element("div", { class: "tr-seeds", hidden: true }, caption, row, bar);
+  const asked = element(
+    "button",
+    { type: "button", class: "fd-button se-weigh", onclick: weigh },
+    "What is each rule worth?",
+  );
+  const worth = element("ol", { class: "se-worth", "aria-label": "What is worse without each rule" });
+  const node = element("div", { class: "tr-seeds", hidden: true }, caption, row, bar, asked, worth);
   row.addEventListener("keydown", (event) => {
     const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
     const buttons = [...row.querySelectorAll("button")],
@@ -40,6 +50,9 @@ export function seedStrip(pick) {
     node.hidden = count < 2;
     if (node.hidden) return;
     put(bar, { hidden: round !== null ? null : "", value: round?.of ? round.done / round.of : 0 });
+    const weighed = seeds?.worth ?? [];
+    put(asked, { hidden: weighed.length ? "" : null, disabled: seeds === null ? "" : null });
+    worth.replaceChildren(...weighed.map(valued));
     if (seeds === null) {
       say(caption, `${count} seeds are run once the design rests; until then one.`);
       row.classList.add("se-stale");
@@ -63,6 +76,13 @@ export function seedStrip(pick) {
     const rank = (value) => (value === null ? 1 : sorted.indexOf(value) / Math.max(1, sorted.length - 1));
     row.replaceChildren(...seeds.rows.map((each, k) => one(each, values[k], rank(values[k]), seeds)));
     if (held !== null) row.querySelector(`[data-seed="${held}"]`)?.focus();
+  }
+
+  /** A rule, and what is otherwise without it. */
+  function valued({ rule, text, told, worse }) {
+    const words = `${rule}: ${text}`;
+    const lead = element("button", { type: "button", title: words, onclick: () => open(rule) }, words);
+    return element("li", { class: worse ? "se-worse" : "" }, lead, element("span", {}, `without it: ${told}`));
   }
 
   /** A seed's button; its bar is the higher, the worse its place among all. */

@@ -173,7 +173,11 @@ export async function render({ model, el }) {
   );
   const editor = textEditor((message) => send(message));
   const kept = element("div", { class: "tr-kept", hidden: true });
-  const strip = seedStrip((value) => choose("shown", value));
+  const strip = seedStrip({
+    pick: (value) => choose("shown", value),
+    weigh: () => send({ do: "weigh" }),
+    open: (rule) => seek(state.share * get("course").duration, rule),
+  });
   const notes = element("div", { class: "tr-notes" }),
     ends = element("div", { class: "tr-ends" }),
     verdict = element("p", { class: "tr-verdict", hidden: true });

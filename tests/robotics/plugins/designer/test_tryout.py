@@ -702,6 +702,12 @@ def test_several_seeds_are_run_when_the_design_rests(
         run = [args[0] for name, args in bench.calls if name == "rival_seeds"]
         assert run == [session.before]  # the rival's are known
         assert bench.traits["seeds"]["rows"][other]["metrics"] == bench.traits["tried"]["metrics"]
+        bench.say({"do": "weigh"})
+        await rest()
+        worth = bench.traits["seeds"]["worth"]
+        assert {row["rule"] for row in worth} == set(range(1, len(slower.rules) + 1))
+        assert all(row["text"] == str(slower.rules[row["rule"] - 1]) for row in worth)
+        assert [row["worse"] for row in worth] == sorted((row["worse"] for row in worth), reverse=True)
         for wrong in (2, True, "5", None):
             bench.traits["problem"] = None
             bench.say({"do": "choose", "name": "count", "value": wrong})
