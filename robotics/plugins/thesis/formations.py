@@ -256,7 +256,7 @@ def _driving_pictures(runs: dict[tuple[str, str], Run]) -> list[Picture]:
     return [
         TEXTS.picture(
             f"{experiment}-1",
-            partial(plot_formation, run.only(run.seeds[0]), width=PAGE_WIDTH),
+            partial(plot_formation, run, width=PAGE_WIDTH),
             key="formation-drive",
             experiment=experiment,
             title=title,

@@ -131,12 +131,12 @@ def _pictures(results: Results) -> list[Picture]:
 
 
 def _page(results: Results, scenario: str, figures: str) -> Picture:
-    """The page of a scenario's first law, first seed."""
+    """The page of a scenario's first law."""
     law = EXPERIMENTS[scenario][0]
     run = results[Needed(scenario, law, False)]
     return TEXTS.picture(
         f"team-{scenario}",
-        partial(plot_run, run.only(run.seeds[0]), width=PAGE_WIDTH),
+        partial(plot_run, run, width=PAGE_WIDTH),
         key="team-page",
         title=load_scenario(scenario).title,
         law=label(law),

@@ -38,6 +38,7 @@ CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
+BANDED = 5  # seeds: so many and more are a band over time
 _AFTER = 4.0  # s shown after the last robot came to rest
 _MARKERS = "os^DvPX*"
 # The place of each preset among the colours; the palest, orange, is left for the controllers that users add.
@@ -163,11 +164,16 @@ def draw_band(ax: Axes, time: np.ndarray, rows: np.ndarray, look: Look) -> None:
         rows: The lines (n, samples).
         look: The colour of both, and the line style of the median.
     """
+    draw_line(ax, time, fill_band(ax, time, rows, look.color), **look.of_line, linewidth=1.0, zorder=2.2)
+
+
+def fill_band(ax: Axes, time: np.ndarray, rows: np.ndarray, color: str) -> np.ndarray:
+    """Fill the band from the 5th to the 95th percentile of lines (n, samples) where they differ; return the median."""
     low, middle, high = _percentiles(rows)
     if not np.allclose(low, high, equal_nan=True, rtol=0.0, atol=1e-12):
         at, edges = _thinned_together(time, np.stack([low, high]))
-        ax.fill_between(at, *edges, facecolor=look.color, alpha=0.3, linewidth=0, zorder=1.8)
-    draw_line(ax, time, middle, **look.of_line, linewidth=1.0, zorder=2.2)
+        ax.fill_between(at, *edges, facecolor=color, alpha=0.3, linewidth=0, zorder=1.8)
+    return np.asarray(middle)
 
 
 def _percentiles(rows: np.ndarray) -> np.ndarray:
@@ -423,16 +429,21 @@ def draw_legend(ax: Axes, last: Sequence[str] = (), **options: Any) -> None:
         ax.legend([found[n] for n in names], names, ncol=max(1, min(len(names), int(inches / widest))), **look)
 
 
-def draw_title(figure: Figure, run: Run, order: Sequence[int]) -> None:
+def draw_title(figure: Figure, run: Run, order: Sequence[int], banded: bool = False) -> None:
     """The title of a page, :func:`page_title`, in as many lines as the figure's width needs."""
     letters = max(20, int(figure.get_figwidth() / text_width("n", 9.0)))
-    figure.suptitle(textwrap.fill(page_title(run, order), letters), parse_math=False, fontsize=9)
+    figure.suptitle(textwrap.fill(page_title(run, order, banded), letters), parse_math=False, fontsize=9)
 
 
-def page_title(run: Run, order: Sequence[int]) -> str:
-    """The title of a page: law, scenario and the seeds at the places ``order``, of which the first is drawn boldly."""
+def page_title(run: Run, order: Sequence[int], banded: bool = False) -> str:
+    """The title of a page: law, scenario and the seeds at the places ``order``, of which the first is drawn boldly.
+
+    ``banded``: many others are a band, of :func:`fill_band`, and not lines.
+    """
     seeds = f"seed {run.seeds[order[0]]}"
-    if len(order) > 1:
+    if banded and len(order) >= BANDED:
+        seeds += f"; bands: 5 to 95 % of seeds {seeds_as_text([run.seeds[r] for r in sorted(order)])}"
+    elif len(order) > 1:
         seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"
     stopped = int(run.diverged.sum())
     end = f"; stopped (×): {stopped} of {run.diverged.size}" if stopped else ""

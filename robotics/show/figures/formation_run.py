@@ -15,20 +15,21 @@ from robotics.laws.catalogue import CATALOGUE
 from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.show.figures.drawing import (
+    BANDED,
     TARGET,
     PlotError,
     cut_to_what_robots_can,
     draw_line,
     draw_title,
+    fill_band,
     shown_until,
     top_view_height,
 )
 from robotics.show.figures.faults import FEW_ROBOTS
 from robotics.show.figures.page import TimePlot, draw_page
-from robotics.show.figures.robots import draw_path, draw_robots, draw_way, robot_look
+from robotics.show.figures.robots import draw_path, draw_robots, draw_way, robot_look, seed_order
 from robotics.show.figures.world import draw_surroundings, moments
 from robotics.simulation.run import Run
-from robotics.simulation.spans import seed_place
 
 _THIN: dict[str, Any] = {"linestyle": "-", "linewidth": 0.4, "alpha": 0.6, "zorder": 1.5}  # of commands
 _AFTER = 1.0  # s shown after the last robot came to rest
@@ -44,14 +45,17 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
 
     Args:
         run: A run of a scenario of the kind "formation", or of several robots under a law for formations.
-        seed: The seed that is drawn, by default the first.
+        seed: The seed that is drawn, by default the first; over time 5 seeds and more are bands from the 5th to the
+            95th percentile as well.
         width: The width of the figure in inches.
 
     Raises:
         PlotError: A run of another kind.
         ReplayError: A seed that was not run.
     """
-    place = seed_place(run, seed)
+    order = seed_order(run, seed)
+    order = order if len(order) >= BANDED else order[:1]
+    place = order[0]
     if not is_formation(run):
         raise PlotError(
             f'{run.scenario} is no formation but of the kind "{run.about.kind}", and its law none for formations'
@@ -74,12 +78,12 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
                 for i in range(robots if robots <= FEW_ROBOTS else 0):
                     draw_line(ax, time, run[command][place, i, : last + 1], color=COLORS[i % len(COLORS)], **_THIN)
                 cut_to_what_robots_can(ax, run, place, command)
-            draw_robots(ax, run, values[..., : last + 1], [place], lambda robot, _: _look(robot, robots))
+            draw_robots(ax, run, values[..., : last + 1], order, lambda robot, _: _look(robot, robots), band=True)
 
         return TimePlot(label, draw)
 
     lead = TimePlot("lead in x [m]" if x_grows(run) else "lead along\nits path [m]",
-                 partial(_draw_lead, run=run, place=place, last=last))  # fmt: skip
+                 partial(_draw_lead, run=run, order=order, last=last))  # fmt: skip
     rows = [
         (lead,),
         (panel("off its path [m]", cross_track_error(run)), panel("off its place [m]", place_error(run))),
@@ -91,7 +95,7 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
     with styled_figure(width, top + 6.2) as figure:
         top_view = partial(_draw_top_view, run=run, place=place, last=last)
         draw_page(figure, rows, (top + 0.4, *(4 * [1.35])), top_view, (0.0, float(run.time[last])))
-        draw_title(figure, run, [place])
+        draw_title(figure, run, order, banded=True)
         return figure
 
 
@@ -121,12 +125,15 @@ def _draw_top_view(ax: Axes, run: Run, place: int, last: int) -> None:
     draw_surroundings(ax, run, place, last, ("path", "contact"))
 
 
-def _draw_lead(ax: Axes, run: Run, place: int, last: int) -> None:
+def _draw_lead(ax: Axes, run: Run, order: list[int], last: int) -> None:
     """The lead, the band within which robots count as level, and when robot 1 has arrived."""
     ax.axhspan(-ALIGNED, ALIGNED, color="0.9", linewidth=0)
     ax.axhline(0.0, **TARGET)
-    draw_line(ax, run.time[: last + 1], leads(run)[place, : last + 1], color=COLORS[0], linestyle="-", linewidth=1.2)
-    end = int(last_samples(run)[place])
+    rows, time = leads(run)[order, : last + 1], run.time[: last + 1]
+    if len(order) > 1:
+        fill_band(ax, time, rows, COLORS[0])
+    draw_line(ax, time, rows[0], color=COLORS[0], linestyle="-", linewidth=1.2)
+    end = int(last_samples(run)[order[0]])
     if end >= 0:
         ax.axvline(run.time[end], color="0.45", linewidth=0.8, linestyle=(0, (1, 1.5)))
         text = "robot 1 at its end "

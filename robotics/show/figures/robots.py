@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fuzzy.figures.drawing import line_look
-from robotics.show.figures.drawing import TARGET, draw_line, last_known, strided
+from robotics.show.figures.drawing import BANDED, TARGET, draw_line, fill_band, last_known, strided
 from robotics.show.figures.faults import FEW_ROBOTS
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -52,6 +52,7 @@ def draw_robots(
     order: Sequence[int],
     look: RobotLook,
     targets: np.ndarray | None = None,
+    band: bool = False,
 ) -> None:
     """Draw a channel over time, a line for each robot and seed, and a cross where a robot was stopped.
 
@@ -62,10 +63,14 @@ def draw_robots(
         order: The places of the seeds that are drawn, the first one boldly and on top.
         look: How each line looks.
         targets: The reference (robots, samples), if there is one.
+        band: Whether seeds are a band with the first one's line where there are BANDED or more.
     """
     time = run.time[: values.shape[-1]]
+    banded = band and len(order) >= BANDED
     for robot in range(values.shape[1]):
-        for place in reversed(order):
+        if banded:
+            fill_band(ax, time, values[list(order), robot], look(robot, True)["color"])
+        for place in order[:1] if banded else reversed(order):
             style, line = look(robot, place == order[0]), values[place, robot]
             draw_line(ax, time, line, **style)
             mark_stop(ax, run, place, robot, time, line, style["color"])

@@ -21,12 +21,14 @@ from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.show.figures.drawing import (
     ABOVE,
+    BANDED,
     TARGET,
     PlotError,
     draw_legend,
     draw_line,
     draw_many,
     draw_title,
+    fill_band,
     last_known,
     on_white,
     page_title,
@@ -49,8 +51,9 @@ LEAST = 1e-3  # the axis of the differences of progress reaches at least as far 
 def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figure:
     """Draw the page of a team: trajectories, errors against the law's own target, speeds, progress, its differences.
 
-    One seed is drawn boldly, up to 39 others faintly behind it. More than 8 robots are thin lines over a band from the
-    5th to the 95th percentile with their median, of that seed alone. Faults are shaded, hatched by kind, and named.
+    One seed is drawn boldly, up to 39 others faintly behind it; over time 5 seeds and more are bands from the 5th to
+    the 95th percentile of each robot. More than 8 robots are thin lines over a band from the 5th to the 95th percentile
+    with their median, of that seed alone. Faults are shaded, hatched by kind, and named.
     Among obstacles few robots are drawn in true size too, all at the same times, as are obstacles that move. Where all
     robots are within 0.001 of each other at any time, the panel of the differences of progress is left out, and that of
     progress says so.
@@ -91,7 +94,7 @@ def plot_team(run: Run, seed: int | None = None, width: float = DOUBLE) -> Figur
         if known and apart < LEAST:
             said = f"all within {shown(apart, digits=1)} of each other"
             axes[-1].text(0.98, 0.06, said, transform=axes[-1].transAxes, ha="right", fontsize=6.5)
-        draw_title(figure, run, order)
+        draw_title(figure, run, order, banded=True)
         shade_panels(figure, axes, faults, span, axes[-1] if len(faults) <= _NAMED else None)
         return figure
 
@@ -150,7 +153,7 @@ def draw_team_channel(ax: Axes, run: Run, values: np.ndarray, order: list[int], 
     def look(robot: int, bold: bool) -> dict[str, Any]:
         return _look(robot, robots, bold, 0.5) | {"label": f"robot {robot + 1}" if named and bold else None}
 
-    draw_robots(ax, run, values, order, look)
+    draw_robots(ax, run, values, order, look, band=True)
 
 
 def differences_panel(run: Run, progress: np.ndarray, order: list[int], unit: str = "") -> TimePlot:
@@ -171,12 +174,16 @@ def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]
     ax.axhline(0.0, **TARGET)
     if robots <= _PAIRS:
         for n, (i, j) in enumerate(combinations(range(robots), 2), start=3):  # other looks than those of robots 1 to 3
-            for r in reversed(order):
+            apart, color = progress[:, i] - progress[:, j], str(line_look(n)["color"])
+            banded = len(order) >= BANDED
+            if banded:
+                fill_band(ax, run.time, apart[order], color)
+            for r in order[:1] if banded else reversed(order):
                 bold = r == first
                 over = robots * (robots - 1) // 2 + 2 - n  # lines that are drawn over this one
                 look = {"alpha": 1.0 if bold else FAINT, "linewidth": 1.0 + 0.3 * over if bold else 0.5}
                 name = f"$s_{{{i + 1}}} − s_{{{j + 1}}}$" if bold else None
-                draw_line(ax, run.time, progress[r, i] - progress[r, j], **line_look(n), label=name, **look)
+                draw_line(ax, run.time, apart[r], **line_look(n), label=name, **look)
     else:
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             rows = progress - np.nanmedian(progress, axis=1, keepdims=True)
