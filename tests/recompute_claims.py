@@ -204,7 +204,14 @@ def crossing(run: SavedRun) -> Array:
         shapely.prepare(path)
         x, y = run["x"][:, i], run["y"][:, i]
         known = np.isfinite(x)
-        found[:, i][known] = shapely.distance(shapely.points(x[known], y[known]), path)
+        points = shapely.points(x[known], y[known])
+        apart = shapely.distance(points, path)
+        if np.hypot(*(nodes[0] - nodes[-1])) > 1e-6:  # past the end the part across the last chord counts
+            chord = (nodes[-1] - nodes[-2]) / np.hypot(*(nodes[-1] - nodes[-2]))
+            dx, dy = x[known] - nodes[-1, 0], y[known] - nodes[-1, 1]
+            past = (shapely.line_locate_point(path, points) >= path.length) & (dx * chord[0] + dy * chord[1] > 0)
+            apart = np.where(past, np.abs(chord[0] * dy - chord[1] * dx), apart)
+        found[:, i][known] = apart
     return found
 
 

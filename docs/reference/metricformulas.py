@@ -10,7 +10,9 @@ FORMULAS = {
     "mean_abs_heading_error_rad": "mean of |ψ_err|, ψ_err wrapped to (−π, π]",
     "mean_error_norm": "mean of √(x_err² + y_err² + ψ_err²)",
     "mean_speed_error_mps": "mean of |v_demand − v|",
-    "rms_cross_track_m": "√(mean of c²), c the signed distance to the nearest point of the path",
+    "rms_cross_track_m": "√(mean of c²), c the signed distance to the nearest point of the path, "
+    "past its end beside the tangent there",
+    "overshoot_m": "max of the way past the path's end, along the tangent there; 0: never past it",
     "rms_cross_track_under_way_m": f"√(mean of c²) {UNDER_WAY} while the reference moves; infinite if stopped before",
     "max_cross_track_m": "max |c|",
     "settling_time_s": "the first time after which √(x_err² + y_err²) < 5 cm to the end; infinite: never",

@@ -81,14 +81,25 @@ def tracking_error(run: Run) -> PostureError:
 
 
 @CachedPerRun
+def path_errors(run: Run) -> np.ndarray:
+    """The :func:`cross_track_error`, and how far robots are beyond the ends of their paths [m].
+
+    As (2, runs, robots, samples).
+    """
+    x, y = run["x"], run["y"]
+    found = [np.array(signed_distances(nodes, x[:, i], y[:, i])) for i, nodes in enumerate(run.paths)]
+    return np.stack(found, axis=2)
+
+
 def cross_track_error(run: Run) -> np.ndarray:
     """The signed distance [m] to the nearest point of the path, > 0 on its left side (runs, robots, samples).
+
+    Past the path's end it is the lateral part alone, beside the tangent there.
 
     Args:
         run: The run.
     """
-    x, y = run["x"], run["y"]
-    return np.stack([signed_distances(nodes, x[:, i], y[:, i]) for i, nodes in enumerate(run.paths)], axis=1)
+    return np.asarray(path_errors(run)[0])
 
 
 class TrackingErrors(NamedTuple):
@@ -279,6 +290,11 @@ METRICS: dict[str, Metric] = {
     ),
     "path_settling_time_s": _tried(
         lambda r: settling_time(r, cross_track_error(r)), "s", "settling time: cross-track error below 5 cm for good"
+    ),
+    "overshoot_m": _timed(
+        lambda r: np.nanmax(path_errors(r)[1], axis=-1),
+        "m",
+        "overshoot: the farthest that it gets beyond the path's end",
     ),
     "final_error_m": _tried(lambda r: tracking_errors(r).final, "m", "distance to the reference at the end"),
     "control_effort": _headline(

@@ -10,22 +10,25 @@ import numpy as np
 from fuzzy.compiled.jit import kernel
 
 BOX = 16  # nodes in a box, and boxes in a larger one
+CLOSED = 1e-6  # m: a path whose ends are as near as that is closed
 
 
-def signed_distances(nodes: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """The distances [m] to the nearest point of a path, > 0 on its left side, of the shape of ``x``.
+def signed_distances(nodes: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far points lie beside a path, > 0 on its left side, and beyond its end [m], each of the shape of ``x``.
 
-    It is measured to the two chords that meet in the nearest node; of nodes equally near the first counts. What is not
-    finite has none: it gets not-a-number.
+    Beside is the distance of the nearest point, beyond 0; but past the end of a path that is not closed they are the
+    parts across the last chord and along it. The distance is measured to the two chords that meet in the nearest node;
+    of nodes equally near the first counts. What is not finite has none: it gets not-a-number.
 
     Args:
         nodes: The path's nodes (2, nodes) [m], at least two.
         x: Of the points (runs, samples) [m]; along a row they follow each other.
         y: Likewise.
     """
-    out = np.empty(x.shape)
-    _search(*boxed(nodes), x, y, out)
-    return out
+    beside, beyond = np.empty((2, *x.shape))
+    closed = bool(np.hypot(*(nodes[:, 0] - nodes[:, -1])) < CLOSED)
+    _search(*boxed(nodes), closed, x, y, beside, beyond)
+    return beside, beyond
 
 
 def boxed(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -82,26 +85,29 @@ def nearest_node(nodes, small, large, x, y, guess, low, high):  # type: ignore[n
 
 
 @kernel(nogil=True)
-def _search(nodes, small, large, x, y, out):  # type: ignore[no-untyped-def]
+def _search(nodes, small, large, closed, x, y, beside, beyond):  # type: ignore[no-untyped-def]
     last = nodes.shape[1] - 1
     for r in range(x.shape[0]):
         near = 0
         for k in range(x.shape[1]):
             here_x, here_y = x[r, k], y[r, k]
             if not (np.isfinite(here_x) and np.isfinite(here_y)):
-                out[r, k] = np.nan
+                beside[r, k] = beyond[r, k] = np.nan
                 continue
             near = nearest_node(nodes, small, large, here_x, here_y, near, 0, last)
-            least, signed = np.inf, 0.0
+            least, signed, past = np.inf, 0.0, 0.0
             for n in (max(near - 1, 0), min(near, last - 1)):
                 chord_x, chord_y = nodes[0, n + 1] - nodes[0, n], nodes[1, n + 1] - nodes[1, n]
                 dx, dy = here_x - nodes[0, n], here_y - nodes[1, n]
                 squared = chord_x * chord_x + chord_y * chord_y
                 if not squared > 0:
                     continue
-                t = min(max((dx * chord_x + dy * chord_y) / squared, 0.0), 1.0)
+                along = (dx * chord_x + dy * chord_y) / squared
+                t = min(max(along, 0.0), 1.0)
+                if along > 1 and n == last - 1 and not closed:
+                    t, past = along, (along - 1) * np.sqrt(squared)
                 distance = np.hypot(dx - t * chord_x, dy - t * chord_y)
                 if distance < least:
                     least = distance
                     signed = -distance if chord_x * dy - chord_y * dx < 0 else distance
-            out[r, k] = signed
+            beside[r, k], beyond[r, k] = signed, past

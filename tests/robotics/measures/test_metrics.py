@@ -78,11 +78,18 @@ def test_mean_error_norm_lies_between_the_norm_of_means_and_their_sum():
 
 
 def test_cross_track_error_of_a_line_is_its_distance_left_positive():
-    run = run_of(x=[1.003, 5.0, 9.999, -3.0, 12.0], y=[0.2, -0.3, 0.0, 4.0, 0.0])
-    np.testing.assert_allclose(np.abs(cross_track_error(run)[0, 0]), [0.2, 0.3, 0, 5, 2], atol=1e-12)
+    run = run_of(x=[1.003, 5.0, 9.999, -3.0, 12.0], y=[0.2, -0.3, 0.0, 4.0, 0.003])
+    np.testing.assert_allclose(np.abs(cross_track_error(run)[0, 0]), [0.2, 0.3, 0, 5, 0.003], atol=1e-12)
     np.testing.assert_allclose(cross_track_error(run)[0, 0, :2], [0.2, -0.3], atol=1e-12)
-    assert value("rms_cross_track_m", run) == pytest.approx(sqrt((0.04 + 0.09 + 25 + 4) / 5))
+    assert value("rms_cross_track_m", run) == pytest.approx(sqrt((0.04 + 0.09 + 25 + 9e-6) / 5))
     assert value("max_cross_track_m", run) == pytest.approx(5)
+    assert value("overshoot_m", run) == pytest.approx(2)
+
+
+def test_a_robot_that_stops_beyond_the_end_of_its_path_has_settled_on_it():
+    run = run_of(x=[0.0, 5.0, 10.06, 10.06], y=[0.2, 0.003, 0.003, 0.003])
+    assert value("path_settling_time_s", run) == run.time[1]
+    assert value("overshoot_m", run) == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize("direction", ["clockwise", "counter-clockwise"])

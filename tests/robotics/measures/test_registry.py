@@ -57,7 +57,7 @@ def test_an_entry_says_all_and_nothing_that_cannot_be():
 def test_kinds_share_what_every_robot_has():
     common = set.intersection(*(set(metrics_of(kind)) for kind in TIMETABLED))
     assert set(metrics_of("tracking")) == common
-    assert len(common) == 18
+    assert len(common) == 19
     assert common & set(metrics_of("goal")) == {
         "control_effort",
         "torque_variation_nmps",

@@ -19,11 +19,13 @@ PATHS = {
 def by_tree(nodes, points):
     """The definition in numpy: the two chords that meet in the node that a k-d tree finds."""
     _, nearest = cKDTree(nodes.T).query(points)
+    last, closed = nodes.shape[1] - 1, np.allclose(nodes[:, 0], nodes[:, -1], rtol=0, atol=1e-9)
     best, signed = np.full(len(points), np.inf), np.zeros(len(points))
     for start in (nearest - 1, nearest):
         k = np.clip(start, 0, nodes.shape[1] - 2)
         chord, offset = (nodes[:, k + 1] - nodes[:, k]).T, points - nodes[:, k].T
-        t = np.clip((offset * chord).sum(-1) / (chord**2).sum(-1), 0.0, 1.0)
+        along = (offset * chord).sum(-1) / (chord**2).sum(-1)
+        t = np.where((along > 1) & (k == last - 1) & (not closed), along, np.clip(along, 0.0, 1.0))
         distance = np.hypot(*(offset - t[:, None] * chord).T)
         side = np.where(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0] < 0, -1.0, 1.0)
         closer = distance < best
@@ -39,7 +41,7 @@ def test_distances_are_those_of_a_k_d_tree(name):
     points = np.concatenate([along.T, rng.uniform(-4, 4, (2000, 2))])
     first, second = cKDTree(nodes.T).query(points, k=2)[0].T
     tied = np.isclose(first, second, rtol=0, atol=1e-12)  # either node is right
-    found = signed_distances(nodes, points[:, 0].reshape(3, -1), points[:, 1].reshape(3, -1)).ravel()
+    found = signed_distances(nodes, points[:, 0].reshape(3, -1), points[:, 1].reshape(3, -1))[0].ravel()
     np.testing.assert_allclose(found[~tied], by_tree(nodes, points)[~tied], rtol=0, atol=1e-12)
     assert (~tied).sum() > 2900
 
@@ -47,13 +49,25 @@ def test_distances_are_those_of_a_k_d_tree(name):
 def test_a_point_does_not_depend_on_those_before_it_to_the_last_bit():
     points = np.random.default_rng(1).normal(size=(2, 1, 400))
     nodes = PATHS["rose, crossing itself often"]
-    together = signed_distances(nodes, *points)
-    backwards = signed_distances(nodes, *points[:, :, ::-1])[:, ::-1]
-    alone = signed_distances(nodes, *points.transpose(0, 2, 1)).T
+    together = signed_distances(nodes, *points)[0]
+    backwards = signed_distances(nodes, *points[:, :, ::-1])[0][:, ::-1]
+    alone = signed_distances(nodes, *points.transpose(0, 2, 1))[0].T
     assert together.tobytes() == backwards.tobytes() == alone.tobytes()
 
 
 def test_what_is_nowhere_has_no_distance():
     x = np.array([[np.nan, 0.0, np.inf, 2.0]])
     found = signed_distances(np.array([[0.0, 1.0], [0.0, 0.0]]), x, np.ones((1, 4)))
-    np.testing.assert_allclose(found, [[np.nan, 1.0, np.nan, np.sqrt(2)]])
+    np.testing.assert_allclose(found[0], [[np.nan, 1.0, np.nan, 1.0]])
+    np.testing.assert_allclose(found[1], [[np.nan, 0.0, np.nan, 1.0]])
+
+
+def test_past_the_end_only_what_lies_across_counts_but_a_closed_path_has_no_end():
+    line = np.array([[0.0, 1.0, 2.0], [0.0, 0.0, 0.0]])
+    x, y = np.array([[-1.0, 1.5, 2.5, 2.5]]), np.array([[0.0, 0.3, -0.003, 0.0]])
+    beside, beyond = signed_distances(line, x, y)
+    np.testing.assert_allclose(beside, [[1.0, 0.3, -0.003, 0.0]], atol=1e-15)  # before the start it is the way to it
+    np.testing.assert_allclose(beyond, [[0.0, 0.0, 0.5, 0.5]])
+    beside, beyond = signed_distances(PATHS["circle, ending where it begins"], np.array([[1.0]]), np.array([[0.05]]))
+    assert abs(beside[0, 0]) < 0.0013
+    assert beyond[0, 0] == 0.0
