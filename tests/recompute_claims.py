@@ -277,9 +277,19 @@ def settled(run: SavedRun, values: Array) -> Array:
 
 
 def arrivals(run: SavedRun) -> Array:
-    """The time at which 99.5 % of the path are driven, within 10 cm of it."""
-    there = (progress(run) >= 0.995) & (crossing(run) < 0.1)
+    """The time at which 99.5 % of the path are driven, by its end's tangent, at most 10 cm beside it and beyond."""
+    there = np.zeros(run["x"].shape, dtype=bool)
+    for i, nodes in enumerate(run.paths):
+        there[:, i] = at_end(run["x"][:, i], run["y"][:, i], nodes) & (progress(run)[:, i] > 0.5)
     return np.where(there.any(-1), run.time[np.argmax(there, -1)], np.inf)
+
+
+def at_end(x: Array, y: Array, nodes: Array) -> Array:
+    """Whether a place is at the end of a path: in a box about it."""
+    along = (nodes[-1] - nodes[-2]) / np.hypot(*(nodes[-1] - nodes[-2]))
+    place = np.stack([x, y], axis=-1) - nodes[-1]
+    beyond, beside = place @ along, place @ [-along[1], along[0]]
+    return (beyond >= -0.005 * length(nodes)) & (beyond <= 0.1) & (np.abs(beside) < 0.1)
 
 
 def spread(times: Array) -> Array:
@@ -462,9 +472,7 @@ def of_crossings(folder: Path, row: dict[str, str]) -> Array | None:
     for file in sorted(folder.glob(f"random_crossings_*--{row['of']}.npz"), key=number):
         run = SavedRun(file)
         x, y = run.channels["x"][0], run.channels["y"][0]
-        ends = np.array([nodes[-1] for nodes in run.paths])
-        reach = np.maximum(0.005 * np.array([length(nodes) for nodes in run.paths]), 0.05)
-        there = np.hypot(x - ends[:, :1], y - ends[:, 1:]) < reach[:, None]
+        there = [at_end(*place) for place in zip(x, y, run.paths, strict=True)]
         last = max(run.time[np.argmax(row)] if row.any() else np.inf for row in there)
         found.append(np.isfinite(last) and not run.touches[0] <= last)
     return np.array(found) if found else None

@@ -32,9 +32,9 @@ FORMULAS = {
     "max_place_error_m": "max of p, the distance from the point of the own path level with the leader, from 10 s on "
     "to the leader's end",
     "rms_place_error_m": "√(mean of p²) over the same time",
-    "arrival_time_s": "the first time with 99.5 % of the path behind it and |c| < 10 cm; infinite: never",
+    "arrival_time_s": "the first time with 99.5 % of the path behind it, along the tangent at its end, at most 10 cm "
+    "beside and beyond that; infinite: never",
     "arrival_spread_s": "max − min of the robots' arrival times",
-    "end_spread_s": "max − min of the times of coming within 5 cm of the path's end",
     "max_progress_gap": "max of max s_i − min s_i, s_i the share of the path truly behind robot i",
     "mean_progress_gap": "mean of max s_i − min s_i",
     "min_distance_m": "min over time and other robots of √((x_i − x_j)² + (y_i − y_j)²)",

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from robotics.measures.arrival import arrival_time, end_time, spread
+from robotics.measures.arrival import arrival_time, spread
 from robotics.measures.progress import progress_gap
 from robotics.measures.tracking import Metric, same_for_all
 from robotics.simulation.run import Run
@@ -33,9 +33,6 @@ TEAM_METRICS: dict[str, Metric] = {
     "arrival_time_s": _shown(arrival_time, "s", "arrival: 99.5 % of the path, within 10 cm of it", short="arrival"),
     "arrival_spread_s": _shown(
         same_for_all(lambda r: spread(arrival_time(r))), "s", "spread of the arrivals", short="arrival spread"
-    ),
-    "end_spread_s": _of_team(
-        same_for_all(lambda r: spread(end_time(r))), "s", "spread of coming within 5 cm of the end"
     ),
     "max_progress_gap": _shown(
         same_for_all(lambda r: np.nanmax(progress_gap(r), axis=1)),

@@ -19,7 +19,7 @@ from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, Law
 from robotics.laws.rules.of_reference import CORRECTIONS
 from robotics.laws.setting import Setting
-from robotics.measures.arrival import at_goal
+from robotics.measures.arrival import at_end
 from robotics.measures.contacts import can_touch
 from robotics.measures.registry import headlines, measure_all
 from robotics.plugins.learning.tandem import TandemMemory, TeacherAndPupil
@@ -247,7 +247,8 @@ class _Taken:
             self._watch, _ = self._watch.to(state.time, poses, geometry)
         self._stopped |= state.lost | (state.stopped >= 0)
         # The end of a closed path is its start.
-        there = at_goal(truth.x, truth.y, self._goals, self._lengths)
+        goals = self._goals
+        there = at_end(truth.x, truth.y, goals.x, goals.y, goals.heading, self._lengths)
         there = there & (state.time > self.setting.references.ends / 2)
         self._arrivals = np.where(there & np.isinf(self._arrivals), state.time, self._arrivals)
         if state.k % _EVERY == 0:

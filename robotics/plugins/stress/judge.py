@@ -13,6 +13,7 @@ from fuzzy.compiled.columns import Bools1, Floats1, Floats2, Floats3, Ints1, Int
 from fuzzy.compiled.jit import kernel
 from robotics.laws.equation import CommandColumns
 from robotics.laws.modes import FOLLOW
+from robotics.measures.arrival import at_end_compiled
 from robotics.simulation.observer import observer
 from robotics.world.environment.swept import ContactWatch, watch_contacts
 
@@ -20,8 +21,7 @@ from robotics.world.environment.swept import ContactWatch, watch_contacts
 class JudgeNotes(NamedTuple):
     """What is known of all runs up to a period."""
 
-    goals: Floats3  # (2, runs, robots) m: x and y of the paths' ends
-    near: Floats2  # (runs, robots) m: a robot this near its goal is there
+    goals: Floats3  # (4, runs, robots): x [m], y [m] and heading [rad] of the paths' ends, and their lengths [m]
     limits: Floats1  # (runs,) s: the longest that each run takes
     arrivals: Floats2  # (runs, robots) s; infinite: not yet
     refused: Bools1  # (runs,): the law said before the start that there is no safe plan
@@ -74,7 +74,8 @@ def _judge_run(r, time, known, command):  # type: ignore[no-untyped-def]
             nearest = min(nearest, dx * dx + dy * dy)
         known.followed[r] |= int(CommandColumns(command, r * robots + i).mode) & 3 == FOLLOW
         if known.arrivals[r, i] == np.inf:
-            if math.hypot(x - known.goals[0, r, i], y - known.goals[1, r, i]) < known.near[r, i]:
+            end = known.goals[:, r, i]
+            if at_end_compiled(x, y, end[0], end[1], end[2], end[3]):
                 known.arrivals[r, i] = time
             else:
                 left += 1

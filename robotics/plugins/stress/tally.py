@@ -19,7 +19,6 @@ import pandas as pd
 
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
-from robotics.measures.arrival import reached_within
 from robotics.plugins.stress.judge import JudgeNotes, judge
 from robotics.plugins.stress.outcome import Outcome, table_of
 from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk
@@ -48,7 +47,7 @@ class Tally:
         self.ensemble, self.robots, self.after = ensemble, ensemble.robots, after
         here, shape = slice(first, last), (last - first, len(ensemble.robots))
         paths = ensemble.references.joined
-        goals, near = paths.at(paths.lengths), reached_within(paths.lengths)
+        goals = paths.at(paths.lengths)
         placed, moving = Geometry.nothing(), Moving.nothing()
         if (obstacles := ensemble.world) is not None:
             worlds = np.zeros(1, dtype=np.int64) if obstacles.runs == 1 else np.arange(obstacles.runs)[here]
@@ -61,8 +60,7 @@ class Tally:
         self.guards = False  # whether there is an emergency rule
         self.runs = here
         self.known = JudgeNotes(
-            np.stack([goals.x[here], goals.y[here]]),
-            np.ascontiguousarray(near[here]),
+            np.stack([goals.x[here], goals.y[here], goals.heading[here], paths.lengths[here]]),
             np.array(limits[here], dtype=float),
             np.full(shape, np.inf),
             np.zeros(shape[0], dtype=bool),
