@@ -63,7 +63,6 @@ class Controller(Node):
         self.order: Order | None = None
         self.ended = ""  # why it stands until another task comes
         self.opened: set[str] = set()  # topics of tasks
-        self.ignored: set[str] = set()  # what comes, and is not heeded
         self._open()
         if self.task:
             self._take(self.task)
@@ -123,23 +122,20 @@ class Controller(Node):
             self.create_subscription(kind, topic, callback, self.sensed)
 
     def _on_odometry(self, message: Odometry) -> None:
-        posture = self._known(message, self.own, self.frame)
-        if posture is None:
-            return
-        self.standing.odometry_came()
-        if self.lockstep:
+        if self._known(message, self.own, self.frame) and self.lockstep:
             self._decide_together()
 
-    def _known(self, message: Odometry, robot: int, frame: Posture) -> Posture | None:
-        """Note where a robot is; nothing where the message does not say."""
+    def _known(self, message: Odometry, robot: int, frame: Posture) -> bool:
+        """Note where a robot is, unless the message does not say; return whether it does."""
+        what = f"odometry of {robot_name(robot)}"
         try:
             posture, v, w = messages.posture_in(message)
         except ValueError as error:
-            self._complain(f"odometry is ignored: {error}")
-            return None
+            self._ignored(what, str(error))
+            return False
         stamp = messages.time_of(message.header.stamp)
-        if self._ignores(f"odometry of {robot_name(robot)}", stamp, self.standing.odom_timeout):
-            return None
+        if self._ignores(what, stamp, self.standing.odom_timeout):
+            return False
         posture, task = posture.inside(frame), self.task
         near = task.start_of(robot).heading if task else 0.0
         if robot in self.known:
@@ -147,7 +143,8 @@ class Controller(Node):
         posture = posture._replace(heading=continued(posture.heading, near))
         self.known[robot] = OwnState(posture, v, w)
         self.stamps[f"odometry {robot}"] = stamp
-        return posture
+        self.standing.odometry_came("" if robot == self.own else robot_name(robot))
+        return True
 
     def _on_other(self, robot: int, message: Odometry) -> None:
         self._known(message, robot, HERE)
@@ -184,7 +181,7 @@ class Controller(Node):
         self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
 
     def _ignores(self, what: str, stamp: int, most: float = 0.0) -> bool:
-        """Whether a message is ignored as a repetition, or of another time; that is said once, until it is mended.
+        """Whether a message is ignored as a repetition, or of another time.
 
         ``most`` is its age at most [s]; 0: a law counts with any. In lockstep the simulator repeats what it asks.
         """
@@ -192,15 +189,14 @@ class Controller(Node):
             return False
         now = self.get_clock().now().nanoseconds / messages.NANOSECONDS
         why = self.standing.refusal(what, stamp / messages.NANOSECONDS, now, most or inf)
-        if why and what not in self.ignored:
-            self.get_logger().warning(f"{what} is ignored: {why}")
-        (self.ignored.add if why else self.ignored.discard)(what)
+        if why:
+            self._ignored(what, why)
         return bool(why)
 
     def _received(self, sender: int, noted: int, age: float, words: dict[str, float | None]) -> None:
         values = [value for value in words.values() if value is not None]
         if len(values) < len(words):
-            self._complain(f"a message of {robot_name(sender)} is ignored: it lacks {', '.join(words)}; another law?")
+            self._ignored(f"a message of {robot_name(sender)}", f"it lacks {', '.join(words)}; another law?")
             return
         self.received = self.received.with_message(sender, noted / messages.NANOSECONDS, age, values)
 
@@ -315,13 +311,15 @@ class Controller(Node):
     def _watch(self) -> None:
         """Look whether odometry still comes, by a clock that nobody can stop."""
         if self.begin is not None and (reason := self.standing.odometry_is_old()):
-            self._stand(reason, self._now())
+            self._stand(self.ended or reason, self._now())
 
     def _now(self) -> int:
         return self.stamps[f"odometry {self.own}"] if self.lockstep else self.get_clock().now().nanoseconds
 
-    def _complain(self, what: str) -> None:
-        self.get_logger().warning(what, throttle_duration_sec=5.0)
+    def _ignored(self, what: str, why: str) -> None:
+        """Say that a message is ignored, once."""
+        if self.standing.refused(what):
+            self.get_logger().warning(f"{what} is ignored: {why}")
 
     def leave(self) -> None:
         """Let the robot stand for good."""

@@ -168,6 +168,40 @@ def test_odometry_of_another_time_moves_nobody(probe, off, words):
         assert words in said[0]
 
 
+def test_a_robot_that_is_lost_and_hears_no_more_says_each_reason_once(probe):
+    from nav_msgs.msg import Odometry
+
+    with spun(probe, controller(scenario="reference", odom_timeout=0.3)) as ((own, node), until):
+        said = Warned(node)
+        sends = own.create_publisher(Odometry, "/odom", 10)
+        send = own.create_timer(0.02, lambda: sends.publish(odometry()))
+        assert until(lambda: node.begin is not None)
+        send.cancel()
+        sends.publish(odometry(x=1e300))
+        assert until(lambda: said)
+        until(lambda: False, 1.0)
+        assert len(said) == len(set(said)) == 1, said
+        assert said[0].startswith("the robot stands: it is stopped for good")
+
+
+def test_a_follower_stands_while_the_leaders_odometry_stays_away(probe):
+    from nav_msgs.msg import Odometry
+
+    drives = controller("/robot2", scenario="formation-behind", law="leader-follower", member=2, odom_timeout=0.3)
+    with spun(probe, drives) as ((own, node), until):
+        topics = [own.create_publisher(Odometry, f"/robot{j}/odom", 10) for j in (1, 2, 3)]
+
+        def send(*robots):
+            for j in robots:
+                topics[j].publish(odometry(*node.task.start_of(j)))
+
+        every = own.create_timer(0.02, lambda: send(0, 1, 2))
+        assert until(lambda: node.begin is not None)
+        every.cancel()
+        own.create_timer(0.02, lambda: send(1, 2))
+        assert until(lambda: node.standing.why == "the odometry of robot1 is older than 0.3 s", 5)
+
+
 class Warned(list):
     """What a node warns of."""
 
@@ -177,20 +211,6 @@ class Warned(list):
         node.get_logger = lambda: SimpleNamespace(
             warning=lambda text, **how: self.append(text), info=logger.info, error=logger.error
         )
-
-
-def test_what_counts_as_a_new_message():
-    from fuzzyfleet_ros.standing import CommandWatchdog
-
-    dog = CommandWatchdog(0.5, 1.0, lambda: 0.0)
-    assert dog.refusal("range", 10.0, 10.9, 1.0) == ""
-    assert dog.refusal("range", 10.0, 10.9, 1.0) == "its stamp, 10 s, does not move on"
-    assert dog.refusal("range", 9.9, 10.0, 1.0) == "its stamp, 9.9 s, does not move on"
-    assert dog.refusal("range", 11.0, 12.5, 1.0) == "its stamp is 1.5 s behind the clock here"
-    assert dog.refusal("radio", 1.0, 12.5) == ""  # a law knows what an old message is worth,
-    assert dog.refusal("radio", 13.5, 12.5) == "its stamp is 1 s ahead of the clock here"  # but none of tomorrow
-    assert dog.refusal("radio", 2.0, 0.0) == ""  # no clock yet
-    assert dog.refusal("range", 12.0, 12.5, 1.0) == ""  # what was refused is not the last one
 
 
 def test_a_twist_without_a_stamp_and_a_base_whose_driver_is_gone(probe):

@@ -216,3 +216,49 @@ def test_the_watchdog_tells_what_is_missing_and_for_how_long():
     assert standing.reason(["left"]) == "the reading of left is older than 1 s"
     assert standing.moves() == "the robot drives on after 1.2 s"
     assert standing.moves() == ""
+
+
+def test_what_counts_as_a_new_message():
+    dog = CommandWatchdog(0.5, 1.0, lambda: 0.0)
+    assert dog.refusal("range", 10.0, 10.9, 1.0) == ""
+    assert dog.refusal("range", 10.0, 10.9, 1.0) == "its stamp, 10 s, does not move on"
+    assert dog.refusal("range", 9.9, 10.0, 1.0) == "its stamp, 9.9 s, does not move on"
+    assert dog.refusal("range", 11.0, 12.5, 1.0) == "its stamp is 1.5 s behind the clock here"
+    assert dog.refusal("radio", 1.0, 12.5) == ""  # a law knows what an old message is worth,
+    assert dog.refusal("radio", 13.5, 12.5) == "its stamp is 1 s ahead of the clock here"  # but none of tomorrow
+    assert dog.refusal("radio", 2.0, 0.0) == ""  # no clock yet
+    assert dog.refusal("range", 12.0, 12.5, 1.0) == ""  # what was refused is not the last one
+    assert dog.refusal("odometry", 0.0, 0.0) == dog.refusal("odometry", 0.0, 12.5, 0.5) == "its stamp is not set"
+
+
+def test_what_is_ignored_is_said_again_only_after_a_while_without():
+    now = [0.0]
+    dog = CommandWatchdog(0.5, 1.0, lambda: now[0])
+    told = []
+    for k in range(100):  # a driver that sends each message twice, ten times a second
+        now[0] = k / 10
+        told.append(dog.refused("odometry"))
+    assert told == [True] + 99 * [False]
+    assert dog.refused("range")
+    now[0] += 5.1
+    assert dog.refused("odometry")
+
+
+def test_reasons_to_stand_that_alternate_are_each_said_once_until_it_drives():
+    dog = CommandWatchdog(0.5, 1.0, lambda: 0.0)
+    said = [why for _ in range(10) for why in ("it is stopped for good", "its odometry is old") if dog.stands(why)]
+    assert said == ["it is stopped for good", "its odometry is old"]
+    assert dog.moves()
+    assert dog.stands("its odometry is old")
+
+
+def test_the_odometry_of_another_robot_that_a_law_reads_grows_old_too():
+    now = [0.0]
+    dog = CommandWatchdog(0.5, 1.0, lambda: now[0])
+    dog.odometry_came("robot2")
+    assert dog.reason() == "no odometry has come yet"
+    now[0] = 0.4
+    dog.odometry_came()
+    assert dog.reason() == ""
+    now[0] = 0.6
+    assert dog.reason() == "the odometry of robot2 is older than 0.5 s"
