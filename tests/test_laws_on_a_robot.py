@@ -12,6 +12,7 @@ from tests.snippets import run_commands, run_python, snippets
 
 DOCS = Path(__file__).parent.parent / "docs"
 ROBOT = (
+    "unsigned long odometry_count(void);\n"
     "double odometry_x(void);\ndouble odometry_y(void);\ndouble odometry_heading(void);\nvoid stop(void);\n"
     "void set_wheel_speeds(double right, double left);\nvoid start(void);\nvoid every_period(void);\n"
 )

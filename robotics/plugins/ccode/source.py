@@ -337,6 +337,7 @@ class _Writer:
             *functions,
             "\n".join([f"void {self.name}_init({self.name}_state *state) {{", *starts, "}", ""]),
             step,
+            _TEXTS.text("fresh", name=self.name),
         ]
         return "\n".join(parts)
 

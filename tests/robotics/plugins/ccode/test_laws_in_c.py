@@ -6,7 +6,7 @@ import pytest
 
 import fuzzy
 import robotics
-from fuzzy.plugins.ccode.compiler import CompilerError, find_compiler
+from fuzzy.plugins.ccode.compiler import CompilerError, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.commands.application import main
 from robotics.laws.rules.own_rules import OwnRules
@@ -69,6 +69,20 @@ def test_what_c_cannot_know_it_is_handed(tmp_path):
     proof = verify_c_law(files, [scenario], seeds=[1, 2])
     assert proof.holds
     assert "m, cross_track: the robot is so far to the left of its path" in files.sources.header
+
+
+def test_odometry_whose_stamp_stays_the_same_grows_old(tmp_path):
+    files = write_c_law("lyapunov", robotics.load_scenario("table-2-1"), tmp_path)
+    program = tmp_path / "watched.c"
+    stamps = "0, 0, 7, 8, 8, 8, 8, 8, 9, 0, 0, 0, 0"  # none yet; it comes, is repeated, comes; the count overflows
+    program.write_text(
+        '#include "lyapunov.h"\n#include <stdio.h>\nint main(void) {\n    lyapunov_watch watch = {0};\n'
+        f"    const unsigned long stamps[13] = {{{stamps}}};\n"
+        '    for (int k = 0; k < 13; k++) printf("%d", lyapunov_fresh(&watch, stamps[k], 3));\n    return 0;\n}\n',
+        encoding="utf-8",
+    )
+    sources = [program, *(file for file in files.files if file.suffix == ".c")]
+    assert run_program(find_compiler().compile(sources, tmp_path / "watched")) == "0011110011110"
 
 
 def test_a_changed_gain_is_seen(tmp_path):
