@@ -1,9 +1,12 @@
 """The command ``fuzzy step``: the step response of a system as controller of one's own plant."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from threading import Event, Thread
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
     from fuzzy.plugins.loop.controller import PID
     from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
     from fuzzy.plugins.loop.response import Loop, StepResponse
+
+_PATIENCE = 10.0  # s after which a plant in Python is said not to answer
 
 
 def step(
@@ -71,7 +76,7 @@ def step(
     from fuzzy.plugins.loop.response import step_response
 
     check_plot(plot)
-    fis, chosen = read_system(file), _plant(plant)
+    fis = read_system(file)
     period, settings = loop().period, dict[str, Any](loop.keywords)
     if disturbance is not None:
         settings["disturbance"] = tuple(_numbers(disturbance, "--disturbance", (2,)))
@@ -83,10 +88,12 @@ def step(
         if name not in known:
             usage(expected(name, known, "scale factor"))
     about: dict[str, Any] = {"scale": Scale(**factors), "roles": _named(role or [])}
-    responses = {fis.name: step_response(fis, chosen, **about, **settings)}
-    rival = _rival(pid, chosen, period)
-    if rival is not None:
-        responses["PID" if fis.name != "PID" else "PID, rival"] = step_response(rival, chosen, **settings)
+    with _listening(plant) as answered:
+        chosen = _plant(plant, answered)
+        responses = {fis.name: step_response(fis, chosen, **about, **settings)}
+        rival = _rival(pid, chosen, period)
+        if rival is not None:
+            responses["PID" if fis.name != "PID" else "PID, rival"] = step_response(rival, chosen, **settings)
     if plot is not None:
         from fuzzy.figures.plot import save_figure
         from fuzzy.plugins.loop.stepfigure import plot_step_response
@@ -105,12 +112,31 @@ def step(
             print(f"{name}: {done.stopped}")
 
 
-def _plant(text: str) -> "TransferFunction | FunctionPlant":
+@contextmanager
+def _listening(plant: str) -> Iterator[Callable[[], None]]:
+    """Say once on stderr that a plant in Python does not answer; what is given is to be called at each answer."""
+    last, over = [monotonic()], Event()
+
+    def listen() -> None:
+        while not over.wait(last[0] + _PATIENCE - monotonic()):
+            if monotonic() - last[0] >= _PATIENCE:
+                typer.echo(f"The plant in {plant} has not answered for {_PATIENCE:g} s; Ctrl-C ends.", err=True)
+                return
+
+    if plant.casefold().endswith(".py"):
+        Thread(target=listen, daemon=True).start()
+    try:
+        yield lambda: last.__setitem__(0, monotonic())
+    finally:
+        over.set()
+
+
+def _plant(text: str, answered: Callable[[], None]) -> "TransferFunction | FunctionPlant":
     from fuzzy.plugins.loop.plantfile import PLANT_EXAMPLES, plant_of_text, read_plant
 
     if text in PLANT_EXAMPLES:
         return PLANT_EXAMPLES[text].plant
-    return read_plant(Path(text)) if text.casefold().endswith((".py", ".toml")) else plant_of_text(text)
+    return read_plant(Path(text), "", answered) if text.casefold().endswith((".py", ".toml")) else plant_of_text(text)
 
 
 def _rival(text: str, plant: Any, sample_time: float) -> "PID | None":

@@ -6,6 +6,7 @@ A .toml file has the keys of :class:`fuzzy.plugins.loop.plant.TransferFunction`;
 
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,18 +70,21 @@ def numbers_of(text: str, name: str) -> list[float]:
         ).about(name) from None
 
 
-def read_plant(path: Path, name: str = "") -> TransferFunction | FunctionPlant:
+def read_plant(
+    path: Path, name: str = "", answered: Callable[[], None] = lambda: None
+) -> TransferFunction | FunctionPlant:
     """The plant in a .toml or .py file; a Python file is run.
 
     Args:
         path: The file.
         name: What messages call it; by default its path.
+        answered: Called after each answer of a Python file.
 
     Raises PlantError with the file, and the line of a Python file.
     """
     name = name or str(path)
     if path.suffix.casefold() == ".py":
-        return _of_module(load_python_file(path, PlantError), path, name)
+        return _of_module(load_python_file(path, PlantError), path, name, answered)
     if path.suffix.casefold() != ".toml":
         raise PlantError(f"{name}: a plant is a .toml or a .py file")
     try:
@@ -98,7 +102,7 @@ def read_plant(path: Path, name: str = "") -> TransferFunction | FunctionPlant:
         raise PlantError(f"{name}: {error}") from None
 
 
-def _of_module(module: Any, path: Path, name: str) -> FunctionPlant:
+def _of_module(module: Any, path: Path, name: str, answered: Callable[[], None]) -> FunctionPlant:
     function, output = getattr(module, "plant", None), getattr(module, "output", None)
     if not callable(function):
         raise PlantError(f"{name}: there is no function plant(x, u, t), which gives the derivatives of the states")
@@ -111,8 +115,10 @@ def _of_module(module: Any, path: Path, name: str) -> FunctionPlant:
         def ran(*args: Any) -> Any:
             try:
                 return run(*args)
-            except Exception as error:  # a file of the user's may raise anything
+            except (Exception, SystemExit) as error:  # a file of the user's may raise anything
                 raise PlantError(told(error, place, name)) from error
+            finally:
+                answered()
 
         return ran
 
