@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 PORT = 8080
+_SILENT = 20.0  # s that a connection may take until its first request has come
 TOKEN = "FUZZYFLEET_TOKEN"  # the environment variable that sets the token; empty: none is asked for
 
 
@@ -154,6 +155,7 @@ def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
     pages.on_exception(_report)
     config = uvicorn.Config(
         Guard(app, port, token),
+        http=_protocol(),
         log_level="warning",
         server_header=False,
         timeout_graceful_shutdown=2,
@@ -163,6 +165,24 @@ def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
     # A request that is cut off because the designer is ended is no error.
     logging.getLogger("uvicorn.error").addFilter(lambda record: not server.should_exit)
     return server
+
+
+def _protocol() -> Any:
+    """uvicorn's HTTP, which would hold a connection for ever that asks nothing, or half of it."""
+    from uvicorn.protocols.http.auto import AutoHTTPProtocol
+
+    base: Any = AutoHTTPProtocol
+
+    class Protocol(base):
+        def connection_made(self, transport: asyncio.Transport) -> None:
+            super().connection_made(transport)
+            self.loop.call_later(_SILENT, self.end_if_silent)
+
+        def end_if_silent(self) -> None:
+            if self.cycle is None and self in self.connections:  # no request, and no websocket, which leaves these
+                self.transport.close()
+
+    return Protocol
 
 
 def _report(error: Exception) -> None:

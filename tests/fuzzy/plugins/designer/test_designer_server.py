@@ -27,6 +27,7 @@ from fuzzy.plugins.designer.server import ServerError, bound_socket, token_of
 from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers, WorkError
 from fuzzy.system import Sugeno, Variable
 from tests.browsers import run_apart
+from tests.fuzzy.plugins.designer import served
 
 CORPUS = Path(__file__).parents[3] / "data" / "fis-corpus"
 
@@ -160,6 +161,30 @@ def test_the_browser_is_told_to_ask_nobody_else():
     assert hosts == {"127.0.0.1:8080", "localhost:8080"}
     assert "default-src 'none'" in policy
     assert "*" not in policy
+
+
+def test_connections_that_ask_nothing_are_closed_and_others_are_not(tmp_path, monkeypatch):
+    sooner = "import fuzzy.plugins.designer.server as s; s._SILENT = 1.0; "
+    monkeypatch.setattr(served, "START", sooner + served.START)
+    server = served.Server(tmp_path)
+    host = f"127.0.0.1:{server.port}"
+    half = f" HTTP/1.1\r\nHost: {host}\r\nCookie: fuzzy-design-{server.port}={served.TOKEN}\r\n".encode()
+    connections = [socket.create_connection(("127.0.0.1", server.port), timeout=20) for _ in range(4)]
+    nothing, part, whole, page = connections
+    part.sendall(b"GET /" + half)
+    whole.sendall(b"GET /nowhere" + half + b"\r\n")
+    page.sendall(b"GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket" + half)
+    page.sendall(b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n")
+    page.sendall(f"Sec-WebSocket-Key: {16 * 'A'}AAAAAA==\r\nOrigin: http://{host}\r\n\r\n".encode())
+    assert whole.recv(1000).startswith(b"HTTP/1.1 404")
+    assert page.recv(1000).startswith(b"HTTP/1.1 101")
+    assert [nothing.recv(1), part.recv(1)] == [b"", b""]
+    page.settimeout(0.5)
+    with pytest.raises(TimeoutError):
+        list(iter(lambda: page.recv(1000), b""))
+    for each in connections:
+        each.close()
+    assert server.end() == (0, "")
 
 
 def test_port():
