@@ -11,7 +11,7 @@ from robotics.laws.law import ControllerError
 from robotics.measures.arrival import arrival_time
 from robotics.measures.contacts import judge
 from robotics.simulation.loop import simulate
-from robotics.simulation.scenario.reading import load_scenario, parse_scenario, scenario_names
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario, scenario_file, scenario_names
 from robotics.studies.forewarnings import forewarnings, meetings
 
 LANES = """
@@ -114,3 +114,12 @@ def test_a_sweep_tells_it_once(tmp_path, capsys):
     file.write_text('scenario = "trap-u"\ncontrollers = ["cooperation"]\n[scenario_fields]\nduration = [0.5, 1.0]\n')
     assert main(["sweep", str(file), "--out", str(tmp_path / "out"), "--json", "-q"]) == 0
     assert capsys.readouterr().err.count("drives blind") == 1
+
+
+def test_fuzzy_team_says_for_which_robots_its_rules_were_made():
+    law = make_controller("fuzzy-team")
+    text = scenario_file("obstacles-on-two-paths").text.replace('controller = "obstacles"', "")
+    assert law.misgivings(parse_scenario(text, "small").setting) == ()
+    (sentence,) = law.misgivings(parse_scenario(f'robot = "pioneer-3dx"\n{text}', "large").setting)
+    assert "robots that turn on the spot in a circle of 0.2 m at most" in sentence
+    assert "robot 1 needs 0.3 m" in sentence
