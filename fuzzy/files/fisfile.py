@@ -39,6 +39,7 @@ from fuzzy.membershipfunction import MATLAB_NAMES, MembershipError, as_number
 from fuzzy.naming import expected
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Terms, Variable
+from fuzzy.words import counted
 
 # What one file may hold; far more than anybody reads, so that no file keeps the reader busy for minutes.
 _MOST_VARIABLES = 1_000  # inputs or outputs
@@ -83,7 +84,7 @@ def read_fis(path: str | os.PathLike[str]) -> Sugeno:
     ``readfis``).
 
     Warns (FisFileWarning) of names that occur twice (the later one becomes "name_2"), of hedges that MATLAB does not
-    know, of disabled variables, and of a file that is not in UTF-8.
+    know, of zeros behind a term's parameters, of disabled variables, and of a file that is not in UTF-8.
 
     Args:
         path: The file.
@@ -185,9 +186,13 @@ class _Reader(FisLines):
         self.changes: list[str] = []
         self.original: MamdaniParts | None = None
         self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
+        self.padded: list[SectionLine] = []  # terms with zeros behind their parameters
 
     def read(self, text: str) -> FisText:
         system = self._system(text)
+        if self.padded:
+            terms = counted(len(self.padded), "term")
+            self.warn(self.padded[0], f"zeros behind the parameters, as in MATLAB's old files, are left out of {terms}")
         return FisText(system, tuple(self.changes), tuple(self.warnings))
 
     def _system(self, text: str) -> Sugeno:
@@ -342,12 +347,15 @@ class _Reader(FisLines):
             what = "membership function" if inputs is None else "Sugeno consequent"
             raise self.error(at, f"{shortened(name)}: " + expected(line["type"], accepted, what))
         parameters = self._numbers(line["parameters"], at, f"{shortened(name)}: {kind}")
+        wanted = len(MATLAB_NAMES[kind].words) if inputs is None else 1 if kind == "constant" else inputs + 1
+        if len(parameters) > wanted and not any(parameters[wanted:]):
+            parameters = parameters[:wanted]
+            self.padded.append(at)
         if inputs is None:
             try:
                 return name, membership_function(kind, parameters)
             except MembershipError as error:
                 raise self.error(at, f"{shortened(name)}: {error}") from None
-        wanted = 1 if kind == "constant" else inputs + 1
         if len(parameters) != wanted:
             form = "[c]" if kind == "constant" else "[p1 ... pn p0], one an input and the constant"
             count = f"{wanted} parameter{'s' if wanted > 1 else ''}"

@@ -14,7 +14,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, write_fis
+from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, read_mamdani, write_fis
 from fuzzy.inference import InferenceWarning
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, Triangle
 from fuzzy.membershipfunction import MembershipError
@@ -183,6 +183,18 @@ def test_fractions_are_octaves_hedges(index, clause):
         assert parse_fis(format_fis(fis)) == fis
 
 
+def test_zeros_behind_the_parameters_are_left_out(tmp_path):
+    plain = tip("'trimf',[-5 0 5]", "'gbellmf',[2 4 -4]").replace("'linzmf'", "'zmf'")
+    padded = plain.replace("[2 4 -4]", "[2 4 -4 0]").replace("[1 3]", "[1 3 0 0]").replace("[5]", "[5 0 0 0]")
+    with pytest.warns(FisFileWarning, match=r"<text>:18: zeros behind .*old files, are left out of 3 terms") as caught:
+        assert parse_fis(padded) == parse_fis(plain)
+    assert len(caught) == 1
+    mamdani = tmp_path / "old.fis"
+    mamdani.write_text(re.sub(r"('trimf',\[[^]]*)", r"\1 0", MAMDANI[0].read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.warns(FisFileWarning, match="zeros behind"):
+        assert read_mamdani(mamdani) == read_mamdani(MAMDANI[0])
+
+
 def test_names_that_occur_twice_are_numbered():
     text = tip("'good'", "'poor'").replace("'food'", "'service'").replace("'fair'", "'cheap'")
     with pytest.warns(FisFileWarning) as caught:
@@ -263,6 +275,7 @@ REFUSED = [
     ("'poor':'trimf'", "'poor','trimf'", 18, "expected MF1='name':'trimf',[a b c]"),
     ("[-5 0 5]", "[-5 0 5],[1 1]", 18, "expected MF1='name':'trimf',[a b c]"),
     ("[-5 0 5]", "[-5 0 5", 18, "expected MF1='name':'trimf',[a b c]"),
+    ("[-5 0 5]", "[-5 0 5 1 0]", 18, "trimf takes 3 parameters [a b c], got 5"),
     ("[-5 0 5]", "[-5 0]", 18, "trimf takes 3 parameters [a b c], got 2"),
     ("[-5 0 5]", "[-5 0 nan]", 18, "poor: trimf: expected a finite number, got 'nan'"),
     ("[-5 0 5]", "[-5 0 1_0]", 18, "expected a finite number, got '1_0'"),
