@@ -14,7 +14,7 @@ Make a system and ask it:
     Gaussian, ... and MATLAB's trimf, gaussmf, ...) and membership_function, which makes one by name
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, read_fll, write_fll, parse_fll,
-    format_fll, find_fis, packaged_fis_files; identify,
+    format_fll, find_fis, packaged_fis_files, without_hedges; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,

@@ -21,7 +21,7 @@ Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] f
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -264,6 +264,9 @@ class Gaussian(MembershipFunction):
     def fitted(cls, outline: Outline) -> tuple[float, ...]:  # noqa: D102
         return outline.half / HALF_WIDTH, outline.center
 
+    def powered(self, power: float) -> MembershipFunction:  # noqa: D102
+        return replace(self, sigma=self.sigma / power**0.5)
+
 
 @register
 @dataclass(frozen=True)
@@ -295,6 +298,9 @@ class TwoSidedGaussian(MembershipFunction):
         up = outline.down if outline.open_left else outline.up
         down = outline.up if outline.open_right else outline.down
         return up / (2 * HALF_WIDTH), outline.b, down / (2 * HALF_WIDTH), outline.c
+
+    def powered(self, power: float) -> MembershipFunction:  # noqa: D102
+        return replace(self, s1=self.s1 / power**0.5, s2=self.s2 / power**0.5)
 
 
 @register
@@ -355,6 +361,9 @@ class Sigmoid(MembershipFunction):
         # Of two edges it becomes the one that is nearer the middle of the universe.
         falls = outline.open_left or (not outline.open_right and abs(right - middle) < abs(left - middle))
         return (-4 / outline.down, right) if falls else (4 / outline.up, left)
+
+    def powered(self, power: float) -> MembershipFunction | None:  # noqa: D102
+        return SigmoidProduct(self.a, self.c, self.a, self.c) if power == 2 else None
 
 
 @dataclass(frozen=True)

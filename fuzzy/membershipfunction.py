@@ -144,6 +144,10 @@ class MembershipFunction:
         with np.errstate(under="ignore"):
             return array_namespace(x).exp(cls.log_formula(x, *parameters))
 
+    def powered(self, power: float) -> "MembershipFunction | None":
+        """The function that is exactly this one to a ``power`` everywhere; None where there is none."""
+        return None
+
     def __call__(self, x: Any) -> Array:
         """Compute the degree of membership, in [0, 1], at each of ``x`` (any shape, in the unit of its variable)."""
         x = as_float(x)

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 from fuzzy.errors import quoted, shortened
 from fuzzy.files.atomic import write_whole
 from fuzzy.files.fislines import (
+    HEDGES_NOTE,
     LINE_END,
     SYSTEM_NOTES,
     FileSection,
@@ -180,6 +181,8 @@ class _Reader(FisLines):
     ``mamdani``: is a Mamdani system read as a Sugeno system? Then ``changes`` says what became another thing.
     """
 
+    hedged = False  # does the file say that fractions in its rules are hedges?
+
     def __init__(self, path: str, mamdani: bool = False) -> None:
         super().__init__(path)
         self.mamdani = mamdani
@@ -221,6 +224,7 @@ class _Reader(FisLines):
         for key, (attribute, accepted) in SYSTEM_NOTES.items():
             if key in system.entries:
                 settings[attribute] = self._choice(system, key, accepted)
+        self.hedged = HEDGES_NOTE in system.entries and bool(self._choice(system, HEDGES_NOTE, ("octave",)))
         when, then = ({v.name: tuple(v.terms) for v in variables} for variables in (inputs, outputs))
         rules = [self._rule(line, when, then, mamdani) for line in lines]
         if mamdani:
@@ -420,8 +424,9 @@ class _Reader(FisLines):
                 names = ", ".join(f"{n} {name!r}" for n, name in enumerate(terms, start=1)) or "none"
                 has = shortened(names, _LISTED)
                 raise self.error(at, f"{quoted(variable)} has no term number {shortened(word)}; it has {has}")
-            if power and kind == "input":
-                self.warn(at, f"{word} is read as Octave's hedge: {quoted(variable)} to the power {power}")
+            if power and kind == "input" and not self.hedged:
+                clause = Clause(variable, terms[place - 1], index["sign"] == "-", power)
+                self.warn(at, f"{word} is read as Octave's hedge, {quoted(clause)}")
             yield variable, terms[place - 1], index["sign"] == "-", power or 1.0
 
 
@@ -430,6 +435,8 @@ class _Reader(FisLines):
 
 def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
     """Write a system as a .fis file in UTF-8 (MATLAB's ``writeFIS``). An older file stays until the new one is whole.
+
+    Warns (FisFileWarning) of hedges, which MATLAB cannot read: see :func:`fuzzy.without_hedges`.
 
     Args:
         fis: The system.
@@ -447,6 +454,13 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
         raise FisFileError(name, None, f"a name holds no valid text: {error.object[error.start]!r}") from None
     except OSError as error:
         raise FisFileError(name, None, f"cannot be written: {error.strerror or error}") from None
+    if hedged := [clause for rule in fis.rules for clause in rule.when if clause.power != 1]:
+        message = (
+            f"{name}: MATLAB cannot read the hedges in it, {counted(len(hedged), 'clause')} such as "
+            f"{quoted(hedged[0])}; `fuzzy convert --without-hedges`, or fuzzy.without_hedges in Python, makes "
+            "membership functions of them where these are exact"
+        )
+        warnings.warn(message, FisFileWarning, stacklevel=2)
 
 
 def format_fis(fis: Sugeno) -> str:
@@ -491,6 +505,8 @@ def _format(fis: Sugeno, path: str) -> str:
     lines += [f"AndMethod='{fis.and_method}'", f"OrMethod='{fis.or_method}'"]
     lines += [f"ImpMethod={quoted(fis.implication, 'implication')}"]
     lines += [f"AggMethod={quoted(fis.aggregation, 'aggregation')}", f"DefuzzMethod='{fis.defuzzification}'"]
+    if any(clause.power != 1 for rule in fis.rules for clause in rule.when):
+        lines.append(f"%! {HEDGES_NOTE}='octave'")
     for key, (attribute, choices) in SYSTEM_NOTES.items():
         if getattr(fis, attribute) != choices[0]:  # the first is the default
             lines.append(f"%! {key}='{getattr(fis, attribute)}'")

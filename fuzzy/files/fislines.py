@@ -30,6 +30,7 @@ SYSTEM_NOTES = {
     "OutOfRange": ("out_of_range", ("warn", "ignore", "clip", "error")),
 }
 _VARIABLE_NOTES = ("Unit",)
+HEDGES_NOTE = "Hedges"  # in [System] of what this program writes: fractions in rules are meant, and need no warning
 
 LINE_END = re.compile(r"\r\n|\r|\n")  # not splitlines(), which would also split names at rarer characters
 _MOST_WARNINGS = 20  # of one file; what follows is counted
@@ -101,7 +102,7 @@ class FisLines:
     def warn(self, at: SectionLine, message: str) -> None:
         """Keep a warning that quotes the line ``at``."""
         if len(self._warned) < _MOST_WARNINGS:
-            self._warned.append(f"{self.path}:{at.line}: {message}\n  {shortened(at.text)}")
+            self._warned.append(f"{self.path}:{at.line}: {message}; the line: {shortened(at.text)}")
         else:
             self._unsaid += 1
 
@@ -147,7 +148,7 @@ class FisLines:
         raise self.error(at, expected(word, ("System", "Input1", "Output1", "Rules"), "section"))
 
     def _note(self, section: FileSection, word: str, at: SectionLine) -> None:
-        known = tuple(SYSTEM_NOTES) if section.title == "[System]" else _VARIABLE_NOTES
+        known = (*SYSTEM_NOTES, HEDGES_NOTE) if section.title == "[System]" else _VARIABLE_NOTES
         if section.title == "[Rules]" or word not in known:
             self.warn(at, f"a note that {section.title} does not know is skipped: {quoted(word)}")
         elif word in section.entries:

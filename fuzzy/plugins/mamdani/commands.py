@@ -24,6 +24,9 @@ def convert(
             show_default="constants at the centroids",
         ),
     ] = None,
+    without_hedges: Annotated[
+        bool, option('Make terms of "very left" and the like, which MATLAB cannot read, where these are exact.')
+    ] = False,
     json: Json = False,
 ) -> None:
     """Write the system in another form, which OUT's suffix chooses.
@@ -53,6 +56,10 @@ def convert(
 
     source = file if file.suffix.lower() == ".fll" else find_fis(file)
     fis, told = _read(source, target, fit)
+    if without_hedges:
+        from fuzzy import hedges
+
+        fis = hedges.without_hedges(fis)
     if suffix == ".fis":
         from fuzzy.files.fisfile import write_fis
 

@@ -11,11 +11,11 @@ import pytest
 import fuzzy.commands.show
 from fuzzy.commands.application import main
 from fuzzy.figures import figureset
-from fuzzy.files.fisfile import read_fis, write_fis
+from fuzzy.files.fisfile import format_fis, read_fis, write_fis
 from fuzzy.files.table import table_text
 from fuzzy.insight.surfacegrid import surface
 from fuzzy.language import parse_rule
-from fuzzy.membership import Trapezoid
+from fuzzy.membership import Gaussian, Trapezoid
 from fuzzy.plugins.mamdani.likeness import mamdani_difference, read_mamdani_original
 from fuzzy.system import Linear, Sugeno, Variable
 
@@ -239,6 +239,17 @@ def test_convert(fis, capsys) -> None:
     assert "'out.xml'" in said
     for form in (".fis", ".txt", ".json"):
         assert form in said
+
+
+def test_convert_without_hedges(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    x = Variable("x", (0, 1), {"a": Gaussian(0.5, 0)})
+    hedged = Sugeno([x], [Variable("y", (0, 1), {"z": 1.0})], ["if x is very a then y is z"])
+    Path("hedged.fis").write_text(format_fis(hedged))
+    assert main(["convert", "hedged.fis", "again.fis"]) == 0
+    assert capsys.readouterr().err.startswith("warning: again.fis: MATLAB cannot read the hedges")
+    assert succeeds(capsys, "convert", "hedged.fis", "plain.fis", "--without-hedges") == ""
+    assert str(read_fis("plain.fis").rules[0]) == "if x is very_a then y is z"
 
 
 def test_convert_a_mamdani_system(tmp_path, monkeypatch, capsys) -> None:

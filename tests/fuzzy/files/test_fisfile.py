@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, read_mamdani, write_fis
+from fuzzy.hedges import without_hedges
 from fuzzy.inference import InferenceWarning
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, Triangle
 from fuzzy.membershipfunction import MembershipError
@@ -176,11 +177,24 @@ def test_zero_leaves_a_variable_out_and_a_sign_negates():
     ],
 )
 def test_fractions_are_octaves_hedges(index, clause):
-    with pytest.warns(FisFileWarning, match=f"<text>:35: {index} is read as Octave's hedge"):
-        fis = parse_fis(tip("1 1, 1 (1) : 2", f"{index} 0, 1 (1) : 1"))
+    rule = f"{index} 0, 1 (1) : 1"
+    said = f"<text>:35: {index} is read as Octave's hedge, '{clause}'; the line: {rule}"
+    with pytest.warns(FisFileWarning, match=f"^{re.escape(said)}$"):
+        fis = parse_fis(tip("1 1, 1 (1) : 2", rule))
     assert fis.rules[0].when == (clause,)
-    with pytest.warns(FisFileWarning):
-        assert parse_fis(format_fis(fis)) == fis
+    assert parse_fis(format_fis(fis)) == fis  # what this program has written is meant
+
+
+def test_writing_says_that_matlab_knows_no_hedges(tmp_path):
+    fis = parse_fis(TIP)
+    write_fis(fis, tmp_path / "plain.fis")
+    hedged = replace(fis, rules=[*fis.rules, "if service is very good then tip is fair"])
+    with pytest.warns(FisFileWarning, match=r"MATLAB cannot .*, 1 clause such as 'service is very good'; .*without"):
+        write_fis(hedged, tmp_path / "hedged.fis")
+    assert read_fis(tmp_path / "hedged.fis") == hedged
+    write_fis(without_hedges(hedged), tmp_path / "hedged.fis")
+    with pytest.raises(FisFileError, match="unknown Hedges 'matlab'"):
+        parse_fis(tip("Version=2.0", "Version=2.0\n%! Hedges='matlab'"))
 
 
 def test_zeros_behind_the_parameters_are_left_out(tmp_path):
@@ -427,9 +441,7 @@ def systems(draw):
 @given(systems())
 def test_every_system_reads_back_to_the_last_bit(fis):
     text = format_fis(fis)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FisFileWarning)  # hedges
-        again = parse_fis(text)
+    again = parse_fis(text)
     assert again == fis
     assert format_fis(again) == text  # tells 0.0 from -0.0
 
