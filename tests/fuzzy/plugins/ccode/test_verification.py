@@ -2,19 +2,22 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fuzzy.commands.application import main
-from fuzzy.files.fisfile import read_fis, read_mamdani
+from fuzzy.files.fisfile import read_fis, read_mamdani, write_fis
 from fuzzy.files.packaged import find_fis
+from fuzzy.membership import Bell, Trapezoid, Triangle
 from fuzzy.plugins.ccode.compiler import CompilerError
 from fuzzy.plugins.ccode.cortexm import missing_tools, run_on_board
 from fuzzy.plugins.ccode.lookup import lookup_of
 from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.plugins.ccode.verification import LIMITS, verify_c
 from fuzzy.plugins.ccode.writing import write_c
+from fuzzy.system import Sugeno, Variable
 from tests.fuzzy.plugins.ccode.inc import CORPUS, PACKAGED, needs_compiler
 
 
@@ -112,6 +115,33 @@ def test_the_command_writes_proves_and_says_so(tmp_path, monkeypatch, capsys):
     assert re.search(r"the table differs from the rules by [\d.]+ at most", said)
 
 
+def faint(function):
+    x = Variable("x", (0, 1), {"a": function})
+    return Sugeno([x], [Variable("y", (-10, 10), {"z": -5.0})], ["if x is not a then y is z"])
+
+
+@needs_compiler
+def test_faint_strengths_in_fixed_point_are_a_verdict_and_name_the_point(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_fis(faint(Bell(0.5, 3, 0.5)), "faint.fis")
+    arguments = ["export", "c", "faint.fis", "-o", "out", "--verify", "--points", "5000", "--number"]
+    assert main([*arguments, "q16.16"]) == 1
+    said = capsys.readouterr()
+    assert ": NOT the same within 0.01" in said.out
+    worst = r"y differs by 0.25 of its range of 20 at x = 0\.\d+; strengths below 1e-9 are 0 in fixed point"
+    assert re.fullmatch(rf"warning: {worst}\n", said.err)
+    assert main([*arguments, "double"]) == 0
+    assert main([*arguments, "q16.16", "--table", "9"]) == 0  # a table has no limit
+
+
+@needs_compiler
+@pytest.mark.parametrize("at", [0.2, 0.25, 1 / 3])
+def test_edges_and_feet_are_the_same_within_a_last_digit(at, tmp_path):
+    for function in (Trapezoid(at, at, 0.6, 0.6), Triangle(at, 0.6, 1)):
+        for fis in (faint(function), replace(faint(function), no_rule_fires="nan")):
+            assert verify_c(fis, write_c(fis, tmp_path, "q16.16"), 5000).holds
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -147,6 +177,6 @@ def test_a_million_points(number, file, tmp_path):
     fis = read_mamdani(file)[0]
     proof = verify_c(fis, write_c(fis, tmp_path, number))
     assert proof.points == 1_000_000
-    assert proof.holds is (None if number == "q16.16" else True)
+    assert proof.holds
     if number == "q16.16":
         assert max(d.greatest / d.scale for d in proof.differences) < 4e-4
