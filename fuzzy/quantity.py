@@ -4,6 +4,7 @@ A plausible range catches the commonest mistake in a file of numbers: the right 
 (degrees for radians, millimetres for metres). The message names the field, its unit and what is accepted.
 """
 
+from collections.abc import Iterator
 from dataclasses import MISSING, field, fields
 from functools import partial
 from math import inf, pi
@@ -102,6 +103,15 @@ def accepted(metadata: Any) -> str:
 def is_number(value: Any) -> bool:
     """Whether ``value`` is a finite real number, of :data:`LARGEST_NUMBER` in size at most."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
+
+
+def unprintable(value: Any, keys: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """The keys of whole numbers of more than 3,000 digits: Python reads them from TOML and may not print them."""
+    if isinstance(value, int) and value.bit_length() > 10_000:
+        yield keys
+    elif isinstance(value, dict | list):
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from unprintable(part, (*keys, key))
 
 
 def got(value: Any) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
+from fuzzy.quantity import unprintable
 
 
 def read_text(path: Path, fault: type[InputError]) -> str:
@@ -23,12 +24,15 @@ def read_text(path: Path, fault: type[InputError]) -> str:
 def parse_table(text: str, file: str, fault: type[InputError]) -> dict[str, Any]:
     """The table that a TOML text describes. Raises ``fault``, which names file and line, for other text."""
     try:
-        return tomllib.loads(text)
+        table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, or a number or a nesting that does not end
         line = re.search(r"at line (\d+)", str(error))
         end = f":{text.count(chr(10)) + 1}" if isinstance(error, tomllib.TOMLDecodeError) else ""
         where = f":{line[1]}" if line else end
         raise fault(f"{file}{where}: this is not TOML: {error}") from None
+    for keys in unprintable(table):
+        raise fault(f"{file}:{line_of(text, keys)}: a whole number of more than 3,000 digits")
+    return table
 
 
 @contextmanager

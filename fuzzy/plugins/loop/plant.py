@@ -235,7 +235,7 @@ def _coefficients(values: Any, name: str, *, strip: bool = True) -> tuple[float,
     """Finite numbers, without zeros in front."""
     try:
         numbers = [float(v) for v in np.atleast_1d(np.asarray(values, dtype=float)).ravel()]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise PlantError(f"{name} must be numbers, highest power first, got {quoted(values)}").about(name) from None
     if not numbers or not all(map(math.isfinite, numbers)):
         raise PlantError(f"{name} must be finite numbers, highest power first, got {quoted(values)}").about(name)
@@ -247,7 +247,7 @@ def _coefficients(values: Any, name: str, *, strip: bool = True) -> tuple[float,
 def _dead_time(value: Any) -> float:
     try:
         time = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         time = math.nan
     if not (time >= 0 and math.isfinite(time)):
         raise PlantError(f"the dead time must be a finite number of seconds >= 0, got {quoted(value)}").about(

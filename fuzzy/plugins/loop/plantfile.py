@@ -14,6 +14,7 @@ from fuzzy.errors import quoted
 from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import check_known
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
+from fuzzy.quantity import unprintable
 
 TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
 _OPTIONAL = ("states", "initial", "dead_time", "substeps")
@@ -89,8 +90,10 @@ def read_plant(
         raise PlantError(f"{name}: a plant is a .toml or a .py file")
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:  # or a number or a nesting that does not end
         raise PlantError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for keys in unprintable(table):
+        raise PlantError(f"{name}: cannot be read: {keys[0]}: a whole number of more than 3,000 digits")
     for key in table:
         check_known(key, _KEYS, "key", PlantError, where=name)
     missing = [key for key in _KEYS[:2] if key not in table]

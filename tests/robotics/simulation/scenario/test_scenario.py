@@ -261,6 +261,13 @@ def test_files_without_usable_robots(text, line, message):
     assert message in str(caught.value)
 
 
+def test_a_whole_number_that_cannot_be_printed_is_refused_with_its_line():
+    with pytest.raises(ScenarioError, match=r"^bad\.toml:2: a whole number of more than 3,000 digits$"):
+        parse_scenario(f"title = 'x'\nduration = 0x1{'0' * 4000}\n", "bad", "bad.toml")
+    with pytest.raises(ScenarioError, match=r"^bad\.toml:4: a whole number of more than 3,000 digits$"):
+        parse_scenario(f"[[robots]]\nmass = 1.0\n[[robots]]\nplace = [0x1{'0' * 4000}]\n", "bad", "bad.toml")
+
+
 @pytest.mark.parametrize("value", ["9" * 5000, "[" * 5000], ids=["number", "nesting"])
 def test_what_the_parser_of_toml_chokes_on_is_refused(value):
     with pytest.raises(ScenarioError, match=r"^bad\.toml: this is not TOML"):
