@@ -7,7 +7,8 @@ import numpy as np
 from fuzzy.errors import InputError, quoted
 from fuzzy.files.arrays import Header
 from robotics.laws.modes import MODES
-from robotics.simulation.channels import CHANNELS, RECORDS
+from robotics.simulation.channels import CHANNELS, RECORDS, TEAM_CHANNELS
+from robotics.world.radio.faults import FAULTS
 
 LONGEST_STEP = 1.0 + 1e-9  # s between samples: the longest period of a scenario
 FASTEST = 1e6  # m, rad, m/s, rad/s: no robot is farther or faster; contacts are looked for along all of its way
@@ -65,6 +66,10 @@ def check_values(arrays: Mapping[str, np.ndarray]) -> None:
             raise LayoutError(f"{name!r} holds what is no number up to {FASTEST:g}")
     if "modes" in arrays:
         _check_range("modes", arrays["modes"], 0, len(MODES) - 1)
+    if "team" in arrays:
+        faults = arrays["team"][:, list(TEAM_CHANNELS).index("fault")]
+        if not (np.isin(faults, [0, *FAULTS.values()]) | np.isnan(faults)).all():  # not-a-number as above
+            raise LayoutError("'team' holds faults of a kind that there is not")
     if "obstacles_circles" in arrays:
         bodies = arrays["obstacles_bodies"]
         _check_range("obstacles_counts", arrays["obstacles_counts"], 0, bodies.shape[1])

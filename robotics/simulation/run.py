@@ -15,6 +15,7 @@ from fuzzy.files.atomic import replacing
 from fuzzy.files.fisfile import FisFileError, format_fis, parse_fis
 from fuzzy.files.sealed import intact, is_sealed, sealed_archive
 from fuzzy.naming import expected
+from fuzzy.quantity import is_number
 from fuzzy.shown import shown
 from fuzzy.sketch import lines, table, titled
 from fuzzy.system import Sugeno
@@ -453,8 +454,17 @@ def _from_json(table: dict[str, Any]) -> About:
         tuple(kinds[i][1] for i in table["robot"]),
         rule_bases,
         tuple(map(str, table.get("message", ()))),
-        tuple(
-            Reach(**goal | {"region": goal["region"] and tuple(map(tuple, goal["region"]))})
-            for goal in table.get("goals", ())
-        ),
+        tuple(map(_goal_from_json, table.get("goals", ()))),
     )
+
+
+def _goal_from_json(table: dict[str, Any]) -> Reach:
+    """Read a goal. Raises LayoutError for one that no robot can have."""
+    region = table["region"] and tuple(map(tuple, table["region"]))
+    goal = Reach(**table | {"region": region})
+    numbers = [goal.within, goal.hold, 0.0 if goal.heading_within is None else goal.heading_within]
+    corners = [number for corner in region or () for number in corner]
+    paired = region is None or (len(region) > 2 and {len(corner) for corner in region} == {2})
+    if not (all(map(is_number, [*numbers, *corners])) and min(numbers) >= 0 and paired):
+        raise LayoutError("it describes a goal by what are no finite numbers, or too few")
+    return goal

@@ -136,6 +136,8 @@ WRONG = {
     "faster than light": ("samples", lambda a: a * 1e12, "'samples' holds places or speeds beyond 1e+06"),
     "seeds twice": ("seeds", np.zeros_like, "'seeds' are not different"),
     "a mode that is none": ("modes", lambda a: a + 90, "'modes' must lie between 0 and 8"),
+    "a fault that is none": ("team", lambda a: np.concatenate([a[:, :-1], a[:, -1:] - 2], 1), "'team' holds faults of"),
+    "a fault without end": ("team", lambda a: np.where(np.isfinite(a), np.inf, a), "'team' holds faults of"),
     "a sensor less": ("ranges", lambda a: a[..., :-1], "'ranges' has 4 sensors, and the robots have 5"),
     "a body without sides": ("obstacles_bodies", lambda a: a + 9000, "'obstacles_bodies' must lie between"),
     "no path": ("path_1", None, "the array 'path_1' is missing"),
@@ -158,6 +160,44 @@ def test_arrays_that_are_not_those_of_one_run_are_refused(saved, tmp_path, name,
     with pytest.raises(RunError, match=re.escape("run.npz: this saved run is damaged: ")) as caught:
         load_run(tmp_path / "run.npz")
     assert said in str(caught.value)
+
+
+GOAL = {"within": 0.05, "heading_within": None, "hold": 1.0, "region": [[0, 0], [1, 0], [1, 1]]}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"within": "near"},
+        {"within": -1.0},
+        {"hold": float("nan")},
+        {"heading_within": [1.0]},
+        {"hold": None},
+        {"region": [[0, 0], [1, 0]]},
+        {"region": [[0, 0, 0], [1, 0, 0], [1, 1, 0]]},
+        {"region": [[0, 0], [1, 0], [1, float("inf")]]},
+        {"region": "abc"},
+        {"region": 3},
+        {"place": 1.0},
+    ],
+)
+def test_goals_that_no_robot_can_have_are_refused(tmp_path, change):
+    run = simulate(replace(load_scenario("park"), duration=1.0), make_controller("polar"), (0,))
+    file = tmp_path / "run.npz"
+    run.save(file)
+    with np.load(file) as saved:
+        arrays = dict(saved)
+
+    def load(goal):
+        about = json.loads(str(arrays["about"]))
+        content = io.BytesIO()
+        np.savez(content, **arrays | {"about": np.array(json.dumps(about | {"goals": [goal] * len(about["goals"])}))})
+        file.write_bytes(sealed_archive(content.getvalue()))
+        return load_run(file)
+
+    assert load(GOAL).about.goals[0].region == ((0, 0), (1, 0), (1, 1))
+    with pytest.raises(RunError, match=r"run\.npz: this saved run is damaged: "):
+        load(GOAL | change)
 
 
 def test_what_is_no_run_is_not_unpacked(tmp_path, monkeypatch):
