@@ -105,9 +105,9 @@ def train(
     """Learn the parameters of a system from data (MATLAB's ``anfis``).
 
     Where no rule fires the middle of the output's range stands, as in inference, and its error counts. Warns
-    (DataWarning) of such samples, of constant inputs, of more consequents than samples, and where the system's own
-    numbers are too coarse for what was learnt, because an input lies far from 0 for its spread. Ctrl-C ends training
-    with the best so far, and so does an error that is no longer finite.
+    (DataWarning) of such samples, of constant inputs, of no more samples than parameters of the consequents, and where
+    the system's own numbers are too coarse for what was learnt, because an input lies far from 0 for its spread. Ctrl-C
+    ends training with the best so far, and so does an error that is no longer finite.
 
     Args:
         fis: The system to start from, such as :func:`fuzzy.identify` makes.
@@ -325,10 +325,11 @@ def _say_differing(rmse: float, learnt: float, data: SampleArrays, fis: Sugeno) 
 
 def _say_too_few(network: "Network | CompiledNetwork", count: int) -> None:
     most = network.columns
-    if most > count and not network.ridge:
+    if most >= count and not network.ridge:
+        why = "the solution of least norm is taken" if most > count else "they are learnt by heart, noise and all"
         warnings.warn(
-            f"{count} samples for {most} parameters of the consequents: the solution of least norm is taken. Fewer "
-            "rules, constant consequents, more samples or ridge > 0 helps",
+            f"{count} samples for {most} parameters of the consequents: {why}. Fewer rules, constant consequents, more "
+            "samples or ridge > 0 helps",
             DataWarning,
             stacklevel=3,
         )

@@ -72,6 +72,12 @@ def test_more_parameters_than_samples_are_said():
     assert rmse(result.system, X[:6], Y[:6]) < 1e-6
 
 
+def test_as_many_parameters_as_samples_are_said():
+    with pytest.warns(DataWarning, match="12 samples for 12 parameters of the consequents: they are learnt by heart"):
+        anfis.train(FIS, X[:12], Y[:12], Options(epochs=1))
+    anfis.train(FIS, X[:13], Y[:13], Options(epochs=1))
+
+
 def test_every_layout_of_an_array_is_taken():
     expected = format_fis(anfis.train(FIS, X, Y, Options(epochs=2)).system)
     frozen = X.copy()
