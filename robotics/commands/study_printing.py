@@ -117,37 +117,48 @@ def _contact_rows(study: "Study") -> list[dict[str, Any]]:
 
 
 def _print_tables(comparison: "Comparison", study: "Study") -> None:
+    """Print the table of every scenario; where it is wider than the terminal, a line for each number."""
     from rich.console import Console
     from rich.table import Table
 
-    from robotics.laws.catalogue import law_title
-    from robotics.show.report.summarytable import printed_metrics
-    from robotics.studies.comparison import contact_runs
+    from robotics.show.report.summarytable import printed_metrics, summary_table
 
-    # A pipe has no width of its own: wide enough that no number is cut.
-    console = Console() if sys.stdout.isatty() else Console(width=120)
+    # A pipe has no width of its own.
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False)
     for scenario in comparison.scenarios:
-        table = Table(title=f"{scenario.name}: {scenario.title}", title_justify="left", caption_justify="left")
-        table.add_column("controller")
         shown = printed_metrics(comparison, scenario, study.first)
-        for metric in shown.values():
-            table.add_column(f"{metric.short or metric.title}\n[{metric.unit}]".replace("[", "\\["), justify="right")
-        touched: list[str] = []
-        mine = study.summary[study.summary["scenario"] == scenario.name]
-        for law in comparison.controllers:
-            rows = mine[mine["controller"] == law].set_index("metric")
-            count, runs = contact_runs(comparison.table, scenario.name, law)
+        found = summary_table(comparison, scenario.name, study.first, only=shown)
+        contacts = found.contacts or [(0, 0)] * len(found.controllers)
+        laws = [name + " ✕" * (count > 0) for name, (count, _) in zip(found.controllers, contacts, strict=True)]
+        heads = [f"{m.short or m.title}\n[{row.unit}]" for m, row in zip(shown.values(), found.rows, strict=True)]
+        columns = {"controller": laws} | {
+            head: [f"{cell.mean} ± {cell.half}" if cell.half not in ("", "0") else cell.mean for cell in row.cells]
+            for head, row in zip(heads, found.rows, strict=True)
+        }
+        title = f"{scenario.name}: {scenario.title}"
+        widths = [_widths(columns, in_words) for in_words in (False, True)]
+        fitting = [each for each in widths if sum(each.values()) + 3 * len(each) + 1 <= console.width]
+        if fitting:
+            table = Table(title=title, title_justify="left")
+            for head, width in fitting[0].items():
+                table.add_column(head, width=width, justify="left" if columns[head] is laws else "right")
+            for row in zip(*columns.values(), strict=True):
+                table.add_row(*row)
+            console.print(table)
+        else:
+            print(title)
+            wide = max(map(len, laws))
+            for head in heads:
+                print("  " + head.replace("\n", " "))
+                for law, number in zip(laws, columns[head], strict=True):
+                    print(f"    {law:{wide}}  {number}")
+        for name, (count, runs) in zip(found.controllers, contacts, strict=True):
             if count:
-                touched.append(f"✕ {law_title(law)}: contact in {count} of {runs} runs")
-            table.add_row(
-                law_title(law) + " ✕" * (count > 0),
-                *(_cell(*rows.loc[name, ["mean", "high"]]) if name in rows.index else "-" for name in shown),
-            )
-        console.print(table)
-        for line in touched:
-            print(line)
+                print(f"✕ {name}: contact in {count} of {runs} runs")
 
 
-def _cell(mean: float, high: float) -> str:
-    half = high - mean
-    return "never" if mean == float("inf") else f"{mean:.4f}" + (f" ±{half:.4f}" if half > 0 else "")
+def _widths(columns: dict[str, list[str]], in_words: bool) -> dict[str, int]:
+    """How wide each column is if no number and no unit is broken, and the headings at most between words."""
+    heads = {head: head.partition("\n") for head in columns}
+    parts = {head: [unit, *(title.split() if in_words else [title])] for head, (title, _, unit) in heads.items()}
+    return {head: max(map(len, [*cells, *parts[head]])) for head, cells in columns.items()}

@@ -10,7 +10,7 @@ from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, lead
 from robotics.measures.registry import headlines, metrics_of
 from robotics.measures.tracking import Metric
-from robotics.show.report.wording import places_of
+from robotics.show.report.wording import digits
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.comparison import Comparison, contact_runs, has_guard, summarise, values_of_runs
 
@@ -21,7 +21,7 @@ class Cell(NamedTuple):
     """One metric of one controller."""
 
     mean: str
-    half: str  # half the width of the 95 % interval; "" where there is none
+    half: str  # half the width of the 95 % interval; "" where there is none, "0" where none of its digits is seen
     mark: str  # "lowest", "≈ lowest" or ""
 
 
@@ -43,10 +43,12 @@ class SummaryTable(NamedTuple):
     contacts: list[tuple[int, int]]  # runs with a contact, and all runs; empty where there is nothing to touch
 
 
-def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = ()) -> SummaryTable:
+def summary_table(
+    comparison: Comparison, scenario: str, first: Sequence[str] = (), only: Mapping[str, Metric] | None = None
+) -> SummaryTable:
     """Make the table of the scenario with that name, from :func:`robotics.studies.comparison.summarise`.
 
-    The metrics ``first`` come before the others.
+    The metrics ``first`` come before the others; ``only`` some are in it, if these are given.
     """
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
@@ -55,7 +57,7 @@ def summary_table(comparison: Comparison, scenario: str, first: Sequence[str] = 
     setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
     contacts = {name: contact_runs(table, scenario, name) for name in names} if setting.has_others else {}
     touched = {name: count for name, (count, _) in contacts.items()}
-    known = metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
+    known = only or metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
     for metric in dict.fromkeys([*(name for name in first if name in known), *known]):
         about = known[metric]
         found = summary.loc[metric]
@@ -143,19 +145,8 @@ def _cell(numbers: np.ndarray, never: int, seeds: int, mark: str) -> Cell:
         return Cell("never" if never == seeds else f"never in {never} of {seeds}", "", mark)
     if not np.isfinite(mean):
         return Cell("no sample", "", mark)
-    half = (high - low) / 2
-    if not np.isfinite(half):
-        return Cell(_rounded(mean, places_of(mean, 3)), "", mark)
-    if half <= 1e-6 * abs(mean):  # all seeds gave the same
-        return Cell(_rounded(mean, places_of(mean, 3)), "0", mark)
-    # As many places as give the interval's half width two digits, and the mean at least two.
-    places = max(places_of(half, 2), places_of(mean, 2))
-    return Cell(_rounded(mean, places), _rounded(half, places), mark)
-
-
-def _rounded(value: float, places: int) -> str:
-    text = f"{value:.{places}f}"
-    return text.replace("-", "−") if float(text) else text.lstrip("-")
+    number, half = digits(mean, (high - low) / 2)
+    return Cell(number, half or ("0" if np.isfinite(high) else ""), mark)
 
 
 def _marks(found: Lead) -> list[str]:

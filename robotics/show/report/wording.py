@@ -24,15 +24,18 @@ def shown(estimate: Estimate, unit: str, *, signed: bool = False) -> str:
     if not isfinite(estimate.value):
         return _infinite(unit) if estimate.value > 0 else "unknown"
     factor, unit = scaled(unit, estimate.value)
-    value, half = factor * estimate.value, factor * (estimate.high - estimate.low) / 2
+    number, half = digits(factor * estimate.value, factor * (estimate.high - estimate.low) / 2)
+    text = ("+" if signed and estimate.value > 0 else "") + number + (f" ± {half}" if half else "")
+    never = f", {_infinite(unit)} in {estimate.lost} of {estimate.runs}" if estimate.lost else ""
+    return text + _after(unit) + never
+
+
+def digits(value: float, half: float) -> tuple[str, str]:
+    """A number and half its interval, which is "" where there is none, or where nothing of it is left to be seen."""
     told = isfinite(half) and half > 1e-6 * abs(value)
     # Two digits of the interval, but no more than four of the number; three where there is no interval.
     places = min(places_of(half, 2), places_of(value, 4)) if told else places_of(value, 3)
-    text = ("+" if signed and value > 0 else "") + plain(value, places)
-    if told and round(half, places) > 0:
-        text += f" ± {plain(half, places)}"
-    never = f", {_infinite(unit)} in {estimate.lost} of {estimate.runs}" if estimate.lost else ""
-    return text + _after(unit) + never
+    return plain(value, places), plain(half, places) if told and round(half, places) > 0 else ""
 
 
 def bound_text(value: float, unit: str, kind: str = "mean") -> str:

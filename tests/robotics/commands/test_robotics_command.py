@@ -15,6 +15,7 @@ import typer
 from robotics.commands.application import app, main
 from robotics.commands.compare import split_controllers
 from robotics.measures.tracking import METRICS
+from robotics.show.report.wording import digits
 from robotics.simulation.run import load_run
 from robotics.simulation.scenario.reading import scenario_names
 from robotics.studies.comparison import DEFAULT_CONTROLLERS
@@ -106,6 +107,30 @@ def test_compare_json_is_one_object_and_nothing_else(tiny, tmp_path, capsys):
     assert {row["metric"] for row in printed["summary"]} == set(METRICS)
     assert printed["files"] == ["columns.csv", "configuration.json", "results.csv", "summary.csv"]
     assert printed["claims"] == []
+
+
+@pytest.mark.parametrize("columns", [200, 70, 30])
+def test_a_comparison_cuts_no_number_and_no_word_however_narrow_the_terminal(
+    columns, tiny, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    command = ["compare", tiny, "--controllers", "fuzzy,esm:k=0.5", "--seeds", "3", "--no-report", "-q"]
+    assert main([*command, "--out", str(tmp_path / "o")]) == 0
+    printed = capsys.readouterr().out
+    table = printed.partition("mean over 3 seeds ±")[0]
+    assert "±0" not in table
+    assert "± 0.0000" not in table
+    assert "…" not in table
+    assert ("━" in table) == (columns == 200)
+    values = pd.read_csv(tmp_path / "o" / "results.csv")["rms_cross_track_under_way_m"].to_numpy(dtype=float)
+    for of_law in values.reshape(2, 3):
+        half = 4.302652729749464 * of_law.std(ddof=1) / 3**0.5  # Student's t for 3 values
+        number, interval = digits(1e3 * of_law.mean(), 1e3 * half)
+        assert 1e-6 < half < 1e-3  # which four decimals of a metre would hide
+        assert f"{number} ± {interval}" in table
+    for word in ("cross-track", "variation", "[N² m²]", "Exponential SM (k=0.5)", "[mm]"):
+        assert word in table
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,6 @@ def test_a_comparison_shows_it_for_the_laws_that_have_one(scenario, run, capsys,
     assert [cell.mark for cell in row.cells] == ["", ""]  # there is nothing to compare with
     print_comparisons(Study((both,), summary, [], tmp_path, []))
     lines = [line for line in capsys.readouterr().out.splitlines() if "never" in line]  # neither law ends in 8 s
-    assert [line.split("│")[6].strip() for line in lines] == ["-", "0.4500"]
+    assert [line.split("│")[6].strip() for line in lines] == ["–", "0.450"]
     without = Comparison((scenario,), {"cooperation": laws["cooperation"]}, (0, 1), tables[0], runs)
     assert not [row for row in summary_table(without, "odd").rows if "emergency" in row.title]
