@@ -102,11 +102,10 @@ class ParallelCompensation(EquationLaw):
     heading_scale: float = quantity(0.5, "rad", above=0)
     v_scale: float = quantity(0.2, "m/s", above=0)
     w_scale: float = quantity(1.0, "rad/s", above=0)
-    # The operating points: the peaks of the sets, and the gains (distances, alphas, 2, 3)
+    # The operating points: the peaks of the sets
     sets: tuple[tuple[MembershipFunction, ...], ...] = field(init=False, repr=False, compare=False)
     distances: np.ndarray = field(init=False, repr=False, compare=False)  # m, rising
     alphas: np.ndarray = field(init=False, repr=False, compare=False)  # rad, rising
-    gains: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -125,7 +124,6 @@ class ParallelCompensation(EquationLaw):
         object.__setattr__(self, "sets", (tuple(mf for _, mf in distance), tuple(mf for _, mf in alpha)))
         object.__setattr__(self, "distances", np.array([peak for peak, _ in distance]))
         object.__setattr__(self, "alphas", np.array([peak for peak, _ in alpha]))
-        object.__setattr__(self, "gains", self._gains())
 
     @property
     def scales(self) -> np.ndarray:
@@ -143,7 +141,9 @@ class ParallelCompensation(EquationLaw):
         shape = (len(self.distances), len(self.alphas))
         return of_rules.reshape(*shape, 3, 3), of_inputs.reshape(*shape, 3, 2)
 
-    def _gains(self) -> np.ndarray:
+    @cached_property
+    def gains(self) -> np.ndarray:
+        """The gains K^j (distances, alphas, 2, 3) of every rule, from its Riccati equation."""
         from scipy.linalg import solve_continuous_are
 
         weight, cost = np.diag(self.scales**-2), np.diag([self.v_scale**-2, self.w_scale**-2])

@@ -1,10 +1,11 @@
 """A scenario in few words: the group in which lists show it, and its noise."""
 
+from collections.abc import Callable
 from math import degrees
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from robotics.simulation.scenario.description import Scenario
+if TYPE_CHECKING:
+    from robotics.simulation.scenario.description import Scenario
 
 # The groups of scenarios in the order of lists
 _ONE, GOALS, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
@@ -17,21 +18,28 @@ _ONE, GOALS, FORMATIONS, TEAMS, MEETINGS, AMONG_OBSTACLES = CONDITION_GROUPS = (
 )
 
 
-def group_of(scenario: Scenario) -> str:
+def group_of(scenario: "Scenario") -> str:
     """The one of CONDITION_GROUPS to which a scenario belongs."""
-    if scenario.kind == "goal":
+    return group(scenario.kind, len(scenario.robots), bool(scenario.obstacles), lambda: touch_on_time(scenario))
+
+
+def group(kind: str, robots: int, obstacles: bool, meet: Callable[[], bool]) -> str:
+    """The same from what its file says; whether robots on time ``meet`` is asked only where that decides."""
+    if kind == "goal":
         return GOALS
-    if len(scenario.robots) == 1:
+    if robots == 1:
         return _ONE
-    if scenario.obstacles:
+    if obstacles:
         return AMONG_OBSTACLES
-    if scenario.kind == "formation":
+    if kind == "formation":
         return FORMATIONS
-    return MEETINGS if _touch_on_time(scenario) else TEAMS
+    return MEETINGS if meet() else TEAMS
 
 
-def _touch_on_time(scenario: Scenario) -> bool:
+def touch_on_time(scenario: "Scenario") -> bool:
     """Whether two references come nearer to each other than the robots are long."""
+    import numpy as np  # for which those who list scenarios do not wait
+
     on = scenario.trajectory.sampled(np.arange(scenario.ticks + 1) * scenario.period)
     half = np.array([member.robot.length / 2 for member in scenario.robots])
     apart = np.hypot(on.x[:, :, None] - on.x[:, None], on.y[:, :, None] - on.y[:, None])
@@ -39,8 +47,9 @@ def _touch_on_time(scenario: Scenario) -> bool:
     return bool((apart < half[:, None] + half)[:, *pairs].any())
 
 
-def noises(scenario: Scenario) -> list[str]:
+def noises(scenario: "Scenario") -> list[str]:
     """What is drawn at random in a scenario, in words with the largest values; empty where there is no noise."""
+    import numpy as np
 
     def most(name: str) -> float:
         return max(float(getattr(each, name)) for each in scenario.setting.sensing)

@@ -6,6 +6,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.simulation.scenario.conditions import CONDITION_GROUPS, group_of
+from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 
 
@@ -58,6 +59,24 @@ def test_one_robot_needs_no_heads_and_no_dust_is_shown(team, tmp_path, capsys):
     values = {row.split()[0]: row.split()[1] for row in rows}
     assert values["mean_abs_y_error_m"] == "0"
     assert not [v for v in values.values() if re.search(r"e-1\d", v)]
+
+
+def test_packaged_scenarios_and_studies_are_listed_without_being_made(capsys, monkeypatch):
+    def fails(*arguments):
+        raise AssertionError("a scenario was made")
+
+    monkeypatch.setattr(Scenario, "__post_init__", fails)
+    assert main(["list", "scenarios"]) == main(["list", "studies", "--json"]) == 0
+    assert '"thesis"' in capsys.readouterr().out
+
+
+def test_a_scenario_of_another_package_is_listed_by_its_trajectories(capsys, monkeypatch):
+    assert main(["list", "scenarios"]) == 0
+    listed = capsys.readouterr().out
+    monkeypatch.setattr("robotics.commands.list._MEET", ())
+    monkeypatch.setattr("robotics.commands.list._APART", ("no-slack",))
+    assert main(["list", "scenarios"]) == 0
+    assert capsys.readouterr().out == listed
 
 
 def test_scenarios_are_listed_in_their_groups(capsys):
