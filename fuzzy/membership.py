@@ -13,9 +13,8 @@ Both formulas take arrays that broadcast, ask ``x`` for its namespace and never 
 numpy, torch (with gradients, on any device) and every other array of the array-API standard. At a joint the
 gradient is that of one of the two sides, or lies between them; it is never NaN.
 
-The other facts that a class states are those of :class:`fuzzy.membershipfunction.MembershipFunction`. Only speed and
-pictures need more than the class: a branch in :mod:`fuzzy.compiled.packed` and :mod:`fuzzy.compiled.kernel`, a line in
-the designer's membership.js.
+The other facts that a class states are those of :class:`fuzzy.membershipfunction.MembershipFunction`. Only the last
+digits of compiled code, C and pictures need more than the class: CONTRIBUTING.md names the files.
 
 Sources: [MATLAB fismf] for names, order and the degenerate cases; [Jang 1993] for the bell.
 """

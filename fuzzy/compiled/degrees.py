@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.compiled.tables import KIND
+from fuzzy.compiled.tables import KIND, SAMPLES
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of arrays takes
 # longer than the inference of a point.
@@ -96,6 +96,14 @@ def spline(x: float, a: float, b: float) -> float:
 def trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
     """Trapezoid with the feet a, d and the shoulders b, c; with b = c a triangle."""
     return minimum(rise(x, a, b), rise(-x, -d, -c))
+
+
+@compiled_only(forceinline=True)
+def sampled(x: float, values: np.ndarray, low: float, high: float) -> float:
+    """Straight between SAMPLES + 1 values from ``low`` to ``high``, of which the outermost go on."""
+    place = _unit((x - low) / (high - low)) * SAMPLES if x == x else 0.0  # who evaluates asks whether x is known
+    k = min(int(place), SAMPLES - 1)
+    return values[k] + (place - k) * (values[k + 1] - values[k])
 
 
 # Logarithms of those that are positive everywhere -------------------------------------------------------------

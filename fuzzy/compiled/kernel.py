@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, minimum
+from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, minimum, sampled
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import NEVER, PackedColumns, clipped, evaluate_packed, whole, without_refcounts
 from fuzzy.compiled.tables import KIND
@@ -39,7 +39,14 @@ def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: An
         kind, i, end = np.int64(system[kinds + s]), whole(system[inputs + s]), whole(system[ends + s])
         for t in range(begin, end):
             row = degrees + t
-            fill_degrees(kind, system[a + t], system[b + t], system[c + t], system[d + t], rows[i], rows[row], LANES)
+            if kind == KIND.Sampled:
+                values = system[whole(header.samples + system[a + t]) :]
+                for p in range(LANES):
+                    rows[row, p] = sampled(rows[i, p], values, system[b + t], system[c + t])
+            else:
+                fill_degrees(
+                    kind, system[a + t], system[b + t], system[c + t], system[d + t], rows[i], rows[row], LANES
+                )
             if kind >= KIND.Gaussian and not logs:
                 for p in range(LANES):
                     rows[row, p] = exp_nonpositive(rows[row, p])

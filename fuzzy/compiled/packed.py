@@ -10,16 +10,17 @@ takes them all as arrays of one type and is compiled once::
 The row starts with a header of sizes, choices and places; whole numbers and yes/no are float64 as well.
 """
 
+import warnings
 from typing import Any
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, column
-from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, log_gaussian, minimum, trapezoid
+from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, log_gaussian, minimum, sampled, trapezoid
 from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
-from fuzzy.compiled.tables import KIND, NUMBERS
-from fuzzy.inference import logarithmic, never
-from fuzzy.membershipfunction import as_number
+from fuzzy.compiled.tables import KIND, NUMBERS, SAMPLES
+from fuzzy.inference import InferenceWarning, logarithmic, never
+from fuzzy.membershipfunction import MembershipFunction, as_number
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
 
 NEVER = never(np.float64)
@@ -61,6 +62,7 @@ class PackedColumns(Columns):
     linear = column("", "(outputs,): 1: the output has a first-order consequent")
     slopes = column("", "(outputs, rules, inputs)")
     default = column("", "(outputs,): the value where no rule fires")
+    samples = column("", "of each term without a number SAMPLES + 1 degrees, from place a on, between b and c")
 
 
 # What evaluate_packed tells, to be added
@@ -68,22 +70,24 @@ OUTSIDE = 1  # an input is outside its universe
 NO_RULE = 2  # no rule fires for an output
 
 
-def packed(fis: Sugeno | Any) -> np.ndarray:
+def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     """Lay a system out as one array of float64 numbers, for :func:`evaluate_packed`.
 
     Parameters that are arrays (torch tensors in training, for example) are read now, and not again later.
 
     Args:
         fis: A system, or what :func:`fuzzy.compiled.sugeno.compile_sugeno` made of one.
+        sample: Whether membership functions that the compiled inference has no branch for are read at many points,
+            with a warning that says how near to them one comes.
 
     Raises:
-        FuzzySystemError: The compiled inference has no branch for one of the membership functions.
+        FuzzySystemError: There is such a function, and it is not to be sampled.
     """
     if not isinstance(fis, Sugeno):
         fis = fis.fis
     s = fis.structure
     lists: dict[str, Any] = {"low": [v.universe[0] for v in fis.inputs], "high": [v.universe[1] for v in fis.inputs]}
-    number = _lay_out_terms(fis, lists)
+    number = _lay_out_terms(fis, lists, sample)
     asked = [[(i, s.term[i, r]) for i in range(len(fis.inputs)) if s.term[i, r] >= 0] for r in range(len(fis.rules))]
     clauses = [(i, r, number[i][t]) for r, row in enumerate(asked) for i, t in row]
     lists["rule_end"] = np.cumsum([len(row) for row in asked])
@@ -114,26 +118,50 @@ def packed(fis: Sugeno | Any) -> np.ndarray:
     return np.concatenate([np.array(PackedColumns.stacked(header), dtype=np.float64), *rows.values()])
 
 
-def _lay_out_terms(fis: Sugeno, lists: dict[str, Any]) -> list[list[int]]:
+def _lay_out_terms(fis: Sugeno, lists: dict[str, Any], sample: bool) -> list[list[int]]:
     """Add the lists of segments and terms; return the number of each input's each term."""
     functions = [list(v.terms.values()) for v in fis.inputs]
-    if strange := sorted({f.matlab for row in functions for f in row if type(f) not in NUMBERS}):
+    strange = sorted({f.matlab for row in functions for f in row if type(f) not in NUMBERS})
+    if strange and not sample:
         raise FuzzySystemError(
             f"{fis.name}: the compiled kernel has no branch for {', '.join(strange)}; fuzzy.infer evaluates the system"
         )
-    terms = sorted((i, NUMBERS[type(f)], t) for i, row in enumerate(functions) for t, f in enumerate(row))
+    kinds = [[NUMBERS.get(type(f), KIND.Sampled) for f in row] for row in functions]
+    terms = sorted((i, kind, t) for i, row in enumerate(kinds) for t, kind in enumerate(row))
     ends = [k for k in range(1, len(terms)) if terms[k - 1][:2] != terms[k][:2]] + [len(terms)] * bool(terms)
     lists["segment_input"] = [terms[k - 1][0] for k in ends]
     lists["segment_kind"] = [terms[k - 1][1] for k in ends]
     lists["segment_end"] = ends
     parameters = np.zeros((4, len(terms)))
     number = [[0] * len(row) for row in functions]
-    for k, (i, _, t) in enumerate(terms):
-        values = functions[i][t].parameters
-        parameters[: len(values), k] = [as_number(p) for p in values]
+    samples, largest = list[np.ndarray](), 0.0
+    for k, (i, kind, t) in enumerate(terms):
+        values = functions[i][t].numbers
+        if kind == KIND.Sampled:
+            values = len(samples) * (SAMPLES + 1), *fis.inputs[i].universe
+            degrees, error = _sampled(fis, i, functions[i][t])
+            samples, largest = [*samples, degrees], max(largest, error)
+        parameters[: len(values), k] = values
         number[i][t] = k
-    lists |= dict(zip("abcd", parameters, strict=True))
+    lists |= dict(zip("abcd", parameters, strict=True)) | {"samples": samples}
+    if strange:
+        warnings.warn(
+            f"{fis.name}: the compiled inference has no branch for {', '.join(strange)}, and reads it in {SAMPLES} "
+            f"steps of the universe: the degrees are within {largest:.1e}. CONTRIBUTING.md names the files of a branch",
+            InferenceWarning,
+            stacklevel=4,
+        )
     return number
+
+
+def _sampled(fis: Sugeno, i: int, f: MembershipFunction) -> tuple[np.ndarray, float]:
+    """The degrees in the universe of an input, or their logarithms, and by how much one between two is wrong."""
+    x = np.linspace(*fis.inputs[i].universe, 2 * SAMPLES + 1)
+    degrees = np.asarray(f(x))
+    error = float(np.abs((degrees[:-1:2] + degrees[2::2]) / 2 - degrees[1::2]).max())
+    if logarithmic(fis) and f.log_formula is not None:
+        return np.maximum(f.log_formula(x[::2], *f.numbers), NEVER), error
+    return degrees[::2], error
 
 
 def proposed_numbers(fis: Sugeno) -> tuple[np.ndarray, np.ndarray]:
@@ -188,6 +216,10 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: 
         c, d = (b, c) if kind == KIND.Triangle else (c, d)
         for t in range(begin, end):
             work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
+    elif kind == KIND.Sampled:
+        for t in range(begin, end):
+            values = whole(header.samples + system[a + t])
+            work[at + t] = sampled(x, system[values:], system[b + t], system[c + t])
     else:
         for t in range(begin, end):
             _degree(kind, system[a + t], system[b + t], system[c + t], system[d + t], work[i:], work[at + t :])

@@ -116,7 +116,7 @@ def outputs_of(fis: Sugeno, x: np.ndarray) -> np.ndarray:
         return np.asarray(fis(x))
 
 
-def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
+def compile_sugeno(fis: Sugeno, sample: bool = False) -> CompiledSugeno:
     """Lay ``fis`` out for the compiled inference.
 
     Parameters that are arrays (torch tensors in training, for example) are read now, and not again later. The first
@@ -124,11 +124,13 @@ def compile_sugeno(fis: Sugeno) -> CompiledSugeno:
 
     Args:
         fis: The system.
+        sample: Whether membership functions of one's own, for which the compiled kernel has no branch, are read at many
+            points, with a warning that says how near to them one comes.
 
     Returns:
         What is called as the system is, (..., inputs) to (..., outputs), with the same numbers, sooner.
 
     Raises:
-        FuzzySystemError: A membership function that the compiled kernel has no branch for.
+        FuzzySystemError: There is such a function, and it is not to be sampled.
     """
-    return CompiledSugeno(fis, packed(fis))
+    return CompiledSugeno(fis, packed(fis, sample))

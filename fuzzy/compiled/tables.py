@@ -12,4 +12,6 @@ _SMOOTH = (mf.Gaussian, mf.TwoSidedGaussian, mf.Bell, mf.Sigmoid, mf.SigmoidProd
 NUMBERS: dict[type[MembershipFunction], int] = {  # those that the kernel knows
     function: number for number, function in enumerate((*_EDGES, *_SMOOTH))
 }
-KIND: Any = namedtuple("Kind", [function.__name__ for function in NUMBERS])(*range(len(NUMBERS)))  # the same by name
+_NAMES = {f.__name__: number for f, number in NUMBERS.items()} | {"Sampled": -2}  # the last: every other function
+KIND: Any = namedtuple("Kind", _NAMES)(**_NAMES)  # the same by name
+SAMPLES = 4096  # steps of its universe in which such a function is read

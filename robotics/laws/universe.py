@@ -30,4 +30,4 @@ def say_of_inputs(systems: Mapping[str, Sugeno], inputs: np.ndarray) -> None:
             for end in variable.universe:  # an end itself is recorded a little off, and is not outside
                 column[column == np.float32(end)] = end
         if len(points):
-            compile_sugeno(system)(points)
+            compile_sugeno(system, sample=True)(points)

@@ -2,7 +2,8 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +12,7 @@ import torch
 from array_api_compat import array_namespace
 
 import fuzzy
+import robotics
 from anfis.premises import premises
 from fuzzy.compiled.sugeno import compile_sugeno
 from fuzzy.files.fisfile import format_fis, parse_fis
@@ -18,11 +20,14 @@ from fuzzy.fitting.identification import identify
 from fuzzy.insight.description import as_dict, describe
 from fuzzy.membership import FUNCTIONS
 from fuzzy.membershipfunction import MATLAB_NAMES, MembershipFunction, parameter, register
+from fuzzy.plugins.ccode.numbertype import ExportError
+from fuzzy.plugins.ccode.plan import planned
 from fuzzy.plugins.designer.design import Design, design_of
 from fuzzy.plugins.designer.edits import EditError, apply
 from fuzzy.plugins.designer.termedits import converted
 from fuzzy.plugins.designer.views import design_data, functions_data
 from fuzzy.profile import Outline, Profile
+from robotics.laws.tracking.fuzzy_tracking import RULE_BASES, FuzzyTracking
 
 
 @dataclass(frozen=True)
@@ -136,6 +141,49 @@ def test_a_grid_of_it_is_identified_and_learnt() -> None:
     torch.testing.assert_close(learnt.valid((crossed,)), start)
 
 
-def test_without_a_branch_the_compiled_kernel_refuses_it() -> None:
+def test_without_a_branch_the_compiled_kernel_refuses_it_or_reads_it_in_steps() -> None:
     with pytest.raises(fuzzy.FuzzySystemError, match="small: the compiled kernel has no branch for cosmf; fuzzy"):
         compile_sugeno(system())
+    # A chord of a step h is off by h²/8 f'' at most: (4/4096)²/8 · (2π/4)²/2
+    with pytest.warns(fuzzy.InferenceWarning, match=r"no branch for cosmf, and reads it in 4096 .* within 1\.5e-07"):
+        compiled = compile_sugeno(system(), sample=True)
+    x = np.random.default_rng(1).uniform(0.0, 4.0, (500, 1))
+    exact = fuzzy.infer(system(), x).output
+    np.testing.assert_allclose(compiled(x), exact, rtol=0, atol=8 * 2 * 1.5e-7)
+    np.testing.assert_array_equal([compiled(point) for point in x], compiled(x))  # by points and by blocks
+    assert np.isnan(compiled(np.array([np.nan])))
+
+
+def test_a_positive_one_is_read_as_its_logarithm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Cosine, "log_formula", classmethod(lambda cls, x, l, r: -((x - (l + r) / 2) ** 2)))  # noqa: E741
+    monkeypatch.setattr(Cosine, "formula", classmethod(lambda cls, x, *p: np.exp(cls.log_formula(x, *p))))
+    x = fuzzy.Variable("x", (0.0, 99.0), {"near": Cosine(-2.0, 2.0), "far": Cosine(94.0, 96.0)})
+    y = fuzzy.Variable("y", (0.0, 10.0), {"slow": 1.0, "fast": 9.0})
+    both = fuzzy.Sugeno([x], [y], ["if x is near then y is slow", "if x is far then y is fast"])
+    with pytest.warns(fuzzy.InferenceWarning, match="cosmf"):
+        compiled = compile_sugeno(both, sample=True)
+    points = np.linspace(0.0, 99.0, 1001)[:, None]  # in the middle both degrees underflow
+    np.testing.assert_allclose(compiled(points), fuzzy.infer(both, points).output, rtol=0, atol=0.01)
+
+
+@pytest.mark.filterwarnings("ignore::fuzzy.inference.InferenceWarning")
+def test_it_drives_a_robot_and_c_says_where_its_formula_goes(tmp_path: Path) -> None:
+    tracking = fuzzy.read_fis(RULE_BASES / "tracking.fis")
+    alpha = tracking["alpha"]
+    sets = {name: converted(f, "cosmf", alpha.universe) for name, f in alpha.terms.items()}
+    inputs = [replace(v, terms=sets) if v is alpha else v for v in tracking.inputs]
+    mine = replace(tracking, inputs=inputs, name="mine")
+    file = tmp_path / "mine.fis"
+    fuzzy.write_fis(mine, file)
+    law = robotics.make_controller(str(file))
+    scenario = robotics.load_scenario("lyapunov-sine")
+    end = robotics.measure_all(robotics.simulate(scenario, law, (0,)), only=["final_error_m"])["final_error_m"]
+    assert end < 0.1
+    low, high = np.transpose([v.universe for v in inputs])
+    seen = np.random.default_rng(2).uniform(low, high, (200, len(inputs)))
+    assert isinstance(law, FuzzyTracking)
+    np.testing.assert_allclose(law.tracking(seen), fuzzy.infer(mine, seen).output, rtol=0, atol=1e-4)
+    with pytest.raises(
+        ExportError, match=r"no formula in C of the membership function cosmf; it would stand in floating"
+    ):
+        planned(mine)

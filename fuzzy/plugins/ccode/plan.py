@@ -124,7 +124,11 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
     for i, t in asked:
         label, function = list(fis.inputs[i].terms.items())[t]
         if type(function) not in NUMBERS:
-            raise ExportError(f"{fis.name}: there is no formula in C of the membership function {function.matlab}")
+            raise ExportError(
+                f"{fis.name}: there is no formula in C of the membership function {function.matlab}; it would stand in "
+                "floating.c, floatterm.py and fixedpoint.py of fuzzy/plugins/ccode, its number in "
+                "fuzzy/compiled/tables.py"
+            )
         own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
         numbers = tuple(as_number(p) for p in function.parameters)
         terms.append(CodeTerm(i, inputs[i], own, function.matlab, numbers))

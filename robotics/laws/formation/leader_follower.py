@@ -394,7 +394,9 @@ class LeaderFollower(_FormationLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "systems", tuple(compile_sugeno(fis) for fis in load_networks(self.networks)))
+        object.__setattr__(
+            self, "systems", tuple(compile_sugeno(fis, sample=True) for fis in load_networks(self.networks))
+        )
 
     def with_fuzzy_system(self, task: str, fis: Sugeno) -> "LeaderFollower":
         """Return the same law with ``fis`` in the place of the networks that have its outputs; the others stay."""

@@ -43,7 +43,7 @@ class RuleBase:
             check_known(variable.name, outputs, f"output of {task}", ControllerError, where=called(name))
         inputs = tuple(quantity_of(variable.name, called(name)) for variable in fis.inputs)
         places = {variable.name: k for k, variable in enumerate(fis.outputs)}
-        return cls(fis, compile_sugeno(fis), inputs, places)
+        return cls(fis, compile_sugeno(fis, sample=True), inputs, places)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the system alone: its quantities are functions, which other processes find by their names."""
@@ -133,4 +133,6 @@ class RuleBase:
 
 def _restored(fis: Sugeno, outputs: dict[str, int]) -> RuleBase:
     """Make the rule base again that was pickled."""
-    return RuleBase(fis, compile_sugeno(fis), tuple(quantity_of(v.name, fis.name) for v in fis.inputs), outputs)
+    return RuleBase(
+        fis, compile_sugeno(fis, sample=True), tuple(quantity_of(v.name, fis.name) for v in fis.inputs), outputs
+    )

@@ -202,7 +202,7 @@ class FuzzyTracking(EquationLaw):
         if len(fis.outputs) != 2:
             raise ControllerError(f"{name}: a tracking rule base has the outputs v and w, in this order")
         object.__setattr__(self, "inputs", tuple(TRACKING_INPUTS.index(v.name) for v in fis.inputs))
-        object.__setattr__(self, "tracking", compile_sugeno(fis))
+        object.__setattr__(self, "tracking", compile_sugeno(fis, sample=True))
         object.__setattr__(self, "turn", compiled_curve(self.lateral_rule_base, "λ", "y_err"))
 
     @property
@@ -399,4 +399,4 @@ def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSu
     fis = load_rule_base(name)
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
         raise ControllerError(f"{called(name)}: {symbol} has one input, {argument}, and one output")
-    return compile_sugeno(fis)
+    return compile_sugeno(fis, sample=True)

@@ -193,7 +193,7 @@ class ParallelCompensation(EquationLaw):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The gains, blended."""
-        return (packed(self.blend),)
+        return (packed(self.blend, sample=True),)
 
 
 def _peak(mf: MembershipFunction) -> float:

@@ -29,7 +29,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 import anfis
-from fuzzy.compiled.sugeno import compile_sugeno
+from fuzzy.compiled.sugeno import outputs_of
 from fuzzy.files.fisfile import write_fis
 from fuzzy.fitting.clustering import ClusteringOptions as Clustering
 from fuzzy.fitting.clustering import densities, select_centers
@@ -403,7 +403,7 @@ def _scaled(system: Sugeno, factors: np.ndarray) -> Sugeno:
 
 def _said(system: Sugeno, x: np.ndarray) -> np.ndarray:
     """What the system says at ``x`` (samples, inputs), outside its universes as when it drives."""
-    return np.asarray(compile_sugeno(replace(system, out_of_range="clip"))(np.ascontiguousarray(x)))
+    return np.asarray(outputs_of(replace(system, out_of_range="clip"), np.ascontiguousarray(x)))
 
 
 def rmse(system: Sugeno, samples: Demonstrations, of_pairs: bool) -> np.ndarray:
