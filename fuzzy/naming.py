@@ -1,7 +1,9 @@
 """What somebody probably meant who mistyped a name."""
 
+import os
 from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
+from pathlib import Path
 
 from fuzzy.errors import InputError, quoted, shortened
 
@@ -21,6 +23,17 @@ def expected(name: str, known: Iterable[str], what: str) -> str:
     close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else "."
     return f"unknown {what} {quoted(name)}{hint} Known: {shortened(', '.join(names), _LISTED) if names else '(none)'}"
+
+
+def file_beside(path: str | os.PathLike[str]) -> str:
+    """The hint "; did you mean 'tipper.fis'?" where ``path`` is not there and a file beside it is called nearly so."""
+    wanted = Path(path)
+    try:
+        beside = {} if wanted.exists() else {p.stem: p for p in wanted.parent.iterdir() if p.suffix == wanted.suffix}
+    except (OSError, ValueError):  # no folder, or no name of a file
+        return ""
+    close = get_close_matches(wanted.stem, list(beside)[:_COMPARED], n=1, cutoff=0.6)
+    return f"; did you mean {str(beside[close[0]])!r}?" if close else ""
 
 
 def check_known(

@@ -1,5 +1,6 @@
 """What several commands share: arguments and options, reading a system, and values given as INPUT=VALUE."""
 
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn, TypeVar
@@ -13,8 +14,14 @@ if TYPE_CHECKING:
     from fuzzy.system import Sugeno
 
 T = TypeVar("T")
+STDIN = Path("-")
 FisFile = Annotated[
-    Path, argument("A Sugeno system: a .fis file, or a packaged one's name.", "FILE", autocompletion=rule_bases)
+    Path,
+    argument(
+        "A Sugeno system: a .fis file, - for standard input, or a packaged one's name.",
+        "FILE",
+        autocompletion=rule_bases,
+    ),
 ]
 Picture = Annotated[Path | None, option("The picture to write: .png, .pdf or .svg.", "-o", "--output-file", "PICTURE")]
 At = Annotated[
@@ -23,10 +30,15 @@ At = Annotated[
 
 
 def read_system(file: Path) -> "Sugeno":
-    """Read the system in a .fis file, or the packaged one of that name. Raises FisFileError, FisNameError."""
-    from fuzzy.files.fisfile import read_fis
+    """Read the system in a .fis file, of standard input (-), or the packaged one of that name.
+
+    Raises FisFileError, FisNameError.
+    """
+    from fuzzy.files.fisfile import parse_bytes, read_fis, warned
     from fuzzy.files.packaged import find_fis
 
+    if file == STDIN:
+        return warned(parse_bytes(sys.stdin.buffer.read(), "standard input")).system
     return read_fis(find_fis(file))
 
 
@@ -44,7 +56,8 @@ def parsed(kind: Callable[[str], T], text: str, wanted: str) -> T:
 
 
 def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
-    """Parse INPUT=VALUE texts into finite numbers by the input's name."""
+    """Parse INPUT=VALUE texts into finite numbers, with a decimal point or comma, by the input's name."""
+    from fuzzy.files.decimals import Marks, numbers_of, why_no_number
     from fuzzy.naming import expected
 
     values: dict[str, float] = {}
@@ -57,9 +70,11 @@ def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
             usage(expected(name, [v.name for v in fis.inputs], "input"))
         if name in values:
             usage(f"two values for the input {name!r}")
-        values[name] = parsed(float, number, f"the value of {name!r} must be a number")
-        if values[name] - values[name] != 0:
-            usage(f"the value of {name!r} must be finite, got {number!r}")
+        (values[name],), doubt = numbers_of([number], lambda: Marks(False, False), semicolons=False)
+        if doubt:
+            usage(f"the value of {name!r} {doubt}")
+        if values[name] != values[name]:
+            usage(f"the value of {name!r} must be a finite number: {why_no_number(number)}")
     return values
 
 
@@ -85,4 +100,6 @@ def stem_of(file: Path) -> str:
     """The beginning of the names of what is drawn of a system, a file or a packaged one's name."""
     from fuzzy.files.packaged import find_fis
 
+    if file == STDIN:
+        return "stdin"
     return file.stem if find_fis(file) == file else "-".join(file.parts)  # of formation/v_l: formation-v_l

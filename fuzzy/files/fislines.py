@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError, quoted, shortened
-from fuzzy.naming import expected
+from fuzzy.naming import expected, file_beside
 
 _SYSTEM_KEYS = (
     "Name",
@@ -59,7 +59,8 @@ def file_bytes(name: str | os.PathLike[str], fault: type[FisFileError] = FisFile
     try:
         return Path(name).read_bytes()
     except (OSError, ValueError) as error:
-        raise fault(os.fsdecode(name), None, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        reason = f"cannot be read: {getattr(error, 'strerror', None) or error}{file_beside(name)}"
+        raise fault(os.fsdecode(name), None, reason) from None
 
 
 class FisFileWarning(UserWarning):

@@ -27,6 +27,7 @@ from fuzzy.files.header import DataError as DataError
 from fuzzy.files.header import HeaderColumn as HeaderColumn
 from fuzzy.files.header import columns_of, numbered, place_of
 from fuzzy.files.header import titled as titled
+from fuzzy.naming import file_beside
 from fuzzy.words import listed
 
 _LARGEST = 1_000_000_000  # bytes of a file
@@ -239,7 +240,7 @@ def open_table(path: str | Path) -> TableText:
         with Path(path).open("rb") as file:
             data = file.read(_LARGEST + 1)
     except OSError as error:
-        raise DataError(f"cannot read {path}: {error.strerror or error}") from None
+        raise DataError(f"cannot read {path}: {error.strerror or error}{file_beside(path)}") from None
     if len(data) > _LARGEST:
         raise DataError(f"{path}: more than {_LARGEST / 1e9:g} GB, the most that is read")
     return parse_table(data, str(path))

@@ -90,8 +90,9 @@ class Explanation:
             line += " is " + (", ".join(f"{term} ({degree:.2f})" for degree, term in terms) or "none of its terms")
             if variable.name in self.outside:
                 low, high = variable.universe
-                clipped = " and was moved to its edge" if self.system.out_of_range == "clip" else ""
-                line += f"; it lies outside [{shown(low)} {shown(high)}]{clipped}"
+                line += f"; it lies outside [{shown(low)} {shown(high)}]"
+                clipped = self.system.out_of_range == "clip"
+                line += " and was moved to its edge" if clipped else ", where no rule is meant: do not trust the answer"
             lines.append(line)
         return lines
 

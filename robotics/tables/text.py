@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
+from fuzzy.naming import file_beside
 from fuzzy.quantity import unprintable
 
 
@@ -18,7 +19,8 @@ def read_text(path: Path, fault: type[InputError]) -> str:
     except UnicodeDecodeError:
         raise fault(f"{path}: cannot be read: it is not UTF-8 text") from None
     except (OSError, ValueError) as error:
-        raise fault(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        reason = f"{getattr(error, 'strerror', None) or error}{file_beside(path)}"
+        raise fault(f"{path}: cannot be read: {reason}") from None
 
 
 def parse_table(text: str, file: str, fault: type[InputError]) -> dict[str, Any]:

@@ -1,3 +1,4 @@
+import io
 import json
 import os
 import signal
@@ -241,6 +242,28 @@ def test_convert(fis, capsys) -> None:
         assert form in said
 
 
+def test_a_system_of_standard_input(fis, capsys, monkeypatch) -> None:
+    of_file = succeeds(capsys, "show", fis)
+    for command in ("show", "check"):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(Path(fis).read_bytes())))
+        assert main([command, "-"]) in (0, 1)
+        said = capsys.readouterr()
+        assert said.err == ""
+        assert command != "show" or said.out == of_file
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"[System")))
+    assert "standard input:1: " in fails(capsys, "show", "-")
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(Path(fis).read_bytes())))
+    assert succeeds(capsys, "plot", "-") == "stdin-memberships.png\n"
+
+
+def test_explain_takes_a_decimal_comma_and_warns_outside(fis, capsys) -> None:
+    with_comma = succeeds(capsys, "explain", fis, "distance=3,5", "bearing=0")
+    assert with_comma == succeeds(capsys, "explain", fis, "distance=3.5", "bearing=0")
+    assert "trust" not in with_comma
+    said = succeeds(capsys, "explain", fis, "distance=30", "bearing=0")
+    assert "; it lies outside [0 4], where no rule is meant: do not trust the answer\n" in said
+
+
 def test_convert_without_hedges(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     x = Variable("x", (0, 1), {"a": Gaussian(0.5, 0)})
@@ -295,8 +318,13 @@ def test_convert_tells_how_far_the_systems_are_apart(tmp_path, monkeypatch, caps
         (["explain", "drive.fis", "distance=1"], ["no value for bearing"]),
         (["explain", "drive.fis", "distance=1", "baring=0"], ["unknown input 'baring'; did you mean 'bearing'"]),
         (["explain", "drive.fis", "distance=1", "distance=2"], ["two values for the input 'distance'"]),
-        (["explain", "drive.fis", "distance=one", "bearing=0"], ["'distance' must be a number, got 'one'"]),
-        (["explain", "drive.fis", "distance=inf", "bearing=0"], ["'distance' must be finite, got 'inf'"]),
+        (["explain", "drive.fis", "distance=one", "bearing=0"], ["'distance' must be a finite number: 'one'"]),
+        (["explain", "drive.fis", "distance=1,234", "bearing=0"], ["'distance' holds '1,234', of which the comma may"]),
+        (["show", "drve.fis"], ["drve.fis: cannot be read: No such file or directory; did you mean 'drive.fis'?"]),
+        (
+            ["explain", "drive.fis", "distance=inf", "bearing=0"],
+            ["must be a finite number: 'inf' is not finite"],
+        ),
         (["explain", "drive.fis", "distance"], ["expected INPUT=VALUE, got 'distance'"]),
         (["plot", "drive.fis", "-o", "a.gif"], ["'a.gif'", ".png, .pdf or .svg"]),
         (["plot", "drive.fis", "-o", "no/a.png"], ["no/a.png", "there is no folder"]),

@@ -188,8 +188,13 @@ def test_one_table_however_it_is_written(data) -> None:
 def test_a_file_that_is_not_there_and_a_folder(tmp_path) -> None:
     with pytest.raises(DataError, match=r"cannot read .*none.csv: No such file"):
         read_table(tmp_path / "none.csv")
-    with pytest.raises(DataError, match=r"cannot read .*: Is a directory"):
+    with pytest.raises(DataError, match=r"cannot read .*: Is a directory$"):
         read_table(tmp_path)
+    (tmp_path / "plant.csv").write_text("1,2\n")
+    with pytest.raises(DataError, match=r"No such file or directory; did you mean '.*plant\.csv'\?$"):
+        read_table(tmp_path / "plnt.csv")
+    with pytest.raises(DataError, match=r"No such file or directory$"):
+        read_table(tmp_path / "plant.txt")
 
 
 def test_a_written_table_reads_back_exactly(tmp_path) -> None:

@@ -334,6 +334,7 @@ def test_files_that_cannot_be_read(tmp_path):
         (binary, "it is not UTF-8 text"),
         (folder, "cannot be read: Is a directory"),
         (tmp_path / "none.toml", "cannot be read: No such file or directory"),
+        (tmp_path / "foldr.toml", f"No such file or directory; did you mean '{folder}'?"),
         (str(tmp_path / "a\0b.toml"), "cannot be read"),
         (str(tmp_path / ("x" * 300 + ".toml")), "cannot be read"),
         (tmp_path / "scenario.txt", "; or the path of a .toml file"),
