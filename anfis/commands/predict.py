@@ -33,7 +33,8 @@ def predict(
     from fuzzy.files.table import table_text, write_table
 
     check_target(out)
-    system, text = read_system(fis), opened(data)
+    system = read_system(fis)
+    text = opened(data, system.inputs)
     table = numbers(text, columns_of(text, system.inputs), skip_bad)
     found = system(table.values)
     names, units = [v.name for v in system.outputs], [v.unit for v in system.outputs]

@@ -1,6 +1,8 @@
 """The command ``anfis train``: learn a system from a table."""
 
+import sys
 import warnings
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -15,6 +17,7 @@ from fuzzy.commands.completion import completed, rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad, columns_of, numbers, opened
 from fuzzy.commands.samples import Inputs, Outputs
 from fuzzy.commands.shared import check_plot, read_system
+from fuzzy.errors import quoted
 from fuzzy.files.atomic import check_target
 from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.interrupts import interrupted
@@ -67,6 +70,10 @@ def train(
     out: Annotated[Path, option("Where the trained system goes.", "--out", "-o", "NET.fis")],
     inputs: Inputs = None,
     outputs: Outputs = None,
+    one_hot: Annotated[
+        list[str] | None,
+        option("A column of texts, coded as one column of 0 and 1 for each; repeat it.", "--one-hot", "COLUMN"),
+    ] = None,
     check: Annotated[Path | None, option("Checking data, not learnt from; same columns.", "CHECK.csv")] = None,
     test: Annotated[Path | None, option("Test data, whose error is only measured; same columns.", "TEST.csv")] = None,
     begin: Annotated["TrainingStart", FieldOptions("anfis.commands.train:TrainingStart")],
@@ -92,7 +99,8 @@ def train(
 ) -> None:
     """Learn a system from a table and write the one of least checking error (training error without --check).
 
-    Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma.
+    Columns that are not used may hold anything. Numbers have a decimal point or a decimal comma. Texts are coded by
+    --one-hot; anfis predict and anfis evaluate code such a column of their table likewise.
 
     --folds tells how well what is learnt holds on other samples; the system that is written learns from all. --prune
     trains, takes rules away step by step and trains again; without --check a quarter of the samples chooses how many
@@ -115,7 +123,7 @@ def train(
     _check_together(folds, prune, keep_rules, checkpoint or resume)
     _say_unread(options, folds is not None or prune)
     given = _given_system(begin)
-    samples = _samples(data, inputs, outputs, check, test, given, skip_bad)
+    samples = _samples(data, inputs, outputs, one_hot or (), check, test, given, skip_bad)
     fis = given or _starting_fold(begin, samples, samples.x, samples.y, exact=True)
     tested: _Tested = None, None
     if prune:
@@ -163,6 +171,7 @@ def _samples(
     data: Path,
     inputs: str | None,
     outputs: str | None,
+    one_hot: Sequence[str],
     check: Path | None,
     test: Path | None,
     start: "Sugeno | None",
@@ -171,7 +180,10 @@ def _samples(
     """The chosen columns: those of the system to start from, where the header names all of them and none is chosen."""
     from fuzzy.files.table import DataError
 
-    text = opened(data)
+    text = opened(data, () if start is None else start.inputs)
+    for column in one_hot:
+        text = text.coded(column)
+        print(f"{text.file}: {quoted(column)} is coded as {', '.join(text.codes[-1].names)}", file=sys.stderr)
     places: list[int] | None = None
     if start is not None and inputs is None and outputs is None:
         with suppress(DataError):
@@ -180,7 +192,7 @@ def _samples(
     if places is None:
         of, to = chosen_columns(text, inputs, outputs)
         places, n = [*of, *to], len(of)
-    table = numbers(text, places, skip_bad)
+    table = numbers(text, places, skip_bad, n)
     x, y = table.values[:, :n], table.values[:, n:]
     skipped, others = len(table.skipped), list[tuple[Any, Any] | None]()
     for path in (check, test):
@@ -188,6 +200,8 @@ def _samples(
             others.append(None)
             continue
         other = opened(path)
+        for code in text.codes:
+            other = other.coded(code.name, code.categories)
         held = numbers(other, [other.place(*column) for column in zip(table.names, table.units, strict=True)], skip_bad)
         others.append((held.values[:, :n], held.values[:, n:]))
         skipped += len(held.skipped)

@@ -6,6 +6,7 @@ The reader is :mod:`fuzzy.files.table`, imported when a command runs, so that ``
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 from fuzzy.errors import quoted
@@ -37,21 +38,41 @@ def columns_of(text: "TableText", variables: "Sequence[Variable]") -> list[int]:
     return places
 
 
-def numbers(text: "TableText", columns: Sequence[int], skip_bad: bool) -> "Table":
-    """The numbers in ``columns``; rows that are left out are said on stderr. Raises DataError."""
-    from fuzzy.files.table import BadRowsError
+def numbers(text: "TableText", columns: Sequence[int], skip_bad: bool, chosen: int = 0) -> "Table":
+    """The numbers in ``columns``; rows that are left out are said on stderr. Raises DataError.
+
+    The first ``chosen`` columns are inputs that --inputs chooses.
+    """
+    from fuzzy.files.table import BadRowsError, DataError
 
     try:
         table = text.numbers(columns, skip_bad)
     except BadRowsError as error:
+        inputs = [text.columns[place].name for place in columns[:chosen]]
+        of_texts = [name for name in inputs if name in error.texts]
+        if of_texts:
+            rest = quote(",".join(name for name in inputs if name not in of_texts))
+            leave = f"leave it out with --inputs {rest}, or " if rest != "''" else ""
+            code = f"let anfis train --one-hot {quote(of_texts[0])} code it as 0/1 columns"
+            raise DataError(f"{error}; {leave}{code}") from None
+        if skip_bad or error.texts:
+            raise
         raise BadRowsError(f"{error}; --skip-bad leaves such rows out") from None
     if table.skipped:
         print(table.omission, file=sys.stderr)
     return table
 
 
-def opened(path: Path) -> "TableText":
-    """The table in the file ``path``. Raises DataError."""
+def opened(path: Path, inputs: "Sequence[Variable]" = ()) -> "TableText":
+    """The table in the file ``path``, with columns of texts coded as a system's ``inputs`` were. Raises DataError."""
     from fuzzy.files.table import open_table
 
-    return open_table(path)
+    text = open_table(path)
+    known, coded = {column.name for column in text.columns}, dict[str, list[str]]()
+    for variable in inputs:
+        name, sign, category = variable.name.partition("=")
+        if sign and variable.name not in known and name in known:
+            coded.setdefault(name, []).append(category)
+    for name, categories in coded.items():
+        text = text.coded(name, categories)
+    return text

@@ -41,7 +41,7 @@ def evaluate(
 
     check_target(output_file)
     fis = read_system(file)
-    text = opened(inputs)
+    text = opened(inputs, fis.inputs)
     table = numbers(text, _columns(fis, text), skip_bad)
     outputs = _evaluated(fis, table.values)
     names, units = ([v.name for v in fis.outputs], [v.unit for v in fis.outputs]) if table.headed else (None, None)

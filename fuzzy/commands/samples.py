@@ -47,12 +47,12 @@ def sample_table(file: Path, inputs: str | None, outputs: str | None, skip_bad: 
 
 def system_samples(fis: "Sugeno", file: Path, skip_bad: bool = False) -> SampleTable:
     """The columns of the table for a system's inputs and outputs, found by their names. Raises InputError."""
-    text = opened(file)
+    text = opened(file, fis.inputs)
     return _sample_table(text, columns_of(text, [*fis.inputs, *fis.outputs]), len(fis.inputs), skip_bad)
 
 
 def _sample_table(text: "TableText", columns: list[int], n: int, skip_bad: bool) -> SampleTable:
-    table = numbers(text, columns, skip_bad)
+    table = numbers(text, columns, skip_bad, n)
     return SampleTable(table.values[:, :n], table.values[:, n:], names_of(table, n), len(table.skipped))
 
 

@@ -51,15 +51,15 @@ def chosen_columns(text: "TableText", inputs: str | None, outputs: str | None) -
 
 def _places(text: "TableText", names: str) -> list[int]:
     try:  # a title that holds a comma is taken whole
-        return [text.place(names)]
+        return text.places(names)
     except DataError:
         parts = [part.strip() for part in names.split(",")]
     places: list[int] = []
     for part in filter(None, parts):
-        place = text.place(part)
-        if place in places:
+        found = text.places(part)
+        if not set(found).isdisjoint(places):
             raise InputError(f"{text.file}: column {quoted(part)} is named twice")
-        places.append(place)
+        places += found
     if not places:
         raise InputError("at least one column's name is needed")
     return places

@@ -13,7 +13,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,11 +34,14 @@ _LARGEST = 1_000_000_000  # bytes of a file
 LONGEST_LINE = 1_000_000  # characters
 _MOST_COLUMNS = 10_000
 MOST_FIELDS = 20_000_000  # rows times columns
+_MOST_CATEGORIES = 50  # of a column of texts
 _LISTED = 5  # lines and columns that a message names
 
 
 class BadRowsError(DataError):
     """The error for rows without a number in a column that is used; who reads may leave such rows out."""
+
+    texts: tuple[str, ...] = ()  # the columns in which no row has a number
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,25 @@ class _Rows(NamedTuple):
     ragged: dict[int, int]  # of rows with too many or too few fields: how many
 
 
+class ColumnCode(NamedTuple):
+    """How a column of texts became columns of 0 and 1."""
+
+    name: str  # of the column
+    place: int
+    categories: tuple[str, ...]  # its texts, a column each
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the columns: "colour=red"."""
+        return [f"{self.name}={category}" for category in self.categories]
+
+    def coded(self, row: list[str]) -> list[str]:
+        """A row with 0 and 1 in the place of the text; with empty fields in that of an empty one."""
+        text = row[self.place].strip()
+        fields = [str(int(text == category)) if text else "" for category in self.categories]
+        return [*row[: self.place], *fields, *row[self.place + 1 :]]
+
+
 @dataclass(frozen=True, eq=False)
 class TableText:
     """A table whose header is known and whose numbers are still text: choose columns, then read :meth:`numbers`."""
@@ -89,6 +111,7 @@ class TableText:
     separator: str
     _text: str
     _begin: int  # the line before the first one
+    codes: tuple[ColumnCode, ...] = ()  # columns of texts that were replaced, one after the other
 
     def place(self, wanted: str, unit: str = "") -> int:
         """The place (from 0) of a column by its title, name or number; raises DataError, which names the file."""
@@ -96,6 +119,36 @@ class TableText:
             return place_of(self.columns, wanted, unit)
         except DataError as error:
             raise DataError(f"{self.file}: {error}") from None
+
+    def places(self, wanted: str) -> list[int]:
+        """The place of a column, or those of the columns that it became by :meth:`coded`. Raises DataError."""
+        names = next((code.names for code in self.codes if code.name == wanted), [wanted])
+        return [self.place(name) for name in names]
+
+    def coded(self, wanted: str, categories: Sequence[str] | None = None) -> "TableText":
+        """The same table with a column of texts as columns of 0 and 1, one a category, "colour=red" (one-hot).
+
+        Args:
+            wanted: The column.
+            categories: Its texts; by default those that are there, in alphabetical order.
+
+        Raises:
+            DataError: A text that is none of the categories, and a column of no or of too many texts.
+        """
+        place = self.place(wanted)
+        called, there = self._called(place), sorted({text.strip() for text in self._fields([place]).texts[0]} - {""})
+        if not there or len(there) > _MOST_CATEGORIES:
+            what = f"has {len(there)} different texts" if there else "is empty"
+            raise DataError(f"{self.file}: {called} {what}; a column that is coded has 1 to {_MOST_CATEGORIES}")
+        unseen = [quoted(text) for text in there if categories is not None and text not in categories]
+        if unseen:
+            more = " and others" if len(unseen) > _LISTED else ""
+            known = ", ".join(categories or ())
+            raise DataError(f"{self.file}: {called} holds {listed(unseen[:_LISTED])}{more}, which is none of {known}")
+        code = ColumnCode(self.columns[place].name, place, tuple(there if categories is None else categories))
+        new = [HeaderColumn(name, "", name) for name in code.names]
+        columns = (*self.columns[:place], *new, *self.columns[place + 1 :])
+        return replace(self, columns=columns, codes=(*self.codes, code))
 
     def numbers(self, columns: Sequence[str | int] | None = None, skip_bad: bool = False) -> Table:
         """Read the numbers in ``columns`` (titles, names or places from 0), by default in all.
@@ -119,10 +172,11 @@ class TableText:
                 raise DataError(f"{self.file}: {self._called(place)} {doubt}")
         bad = np.flatnonzero(np.isnan(values).any(axis=1))
         lines = np.array(found.lines)
-        if len(bad) and not skip_bad:
-            raise BadRowsError(self._bad_rows(places, found, values, bad))
-        if len(bad) == len(lines):
-            raise DataError(f"{self._bad_rows(places, found, values, bad)}: none is left")
+        if len(bad) and (not skip_bad or len(bad) == len(lines)):
+            error = BadRowsError(self._bad_rows(places, found, values, bad) + (": none is left" if skip_bad else ""))
+            lacking = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
+            error.texts = tuple(self.columns[places[k]].name for k in lacking if any(found.texts[k]))
+            raise error
         names = tuple(self.columns[place].name for place in places)
         units = tuple(self.columns[place].unit for place in places)
         skipped = tuple(lines[bad].tolist())
@@ -176,7 +230,15 @@ class TableText:
         rows = _rows(self._text, self.separator, self.file, self._begin)
         if self.headed:
             next(rows)
-        return rows
+        return ((line, self._coded(row)) for line, row in rows) if self.codes else rows
+
+    def _coded(self, row: list[str]) -> list[str]:
+        count = len(self.columns) - sum(len(code.categories) - 1 for code in self.codes)
+        if len(row) != count:
+            return []  # it is ragged, also where it has as many fields as there are columns now
+        for code in self.codes:
+            row = code.coded(row)
+        return row
 
     def _fields(self, places: Sequence[int]) -> _Rows:
         count = len(self.columns)

@@ -129,6 +129,45 @@ def test_predictions_as_json(data, tmp_path, capsys):
     np.testing.assert_array_equal(pd.read_csv(out)["y"], expected)
 
 
+@pytest.fixture
+def colours(tmp_path, monkeypatch):
+    """Tables whose last input is a text; one has a text that the others lack."""
+    monkeypatch.chdir(tmp_path)
+    for name, rows, words in (("data", 80, "red green"), ("check", 40, "green red"), ("other", 40, "red pink")):
+        colour = np.array(words.split())[(X[:rows, 0] > 0).astype(int)]
+        frame = pd.DataFrame(
+            {"a": X[:rows, 0], "b": X[:rows, 1], "colour": colour, "y": X[:rows, 1] + (colour == "red")}
+        )
+        frame.to_csv(f"{name}.csv", index=False)
+
+
+def test_a_column_of_texts_is_coded_alike_wherever_the_system_goes(colours, capsys):
+    common = ["train", "data.csv", "--grid", "2", "--epochs", "1", "-q", "-o", "net.fis", "--ridge", "1e-6"]
+    assert main([*common, "--one-hot", "colour", "--inputs", "b,colour", "--check", "check.csv", "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err.startswith("data.csv: 'colour' is coded as colour=green, colour=red\n")
+    assert json.loads(said.out)["rmse"]["check"] < 1e-3
+    assert [v.name for v in fuzzy.read_fis("net.fis").inputs] == ["b", "colour=green", "colour=red"]
+    assert main(["evaluate", "net.fis", "check.csv", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outputs"]["y"]["rmse"] < 1e-3
+    assert main(["predict", "net.fis", "check.csv", "-o", "p.csv"]) == 0
+    np.testing.assert_allclose(pd.read_csv("p.csv")["y"], pd.read_csv("check.csv")["y"], atol=1e-2)
+    assert (
+        main(["train", "data.csv", "--start", "net.fis", "--epochs", "1", "-q", "-o", "more.fis", "--ridge", "1"]) == 0
+    )
+    capsys.readouterr()
+    for arguments in ([*common, "--one-hot", "colour", "--check", "other.csv"], ["predict", "net.fis", "other.csv"]):
+        assert main(arguments) == 2
+        assert "anfis: other.csv: 'colour' holds 'pink', which is none of green, red" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", [[], ["--skip-bad"]])
+def test_a_column_of_texts_names_both_ways_out(colours, capsys, more):
+    assert main(["train", "data.csv", "--rules", "2", "-o", "net.fis", *more]) == 2
+    said = "leave it out with --inputs a,b, or let anfis train --one-hot colour code it as 0/1 columns\n"
+    assert capsys.readouterr().err.endswith(said)
+
+
 def test_an_interrupt_writes_the_best_so_far(data, capsys, monkeypatch):
     from anfis.methods.hybrid import Hybrid
 

@@ -117,6 +117,32 @@ def test_columns_that_are_not_used_may_hold_anything(tmp_path) -> None:
         read_table(path, [1, 5])
 
 
+COLOURS = 'x,colour,y\n1,red,2\n2,"dark, blue",3\n\n3,,4\n4,red\n5,green,6,7,8\n6, green ,7\n'
+
+
+def test_a_column_of_texts_becomes_one_of_0_and_1_a_text() -> None:
+    text = parse_table(COLOURS, "c.csv").coded("colour")
+    table = text.numbers(skip_bad=True)
+    assert table.names == ("x", "colour=dark, blue", "colour=green", "colour=red", "y")
+    assert table.values.tolist() == [[1, 0, 0, 1, 2], [2, 1, 0, 0, 3], [6, 0, 1, 0, 7]]
+    assert (table.lines.tolist(), table.skipped) == ([2, 3, 8], (5, 6, 7))
+    with pytest.raises(BadRowsError, match=r"3 of 6 rows .*lines 5, 6 and 7; the first: the field is empty"):
+        text.numbers()
+    assert text.places("colour") == [1, 2, 3]
+
+
+def test_texts_of_no_category_and_too_many_are_refused() -> None:
+    other = parse_table("colour,x\npink,1\nred,2\n", "o.csv")
+    with pytest.raises(DataError, match=r"^o\.csv: 'colour' holds 'pink', which is none of green, red$"):
+        other.coded("colour", ["green", "red"])
+    assert other.coded("colour", ["red", "pink"]).numbers().values.tolist() == [[0, 1, 1], [1, 0, 2]]
+    many = parse_table("a,b\n" + "".join(f"t{k},\n" for k in range(51)), "m.csv")
+    with pytest.raises(DataError, match=r"^m\.csv: 'a' has 51 different texts; a column that is coded has 1 to 50$"):
+        many.coded("a")
+    with pytest.raises(DataError, match=r"^m\.csv: 'b' is empty"):
+        many.coded("b")
+
+
 def test_rows_that_all_lack_a_number_are_refused_in_any_case(tmp_path) -> None:
     with pytest.raises(DataError, match=r"2 of 2 rows have no number in 'x' .*: none is left$"):
         read_table(written(tmp_path, "x\na\nb\n"), skip_bad=True)
