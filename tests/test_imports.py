@@ -20,8 +20,8 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 STAIRS = {
     "fuzzy": """
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch esmodule profile
-        membershipfunction membership rule language system inference detached files compiled insight fitting tuning
-        shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
+        membershipfunction membership rule language system inference hedges detached files compiled insight fitting
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training

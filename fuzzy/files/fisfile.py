@@ -446,6 +446,13 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
     Raises:
         FisFileError: The format cannot hold the system (see :func:`format_fis`) or the file cannot be written.
     """
+    write_quietly(fis, path, comment)
+    if lacks := beyond_matlab(fis):
+        warnings.warn(f"{os.fsdecode(path)}: {lacks}", FisFileWarning, stacklevel=2)
+
+
+def write_quietly(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
+    """Write a system as :func:`write_fis` does, without its warning; raises as it does."""
     name = os.fsdecode(path)
     text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
     try:
@@ -454,13 +461,18 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
         raise FisFileError(name, None, f"a name holds no valid text: {error.object[error.start]!r}") from None
     except OSError as error:
         raise FisFileError(name, None, f"cannot be written: {error.strerror or error}") from None
-    if hedged := [clause for rule in fis.rules for clause in rule.when if clause.power != 1]:
-        message = (
-            f"{name}: MATLAB cannot read the hedges in it, {counted(len(hedged), 'clause')} such as "
-            f"{quoted(hedged[0])}; `fuzzy convert --without-hedges`, or fuzzy.without_hedges in Python, makes "
-            "membership functions of them where these are exact"
-        )
-        warnings.warn(message, FisFileWarning, stacklevel=2)
+
+
+def beyond_matlab(fis: Sugeno) -> str:
+    """What MATLAB cannot read in a file of a system, and the way out, as a sentence; empty where there is nothing."""
+    hedged = [clause for rule in fis.rules for clause in rule.when if clause.power != 1]
+    if not hedged:
+        return ""
+    return (
+        f"MATLAB cannot read the hedges in it, {counted(len(hedged), 'clause')} such as {quoted(hedged[0])}; "
+        "`fuzzy convert --without-hedges`, or fuzzy.without_hedges in Python, makes membership functions of them where "
+        "these are exact"
+    )
 
 
 def format_fis(fis: Sugeno) -> str:

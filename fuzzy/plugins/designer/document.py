@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.files.fisfile import FisText, parse_bytes, write_fis
+from fuzzy.files.fisfile import FisText, parse_bytes, write_quietly
 from fuzzy.plugins.designer import autosave
 from fuzzy.plugins.designer.design import Design, design_of, file_text, point_in, with_disabled, with_lines
 from fuzzy.plugins.designer.edits import edited
@@ -374,7 +374,7 @@ class Document:
             with alone_in(target.parent):
                 if not overwrite:
                     check_untouched(target, self._digest if target == self.path else None, target == self.path)
-                write_fis(self.design.written, target)
+                write_quietly(self.design.written, target)
             self.path, self._saved_text = target, text
             self._digest = hashlib.sha256(text.encode()).hexdigest()
             self._forget()

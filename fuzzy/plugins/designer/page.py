@@ -17,6 +17,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
+from fuzzy.files.fisfile import beyond_matlab
 from fuzzy.plugins.designer.bridge import Bridge, Shared
 from fuzzy.plugins.designer.design import Design
 from fuzzy.plugins.designer.document import Document
@@ -473,6 +474,8 @@ class _Page:
         self.header.update(shell=self._shell())
         self.header.send({"saved": True})
         self.bench.notify(f"the design is saved in {self.document.path.name}")
+        if lacks := beyond_matlab(self.document.design.written):
+            self.bench.notify(lacks)
 
     _do_save_as = _do_save
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import fuzzy
+from fuzzy.files.fisfile import write_quietly
 from tests.browsers import started
 from tests.fuzzy.plugins.designer.design_messages import system
 from tests.fuzzy.plugins.designer.served import Server, tipper
@@ -34,5 +35,5 @@ def file(tmp_path: Path) -> Path:
     """A design's file in a folder of its own."""
     folder = tmp_path / "designs"
     folder.mkdir()
-    fuzzy.write_fis(system(), folder / "demo.fis")
+    write_quietly(system(), folder / "demo.fis")
     return folder / "demo.fis"

@@ -13,14 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import fuzzy
+from fuzzy.files.fisfile import write_quietly
 from fuzzy.plugins.designer.design import file_text
 from fuzzy.plugins.designer.document import DEPTH, Document
 from fuzzy.plugins.designer.saving import DocumentError
 from fuzzy.plugins.designer.views import document_data
 from tests.fuzzy.plugins.designer.design_messages import messages, near, peak, system, unsaved
-
-pytestmark = pytest.mark.filterwarnings("ignore::fuzzy.FisFileWarning")  # hedges, which FIS files lack
-
 
 # History ------------------------------------------------------------------------------------------------------
 
@@ -121,7 +119,7 @@ def test_all_who_look_are_told(file):
 def test_undoing_everything_gives_the_first_bytes(tmp_path_factory, sequence):
     path = tmp_path_factory.getbasetemp() / "random.fis"
     if not path.exists():
-        fuzzy.write_fis(system(), path)
+        write_quietly(system(), path)
     document = Document(path)
     for message, gesture in sequence:
         try:
@@ -155,7 +153,7 @@ def made(path, sequence):
 def test_going_to_an_edit_is_as_many_undos_or_redos(tmp_path_factory, sequence, ways):
     path = tmp_path_factory.getbasetemp() / "random.fis"
     if not path.exists():
-        fuzzy.write_fis(system(), path)
+        write_quietly(system(), path)
     jumps, steps = made(path, sequence), made(path, sequence)
     count = len(jumps.history)
     told = []

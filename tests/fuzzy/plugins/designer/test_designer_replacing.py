@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import fuzzy
+from fuzzy.files.fisfile import write_quietly
 from fuzzy.plugins.designer.design import design_of
 from fuzzy.plugins.designer.document import Document
 from fuzzy.plugins.designer.saving import DocumentError, OverwriteError
@@ -16,7 +17,7 @@ from tests.fuzzy.plugins.designer.design_messages import system
 @pytest.fixture
 def document(tmp_path: Path) -> Document:
     """The small system, its second rule switched off."""
-    fuzzy.write_fis(system(), tmp_path / "small.fis")
+    write_quietly(system(), tmp_path / "small.fis")
     opened = Document(tmp_path / "small.fis")
     opened.apply({"edit": "rule_enabled", "key": opened.design.lines[1].key, "enabled": False})
     return opened
@@ -63,7 +64,7 @@ def test_overwriting_is_an_error_of_its_own(document: Document) -> None:
     document.path.write_text(document.path.read_text() + "\n% changed\n")
     with pytest.raises(OverwriteError, match="was changed on disk"):
         document.save()
-    fuzzy.write_fis(system(), document.folder / "other.fis")
+    write_quietly(system(), document.folder / "other.fis")
     with pytest.raises(OverwriteError, match="exists already"):
         document.save("other.fis")
     with pytest.raises(DocumentError, match="outside the opened folder") as outside:

@@ -17,8 +17,6 @@ from fuzzy.plugins.designer.saving import DocumentError
 from fuzzy.plugins.designer.views import surface_data
 from tests.fuzzy.plugins.designer.design_messages import near, system, unsaved
 
-pytestmark = pytest.mark.filterwarnings("ignore::fuzzy.FisFileWarning")  # hedges, which FIS files lack
-
 
 def pictured(design):
     surface = surface_data(design, points=snapshots.PICTURE)
