@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from robotics.laws.catalogue import CATALOGUE
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
@@ -23,7 +24,7 @@ def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
         law: The law that will drive it.
         name: What the sentences call the law.
     """
-    sentences = [*blind(setting, law, name), *law.misgivings(setting)]
+    sentences = [*blind(setting, law, name), *unmeasured(setting, name), *law.misgivings(setting)]
     when, found = ("", {}) if law.yields else first_meetings(setting)
     if found:
         pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]
@@ -66,6 +67,17 @@ def blind(setting: Setting, law: Law[Any], name: str) -> list[str]:
     count = len(np.unique(rest.bodies[0, : rest.counts[0], -1]))
     has = "has some" if setting.ensemble else f"has {count}"
     return [f"{name} drives blind: it senses no obstacles, and {setting.name} {has}"]
+
+
+def unmeasured(setting: Setting, name: str) -> list[str]:
+    """A sentence if a law of formations, called ``name``, keeps robots in places that nobody measures."""
+    preset = CATALOGUE.get(name.partition(":")[0])
+    if preset is None or preset.kind != "formation" or setting.kind != "tracking" or len(setting.robots) == 1:
+        return []
+    return [
+        f'{name} keeps robots in places: with kind = "formation" in the file of {setting.name} their place errors are '
+        "measured, in place of each one's lateness"
+    ]
 
 
 def meetings(setting: Setting, late: float = 0.0) -> dict[tuple[int, int], float]:

@@ -17,7 +17,7 @@ from robotics.laws.setting import Setting
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.feasibility import Demand, demands
 from robotics.simulation.scenario.survey import Survey
-from robotics.studies.forewarnings import blind, first_meetings, poses_of
+from robotics.studies.forewarnings import blind, first_meetings, poses_of, unmeasured
 from robotics.tables.build import Keys
 from robotics.world.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
 from robotics.world.environment.swept import ContactColumns, Watch
@@ -283,6 +283,7 @@ def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding
     except InputError as error:
         yield ScenarioFinding("error", "controller", str(error), ("controller",))
     yield from (ScenarioFinding("warning", "blind", text, ("obstacles",)) for text in blind(setting, law, name))
+    yield from (ScenarioFinding("warning", "places unmeasured", text, ("kind",)) for text in unmeasured(setting, name))
     yield from (ScenarioFinding("note", "misgiving", text, ("controller",)) for text in law.misgivings(setting))
 
 

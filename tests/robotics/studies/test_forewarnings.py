@@ -1,6 +1,7 @@
 """What can be told before a run to go wrong: and it does; and nothing is told of the package's own pairs."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,6 +59,22 @@ def test_robots_that_meet_are_named_with_the_time_at_which_they_do():
         gap = np.hypot(at.x[i] - at.x[j], at.y[i] - at.y[j])
         assert robot.width <= gap <= np.hypot(robot.length, robot.width)
     assert forewarnings(setting, make_controller("right-of-way"), "right-of-way") == []
+
+
+def test_places_that_nobody_measures_are_told_of_by_runs_and_by_check(tmp_path, capsys):
+    wedge = Path(__file__).parents[3] / "docs/examples/wedge-on-eight/wedge-on-eight.toml"
+    text = wedge.read_text(encoding="utf-8")
+    mine = tmp_path / "mine.toml"
+    for kind, said in (('kind = "formation"\n', False), ("", True)):
+        mine.write_text(text.replace('kind = "formation"\n', kind), encoding="utf-8")
+        setting = load_scenario(mine).setting
+        told = forewarnings(setting, make_controller("leader-follower"), "leader-follower")
+        assert [line for line in told if 'with kind = "formation" in the file of mine their place errors' in line] == (
+            told if said else []
+        )
+        assert not forewarnings(setting, make_controller("csm"), "csm")
+        assert main(["check", str(mine)]) == int(said)
+        assert ("place errors are measured" in capsys.readouterr().out) == said
 
 
 def test_a_meeting_of_one_that_is_late_is_told_only_where_none_is_on_time():
