@@ -94,7 +94,8 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] 
     """Measure every metric that belongs to the run's scenario, each (runs, robots).
 
     What comes after a run's first contact is no result: all metrics but those of CONTACT_METRICS are measured on the
-    samples up to then. A run's numbers do not depend, to the last bit, on which runs are beside it.
+    samples up to then. Of a robot that was stopped before it drove there is no number, which would only tell where it
+    began. A run's numbers do not depend, to the last bit, on which runs are beside it.
 
     Args:
         run: The run.
@@ -118,6 +119,9 @@ def measure_all(run: Run, metrics: OwnMetrics = NO_METRICS, only: Sequence[str] 
     for name, metric in wanted.items():
         if name in own:
             found[name] = measured(name, metric, counted)
+        elif name in CONTACT_METRICS:
+            found[name] = metric.measure(run)
         else:
-            found[name] = metric.measure(run if name in CONTACT_METRICS else counted)
+            values = metric.measure(counted)
+            found[name] = np.where((run.stopped == 0) & np.isfinite(values), np.nan, values)
     return found

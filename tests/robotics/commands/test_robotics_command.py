@@ -258,3 +258,21 @@ def test_help_has_a_sentence_for_every_option(words, command):
 
 def test_splitting_controllers():
     assert split_controllers("fuzzy, csm:k=0.3,lam=5,esm") == ["fuzzy", "csm:k=0.3,lam=5", "esm"]
+
+
+def test_a_law_that_commands_not_a_number_leaves_no_numbers_that_look_like_success(tmp_path, capsys):
+    law = tmp_path / "mine.py"
+    law.write_text(
+        "from dataclasses import dataclass\nimport numpy as np\nfrom robotics import Command, Law\n\n"
+        "@dataclass(frozen=True, kw_only=True)\nclass Bad(Law):\n"
+        "    def control(self, seen, memory, dt):\n"
+        "        nan = np.full_like(seen.x, np.nan)\n        return Command(nan, nan, nan, nan), memory\n"
+    )
+    assert main(["run", "lyapunov-sine", "--law", f"{law}:Bad", "-q"]) == 2
+    told = capsys.readouterr()
+    assert "stopped at t = 0.00 s" in told.err
+    assert {line.split()[1] for line in told.out.splitlines()[1:]} == {"-", "∞"}
+    compared = ["compare", "lyapunov-sine", "--controllers", "lyapunov", "--law", f"{law}:Bad", "--seeds", "2", "-q"]
+    assert main([*compared, "--no-report", "--out", str(tmp_path / "o")]) == 2
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("│ Bad"))
+    assert {cell.strip() for cell in row.split("│")[2:-1]} == {"no sample", "never"}
