@@ -25,7 +25,7 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "fuzzyfleet needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (only when pyproject.toml or constraints.txt changed)"
-	@$(PIP) install -c constraints.txt -e '.[tune]'
+	@$(PIP) install -c constraints.txt -e .
 	@touch $@
 
 $(VENV)/.development: $(VENV)/.runtime

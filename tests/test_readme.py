@@ -64,6 +64,9 @@ def test_snippets_run_in_order(folder, monkeypatch, capsys):
     output = said.out
     assert "within 5 cm of the path after" in output
     assert "virtual-structure  from" in output
+    unseen = [line for line in output.splitlines() if "unseen seeds of unseen scenarios" in line]
+    assert len(unseen) == 2
+    assert all(re.search(r"after; \d+ % less, 95 % interval", line) for line in unseen)
     import fuzzy
 
     go = fuzzy.read_fis(folder / "go.fis")  # its hedge is our own: no warning

@@ -105,7 +105,7 @@ def tune(
         symmetric: Whether a system that answers to the left as to the right keeps that symmetry.
         evaluations: How many systems are tried, the one as it is included.
         seed: That of the search.
-        engine: "cmaes", which needs the package cmaes, or "random".
+        engine: "cmaes" or "random".
         check: Data in the form of ``x`` and ``y`` that are not tuned on, and choose among the systems that were the
             best so far.
         folder: Where the search is written down after each generation, and goes on from if it was stopped.

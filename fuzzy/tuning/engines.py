@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.extras import install_command
 from fuzzy.naming import check_known
 from fuzzy.tuning.parameter import SearchParameter, TuningError, start_of
 
@@ -79,11 +78,13 @@ class RandomSearch(Engine):
 
 
 class CmaEs(Engine):
-    """CMA-ES; with choices, CatCMA with margin. Raises TuningError where the package cmaes is not installed."""
+    """CMA-ES; with choices, CatCMA with margin."""
 
     def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
         super().__init__(parameters)
-        self.cmaes, self.seed, self.starts = _cmaes(), seed, 0
+        import cmaes
+
+        self.cmaes, self.seed, self.starts = cmaes, seed, 0
         self._start()
 
     def _start(self) -> None:
@@ -117,12 +118,14 @@ class CmaEs(Engine):
 class ParetoCmaEs(Engine):
     """Several of CatCMA with margin side by side, which spread along a front of two objectives: COMO-CatCMA.
 
-    [Toure 2019, arXiv 1904.08823], [Hamano 2025]. Raises TuningError where the package cmaes is not installed.
+    [Toure 2019, arXiv 1904.08823], [Hamano 2025].
     """
 
     def __init__(self, parameters: Sequence[SearchParameter], seed: int) -> None:
         super().__init__(parameters)
-        cmaes, rng, numbers = _cmaes(), np.random.default_rng(seed), self.best[~self.is_choice]
+        import cmaes
+
+        rng, numbers = np.random.default_rng(seed), self.best[~self.is_choice]
         seeds = np.random.SeedSequence(seed).generate_state(_FRONT + 1)
         kernels = []
         for own in seeds[:_FRONT]:
@@ -142,16 +145,6 @@ class ParetoCmaEs(Engine):
             raise TuningError(f"a front is looked for between two objectives; the cost has {objectives.shape[1]}")
         finite = np.minimum(objectives, _WORST)
         self.engine.tell([(one, row.tolist()) for one, row in zip(self.asked, finite, strict=True)])
-
-
-def _cmaes() -> Any:
-    try:
-        import cmaes
-    except ImportError:
-        raise TuningError(
-            f'the engine "cmaes" needs the package cmaes: {install_command("tune")}; or use the engine "random"'
-        ) from None
-    return cmaes
 
 
 def _mixed(cmaes: Any, numbers: np.ndarray, choices: list[int], places: np.ndarray, size: int, seed: int) -> Any:

@@ -48,7 +48,7 @@ class Unseen:
     def sentence(self) -> str:
         """The comparison in words."""
         before, after = self.costs.mean(axis=(1, 2))
-        low, high = 100 * (1 - self.ratio.high), 100 * (1 - self.ratio.low)
+        low, high = (100 * (1 - float(end)) for end in (self.ratio.high, self.ratio.low))
         seeds = self.costs.shape[2]
         where = (
             f"on {seeds} unseen seeds of "
@@ -64,7 +64,8 @@ class Unseen:
                 f"{-100 * (1 - float(self.ratio.value)):.0f} % more, 95 % interval {-high:.0f} to {-low:.0f} %: worse"
             )
         else:
-            said = f"not shown to be better: between {-low:.0f} % more and {high:.0f} % less at 95 %"
+            said = f"not shown to be better: between {round(-low)} % more and {round(high)} % less at 95 %"
+            said = "every run costs the same" if np.array_equal(*self.costs) else said
         return f"{where}: {numbers}; {said}"
 
 

@@ -31,7 +31,6 @@ Y = TRUE(X)
 
 
 def test_a_generating_system_is_found_again():
-    pytest.importorskip("cmaes")
     found = fuzzy.tune(BENT, X, Y, evaluations=1000)
     assert found.before == pytest.approx(np.sqrt(np.mean((BENT(X) - Y) ** 2)))
     assert found.after == pytest.approx(np.sqrt(np.mean((found.system(X) - Y) ** 2)))
@@ -44,8 +43,6 @@ def test_a_generating_system_is_found_again():
 
 @pytest.mark.parametrize("engine", ["cmaes", "random"])
 def test_consequents_alone_come_to_the_least_squares(engine):
-    if engine == "cmaes":
-        pytest.importorskip("cmaes")
     best = rmse(fuzzy.fit_consequents(BENT, X, Y), X, Y)
     found = fuzzy.tune(BENT, X, Y, move=["consequents"], evaluations=400, engine=engine)
     assert best - 1e-12 <= found.after < 1.01 * best

@@ -17,11 +17,12 @@ from fuzzy.tuning.parameter import TuningError
 from robotics.commands.application import main
 from robotics.laws.catalogue import CATALOGUE, gains_of, located, make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.measures.statistics.intervals import Interval
 from robotics.studies.tuning.cost import Cost, Term, costs_of
 from robotics.studies.tuning.file import TuningFile, load_tuning, parse_tuning
 from robotics.studies.tuning.space import Bound, LawSpace
 from robotics.studies.tuning.tune import CHOOSING, TESTING, TUNING, TuningInterrupt, tune
-from robotics.studies.tuning.unseen import compared
+from robotics.studies.tuning.unseen import Unseen, compared
 from robotics.world.sensing.posture import LABORATORY
 from tests.robotics.commands.warmstart import Warm, wait_until
 
@@ -163,6 +164,22 @@ def test_before_and_after_are_compared_on_runs_that_no_search_has_seen():
     assert "20 unseen seeds of the same scenarios" in same.sentence()
     assert "unseen scenarios" in other.sentence()
     assert ("less" in same.sentence()) == same.better or "not shown" in same.sentence()
+
+
+@pytest.mark.parametrize(
+    ("after", "ends", "said"),
+    [
+        (1.0, (1.0, 1.0), "every run costs the same"),
+        (1.001, (0.998, 1.004), "not shown to be better: between 0 % more and 0 % less at 95 %"),
+        (1.01, (0.97, 1.05), "not shown to be better: between 5 % more and 3 % less at 95 %"),
+        (0.9, (0.88, 0.92), "10 % less, 95 % interval 8 to 12 %"),
+    ],
+)
+def test_what_became_of_a_law_is_told_in_numbers_that_people_write(after, ends, said):
+    costs = np.stack([np.ones((1, 4)), np.full((1, 4), after)]) * np.linspace(0.9, 1.1, 4)
+    told = Unseen(("sine",), True, costs, Interval(after, *ends)).sentence()
+    assert told.endswith(f"; {said}")
+    assert "-" not in told
 
 
 def test_a_candidate_that_cannot_drive_is_a_failure_and_not_the_end():
