@@ -18,8 +18,10 @@ Look:
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-from fuzzy.lazynames import lazy_names
-from fuzzy.renamed import redirect
+exec(__loader__.get_data(f"{__path__[0]}/../fuzzy/strangers.py"), {})
+
+from fuzzy.lazynames import lazy_names  # noqa: E402
+from fuzzy.renamed import redirect  # noqa: E402
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect({"anfis.designer": "anfis.plugins.designer"})

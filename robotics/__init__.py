@@ -42,8 +42,10 @@ Each name is imported from its module when it is first used, so that the command
 imported by the names that they had up to version 0.2, and Python says by which they are now.
 """
 
-from fuzzy.lazynames import lazy_names
-from fuzzy.renamed import redirect
+exec(__loader__.get_data(f"{__path__[0]}/../fuzzy/strangers.py"), {})
+
+from fuzzy.lazynames import lazy_names  # noqa: E402
+from fuzzy.renamed import redirect  # noqa: E402
 
 # What was elsewhere once: a line has the earlier name of a module or a folder, and the present one
 _MOVED = __loader__.get_data(f"{__path__[0]}/moved.txt").decode().split()

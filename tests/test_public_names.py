@@ -86,3 +86,25 @@ def test_a_file_is_read_before_anything_else_is_imported():
     file = ROOT / "robotics" / "data" / "rulebases" / "tracking.fis"
     said = subprocess.run([sys.executable, "-c", code, str(file)], capture_output=True, text=True)
     assert said.stdout == "tracking\n", said.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "script", "said"),
+    [
+        (
+            "fuzzy.py",
+            "import robotics",
+            "ImportError: {} stands in the way of the package fuzzy of fuzzyfleet: rename it",
+        ),
+        ("fuzzy.py", "import anfis", "ImportError: {} stands in the way of the package fuzzy of fuzzyfleet: rename it"),
+        ("anfis.py", "import robotics", "UserWarning: {} stands in the way of the package anfis of fuzzyfleet: rename"),
+        ("robotics.py", "import anfis", "UserWarning: {} stands in the way of the package robotics of fuzzyfleet"),
+        ("other.py", "import anfis, robotics", ""),
+    ],
+)
+def test_a_file_that_stands_in_the_way_of_a_package_is_named(file, script, said, tmp_path):
+    (tmp_path / file).write_text("x = 1\n")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert said.format(tmp_path / file) in done.stderr
+    assert bool(done.stderr) == bool(said)
+    assert done.returncode == said.startswith("ImportError")

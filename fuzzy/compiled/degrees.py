@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
-from fuzzy.compiled.tables import KIND, SAMPLES
+from fuzzy.compiled.tables import KIND, READ_STEPS
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of arrays takes
 # longer than the inference of a point.
@@ -100,9 +100,9 @@ def trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
 
 @compiled_only(forceinline=True)
 def sampled(x: float, values: np.ndarray, low: float, high: float) -> float:
-    """Straight between SAMPLES + 1 values from ``low`` to ``high``, of which the outermost go on."""
-    place = _unit((x - low) / (high - low)) * SAMPLES if x == x else 0.0  # who evaluates asks whether x is known
-    k = min(int(place), SAMPLES - 1)
+    """Straight between READ_STEPS + 1 values from ``low`` to ``high``, of which the outermost go on."""
+    place = _unit((x - low) / (high - low)) * READ_STEPS if x == x else 0.0  # who evaluates asks whether x is known
+    k = min(int(place), READ_STEPS - 1)
     return values[k] + (place - k) * (values[k + 1] - values[k])
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, log_gaussian, minimum, sampled, trapezoid
 from fuzzy.compiled.jit import compiled_only, kernel, without_refcounts
-from fuzzy.compiled.tables import KIND, NUMBERS, SAMPLES
+from fuzzy.compiled.tables import KIND, NUMBERS, READ_STEPS
 from fuzzy.inference import InferenceWarning, logarithmic, never
 from fuzzy.membershipfunction import MembershipFunction, as_number
 from fuzzy.system import FuzzySystemError, Linear, Sugeno
@@ -62,7 +62,7 @@ class PackedColumns(Columns):
     linear = column("", "(outputs,): 1: the output has a first-order consequent")
     slopes = column("", "(outputs, rules, inputs)")
     default = column("", "(outputs,): the value where no rule fires")
-    samples = column("", "of each term without a number SAMPLES + 1 degrees, from place a on, between b and c")
+    samples = column("", "of each term without a number READ_STEPS + 1 degrees, from place a on, between b and c")
 
 
 # What evaluate_packed tells, to be added
@@ -138,7 +138,7 @@ def _lay_out_terms(fis: Sugeno, lists: dict[str, Any], sample: bool) -> list[lis
     for k, (i, kind, t) in enumerate(terms):
         values = functions[i][t].numbers
         if kind == KIND.Sampled:
-            values = len(samples) * (SAMPLES + 1), *fis.inputs[i].universe
+            values = len(samples) * (READ_STEPS + 1), *fis.inputs[i].universe
             degrees, error = _sampled(fis, i, functions[i][t])
             samples, largest = [*samples, degrees], max(largest, error)
         parameters[: len(values), k] = values
@@ -146,7 +146,7 @@ def _lay_out_terms(fis: Sugeno, lists: dict[str, Any], sample: bool) -> list[lis
     lists |= dict(zip("abcd", parameters, strict=True)) | {"samples": samples}
     if strange:
         warnings.warn(
-            f"{fis.name}: the compiled inference has no branch for {', '.join(strange)}, and reads it in {SAMPLES} "
+            f"{fis.name}: the compiled inference has no branch for {', '.join(strange)}, and reads it in {READ_STEPS} "
             f"steps of the universe: the degrees are within {largest:.1e}. CONTRIBUTING.md names the files of a branch",
             InferenceWarning,
             stacklevel=4,
@@ -156,7 +156,7 @@ def _lay_out_terms(fis: Sugeno, lists: dict[str, Any], sample: bool) -> list[lis
 
 def _sampled(fis: Sugeno, i: int, f: MembershipFunction) -> tuple[np.ndarray, float]:
     """The degrees in the universe of an input, or their logarithms, and by how much one between two is wrong."""
-    x = np.linspace(*fis.inputs[i].universe, 2 * SAMPLES + 1)
+    x = np.linspace(*fis.inputs[i].universe, 2 * READ_STEPS + 1)
     degrees = np.asarray(f(x))
     error = float(np.abs((degrees[:-1:2] + degrees[2::2]) / 2 - degrees[1::2]).max())
     if logarithmic(fis) and f.log_formula is not None:

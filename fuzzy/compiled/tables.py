@@ -14,4 +14,4 @@ NUMBERS: dict[type[MembershipFunction], int] = {  # those that the kernel knows
 }
 _NAMES = {f.__name__: number for f, number in NUMBERS.items()} | {"Sampled": -2}  # the last: every other function
 KIND: Any = namedtuple("Kind", _NAMES)(**_NAMES)  # the same by name
-SAMPLES = 4096  # steps of its universe in which such a function is read
+READ_STEPS = 4096  # steps of its universe in which such a function is read
