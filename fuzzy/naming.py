@@ -11,6 +11,14 @@ _COMPARED = 1000  # known names, at most, that a mistyped one is compared with: 
 _LISTED = 2000  # characters of the list of known names that a message shows
 
 
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The end of a sentence with the nearest ``known`` name, "" if none is near."""
+    folded = {n.casefold(): n for n in known}
+    near = list(folded)[:_COMPARED] if len(name) <= _COMPARED else []
+    close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
+    return f"; did you mean {folded[close[0]]!r}?" if close else ""
+
+
 def expected(name: str, known: Iterable[str], what: str) -> str:
     """Say that ``name`` is not a known ``what``; name the nearest one and all accepted ones.
 
@@ -18,10 +26,7 @@ def expected(name: str, known: Iterable[str], what: str) -> str:
     "unknown term 'fra'; did you mean 'far'? Known: near, far"
     """
     names = list(known)
-    folded = {n.casefold(): n for n in names}
-    near = list(folded)[:_COMPARED] if len(name) <= _COMPARED else []
-    close = get_close_matches(name.casefold(), near, n=1, cutoff=0.5)
-    hint = f"; did you mean {folded[close[0]]!r}?" if close else "."
+    hint = did_you_mean(name, names) or "."
     return f"unknown {what} {quoted(name)}{hint} Known: {shortened(', '.join(names), _LISTED) if names else '(none)'}"
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, stem_of, usage, values_of
-from fuzzy.shell.options import Json, option
+from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.terminal import print_json
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def plot(
         PictureFormat | None, option("The format of --all. [default: pdf]", "--format", show_default=False)
     ] = None,
     json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw the membership functions, the rule viewer at a point, or the structure; or all pictures for a paper.
 
@@ -47,7 +48,7 @@ def plot(
     if everything:
         if variable is not None or only_fired or kind != "memberships":
             usage("--all draws everything; it goes with --at, --format and -o only")
-        _plot_all(fis, output_file, file, at, picture_format or "pdf", json)
+        _plot_all(fis, output_file, file, at, picture_format or "pdf", json, quiet)
         return
     if picture_format is not None:
         usage("--format goes with --all; a single picture's format is the ending of -o")
@@ -70,13 +71,13 @@ def plot(
 
 
 def _plot_all(
-    fis: "Sugeno", path: Path | None, file: Path, at: list[str] | None, ending: PictureFormat, json: bool
+    fis: "Sugeno", path: Path | None, file: Path, at: list[str] | None, ending: PictureFormat, json: bool, quiet: bool
 ) -> None:
     from fuzzy.figures.figureset import write_figures
     from fuzzy.shell.progress import Mover, progress_bar
 
     path = path or Path(f"{stem_of(file)}-figures.zip")
-    with progress_bar(quiet=json or not sys.stderr.isatty()) as begin:
+    with progress_bar(quiet or json or not sys.stderr.isatty()) as begin:
         bars: list[Mover] = []
 
         def advance(done: int, total: int) -> None:

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from fuzzy.errors import InputError
+from fuzzy.naming import did_you_mean
 from fuzzy.shell.commandgroup import CommandGroup
 from fuzzy.shell.interrupts import INTERRUPTED, answered, exit_code, interrupted, is_told, of_interrupt
 from fuzzy.shell.options import Application
@@ -200,6 +201,9 @@ _WORDS = (
 def _in_our_words(message: str) -> str:
     for theirs, ours in _WORDS:
         message = re.sub(theirs, ours, message, count=1)
+    if chosen := re.search(r"'([^']*)' is not one of ('.*')\.$", message):
+        hint = did_you_mean(chosen[1], re.findall("'([^']*)'", chosen[2]))
+        message = message[:-1] + hint if hint else message
     return message
 
 

@@ -40,6 +40,7 @@ def compare(
         str | None,
         option(
             "Comma-separated: fuzzy,csm:k=0.3,esm. Default: those of the scenarios' kind.",
+            *("--controllers", "-c", "A,B"),
             autocompletion=controller_list,
         ),
     ] = None,
@@ -47,7 +48,7 @@ def compare(
     metric: Metric = None,
     seeds: Annotated[int, option("Number of seeds, from --seed on.", min=1)] = 20,
     seed: Annotated[int, option("The first seed.", min=0)] = 0,
-    out: Annotated[Path, option("Where tables and report.html go.", "FOLDER")] = Path("out"),
+    out: Annotated[Path, option("Where tables and report.html go.", "--out", "-o", "FOLDER")] = Path("out"),
     claims: Annotated[
         bool | None, option("Judge a plug-in's claims too. Default: in its suite.", "--claims/--no-claims")
     ] = None,
@@ -84,6 +85,8 @@ def compare(
     from robotics.studies.comparison import DEFAULT_CONTROLLERS, check_comparison
     from robotics.studies.forewarnings import forewarnings
 
+    # A list with commas is read as those of laws are, but for a file whose name has one
+    scenarios = [part for each in scenarios or [] for part in ([each] if Path(each).exists() else split_names(each))]
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
     packaged = {point.name: point for point in entry_points(group=SUITE_GROUP)}
     default = next(iter(packaged), KINDS[0])
@@ -101,7 +104,7 @@ def compare(
         usual = DEFAULT_CONTROLLERS[settings[0].kind]
         laws = [*(split_controllers(controllers) if controllers is not None else usual), *(law or [])]
     judged = claims if claims is not None else plan is not None
-    command = ["robotics", "compare", *(scenarios or []), f"--seeds={seeds}", f"--seed={seed}"]
+    command = ["robotics", "compare", *scenarios, f"--seeds={seeds}", f"--seed={seed}"]
     if suite != default:
         command.append(f"--suite={suite}")
     if controllers is not None or law:
@@ -126,6 +129,11 @@ def compare(
     told_as_json = ("summary", "claims", "contacts", "diverged", "outside", "files", "versions")
     print_study(study, told_as_json if json else ())
     report_divergences(study.divergences)
+
+
+def split_names(text: str) -> list[str]:
+    """The names in a comma-separated list."""
+    return [part.strip() for part in text.split(",") if part.strip()] or [text]
 
 
 def split_controllers(text: str) -> list[str]:

@@ -21,7 +21,7 @@ def study(
         str, argument("A study's file; or the name of a packaged one.", "STUDY.toml", autocompletion=studies)
     ],
     out: Annotated[
-        Path | None, option("Folder of the results. Default: the file's key out, or out/NAME", "FOLDER")
+        Path | None, option("Folder of the results. Default: the file's key out, or out/NAME", "--out", "-o", "FOLDER")
     ] = None,
     seeds: Annotated[int | None, option("Number of seeds. Default: the file's; a verdict needs 20.", min=1)] = None,
     workers: Annotated[

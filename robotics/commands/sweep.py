@@ -27,7 +27,7 @@ def sweep(
         int | None, option("Number of processes of this machine. Default: only this one.", min=1)
     ] = None,
     dask: Dask = None,
-    out: Annotated[Path | None, option("Folder of the results. Default: out/NAME", "FOLDER")] = None,
+    out: Annotated[Path | None, option("Folder of the results. Default: out/NAME", "--out", "-o", "FOLDER")] = None,
     fresh: Annotated[bool, option("Discard what FOLDER holds of a sweep.")] = False,
     json: Json = False,
     quiet: Quiet = False,

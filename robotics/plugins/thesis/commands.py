@@ -8,7 +8,7 @@ from fuzzy.shell.terminal import print_json
 
 
 def regenerate(
-    out: Annotated[Path, option("The folder datasets to fill.", "FOLDER")] = Path("datasets"),
+    out: Annotated[Path, option("The folder datasets to fill.", "--out", "-o", "FOLDER")] = Path("datasets"),
     json: Json = False,
 ) -> None:
     """Make all computed files of datasets/ again, byte for byte: formation data with cards, the thesis's systems.

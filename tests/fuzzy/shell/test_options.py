@@ -114,7 +114,8 @@ def test_only_what_was_given_is_given():
         ("brew --power 4", "tea brew: --power: must be <= 3"),
         ("brew --power much", "tea brew: --power: must be a number"),
         ("brew --cups 0", "tea brew: --cups: must be >= 1"),
-        ("brew --tea red", "tea brew: --tea: 'red' is not one of 'black', 'green'."),
+        ("brew --tea oolong", "tea brew: --tea: 'oolong' is not one of 'black', 'green'."),
+        ("brew --tea gren", "tea brew: --tea: 'gren' is not one of 'black', 'green'; did you mean 'green'?"),
         ("brew --milk", "tea brew: No such option: --milk"),
     ],
 )

@@ -151,6 +151,9 @@ def test_a_comparison_cuts_no_number_and_no_word_however_narrow_the_terminal(
         (["run", "reference", "--seed", "-1"], ["--seed"]),
         (["compare", "reference", "reference"], ["'reference' is given twice"]),
         (["compare", "--controllers", ","], ["at least one name"]),
+        (["compare", "lyapunov-sine,nosuch", "-c", "fuzzy"], ["unknown scenario 'nosuch'"]),
+        (["compare", "lyapunov-sine,lyapunov-sine"], ["'lyapunov-sine' is given twice"]),
+        (["dataset", "formation", "--kind", "wellposed", "-o", "x.csv"], ["did you mean 'well-posed'?"]),
         (["compare", "--seeds", "0"], ["--seeds"]),
         (["compare", "reference", "--out", "/proc/none/x"], ["/proc/none"]),
         (["fly"], ["fly"]),
@@ -254,6 +257,17 @@ def test_help_has_a_sentence_for_every_option(words, command):
         assert len(text.split()) >= 3, name
         assert text[0].isupper() or ":" in text or text.startswith("well-posed:"), text
         assert not text.startswith(("Of ", "How many")), text
+
+
+@pytest.mark.parametrize(("short", "long"), [("-c", "--controllers"), ("-o", "--out"), ("-q", "--quiet")])
+def test_a_long_option_has_its_short_name_in_every_command(short, long):
+    found = 0
+    for words, command in (leaf.values for leaf in leaves(typer.main.get_command(app))):
+        for parameter in command.params:
+            if long in parameter.opts:
+                assert short in parameter.opts, words
+                found += 1
+    assert found
 
 
 def test_splitting_controllers():
