@@ -57,117 +57,125 @@ class Robot:
 
     # Body
     body_mass: float = _needed(
-        "kg", "The mass without the driving wheels (m_c); where wheel_mass is left out, of the whole robot.", above=0
-    )
+        "kg", "The mass without the driving wheels (m_c); where wheel_mass is left out, of the whole robot.",
+        above=0, example=2.0,
+    )  # fmt: skip
     length: float = _needed(
         "m", "The size along the heading; the outline is a rectangle with its center at the axle midpoint.",
-        above=0, most=10,
+        above=0, most=10, example=0.25,
     )  # fmt: skip
-    width: float = _needed("m", "The size across the heading, wheels included.", above=0, most=10)
+    width: float = _needed("m", "The size across the heading, wheels included.", above=0, most=10, example=0.2)
     mass_offset: float = _derived(
         "m", "From the axle forward to the center of mass of the body (d); negative: it lies behind the axle.",
-        "0: the center of mass is over the axle, as that of the outline is", lambda r: 0.0, least=-10, most=10,
+        "0: the center of mass is over the axle, as that of the outline is",
+        lambda r: 0.0, least=-10, most=10, example=0.02,
     )  # fmt: skip
     body_inertia: float = _derived(
         "kg m²", "The inertia of the body about the vertical through its center of mass (I_c).",
         "body_mass (length² + width²) / 12: a box of even density",
-        lambda r: r.body_mass * (r.length**2 + r.width**2) / 12, above=0,
+        lambda r: r.body_mass * (r.length**2 + r.width**2) / 12, above=0, example=0.017,
     )  # fmt: skip
     # Wheels
-    half_axle: float = _needed("m", "Half the distance between the driving wheels (L).", above=0, most=10)
-    wheel_radius: float = _needed("m", "The radius of the driving wheels (r).", above=0, most=1)
+    half_axle: float = _needed("m", "Half the distance between the driving wheels (L).", above=0, most=10, example=0.09)
+    wheel_radius: float = _needed("m", "The radius of the driving wheels (r).", above=0, most=1, example=0.04)
     wheel_mass: float = _derived(
         "kg", "The mass of one driving wheel with its rotor (m_w).",
         "0: a data sheet's mass is the whole robot's, so that the wheels are part of body_mass",
-        lambda r: 0.0, least=0,
+        lambda r: 0.0, least=0, example=0.05,
     )  # fmt: skip
     wheel_inertia: float = _derived(
         "kg m²", "The inertia of a driving wheel about its diameter (I_m).",
-        "wheel_mass wheel_radius² / 4: a thin disc", lambda r: r.wheel_mass * r.wheel_radius**2 / 4, least=0,
+        "wheel_mass wheel_radius² / 4: a thin disc",
+        lambda r: r.wheel_mass * r.wheel_radius**2 / 4, least=0, example=2e-05,
     )  # fmt: skip
     # Motors, as they act at the wheel, behind the gear
-    supply_voltage: float = _needed("V", "The voltage that the motors are driven with at most.", above=0)
+    supply_voltage: float = _needed("V", "The voltage that the motors are driven with at most.", above=0, example=12.0)
     stall_torque: float | None = quantity(
-        None, "N m", above=0,
+        None, "N m", above=0, example=1.0,
         doc="The torque of one motor at standstill and full voltage, at the wheel; instead of torque_constant.",
     )  # fmt: skip
     no_load_speed: float | None = quantity(
-        None, "rad/s", above=0,
+        None, "rad/s", above=0, example=15.0,
         doc="The speed of one wheel at full voltage without load; instead of back_emf.",
     )  # fmt: skip
     torque_constant: float = _derived(
         "N m/V", "The stall torque at the wheel for each volt (k_t).",
-        "stall_torque / supply_voltage", lambda r: (r.stall_torque or inf) / r.supply_voltage, above=0,
+        "stall_torque / supply_voltage", lambda r: (r.stall_torque or inf) / r.supply_voltage, above=0, example=0.083,
     )  # fmt: skip
     back_emf: float = _derived(
         "V s/rad", "The voltage for each rad/s of the wheel without load (k_e).",
-        "supply_voltage / no_load_speed", lambda r: r.supply_voltage / (r.no_load_speed or inf), above=0,
+        "supply_voltage / no_load_speed", lambda r: r.supply_voltage / (r.no_load_speed or inf), above=0, example=0.8,
     )  # fmt: skip
     wheel_spin_inertia: float = _derived(
         "kg m²", "The inertia of a driving wheel and of its rotor, behind the gear, about the axle (J_w).",
         f"wheel_mass wheel_radius² / 2 + {ROTOR:g} s torque_constant back_emf: a disc, and a rotor that alone takes up "
         "speed with the time constant of most small motors; behind a high gear it outweighs the robot",
-        lambda r: r.wheel_mass * r.wheel_radius**2 / 2 + ROTOR * r.torque_constant * r.back_emf, least=0,
+        lambda r: r.wheel_mass * r.wheel_radius**2 / 2 + ROTOR * r.torque_constant * r.back_emf,
+        least=0, example=0.0007,
     )  # fmt: skip
     torque_limit: float = _derived(
         "N m", "The highest torque of one wheel, where its tyre slips or its motor stalls.",
         f"the smaller of torque_constant supply_voltage, where the motor stalls, and of {GRIP:g} g wheel_radius "
         "(effective mass) / 2, where the tyre slips: rubber has 0.8 on hard floors, castors bear 30 % of the weight",
-        lambda r: min(r.torque_constant * r.supply_voltage, GRIP * GRAVITY * r.wheel_load / r.wheel_radius), above=0,
+        lambda r: min(r.torque_constant * r.supply_voltage, GRIP * GRAVITY * r.wheel_load / r.wheel_radius),
+        above=0, example=0.3,
     )  # fmt: skip
     friction_torque: float = _derived(
         "N m", "The dry (Coulomb) friction of one wheel with its gear.",
         f"{ROLLING:g} m g wheel_radius / 2: small rubber wheels on hard floors roll with 0.01 to 0.035 of the weight",
-        lambda r: ROLLING * r.mass * GRAVITY * r.wheel_radius / 2, least=0,
+        lambda r: ROLLING * r.mass * GRAVITY * r.wheel_radius / 2, least=0, example=0.008,
     )  # fmt: skip
     friction_speed: float = _derived(
         "rad/s", "The range of wheel speeds over which the friction changes its sign.",
         "0.01 supply_voltage / back_emf: 1 % of the speed without load",
-        lambda r: 0.01 * r.supply_voltage / r.back_emf, above=0,
+        lambda r: 0.01 * r.supply_voltage / r.back_emf, above=0, example=0.15,
     )  # fmt: skip
     # Encoders and wheel loops, every 10 ms
-    counts_per_turn: float = _needed("counts", "What an encoder counts in one turn of the wheel.", above=0)
+    counts_per_turn: float = _needed(
+        "counts", "What an encoder counts in one turn of the wheel.", above=0, example=1000.0
+    )
     kp: float = _derived(
         "V s/rad", "The proportional gain of the wheel loop.",
         "J / (torque_constant λ) with J = wheel_radius² (effective mass) / 2 for each wheel, and λ the greatest of "
         "0.04 s, T/2 with the motor's T = J / (torque_constant back_emf), and J supply_voltage / (4 back_emf "
         "torque_limit): with ki the motor's pole is cancelled, and the loop settles with the time constant λ, at most "
         "twice as fast as the motor alone, and a step to a quarter of the top speed stays below the torque limit",
-        lambda r: r.wheel_load / (r.torque_constant * r.loop_time), least=0,
+        lambda r: r.wheel_load / (r.torque_constant * r.loop_time), least=0, example=0.68,
     )  # fmt: skip
     ki: float = _derived(
         "V/rad", "The integral gain of the wheel loop.",
         "kp torque_constant back_emf / J: the zero of the loop cancels the motor's pole",
-        lambda r: r.kp * r.torque_constant * r.back_emf / r.wheel_load, least=0,
+        lambda r: r.kp * r.torque_constant * r.back_emf / r.wheel_load, least=0, example=20.0,
     )  # fmt: skip
     kd: float = _derived(
         "V s²/rad", "The gain of the wheel loop on the measured acceleration of the wheel.",
-        "0: a PI loop is enough for a motor that is a lag of first order", lambda r: 0.0, least=0,
+        "0: a PI loop is enough for a motor that is a lag of first order", lambda r: 0.0, least=0, example=0.001,
     )  # fmt: skip
     filter_frequency: float = _derived(
         "Hz", "The corner of the low-pass on the measured wheel speed; 0: there is none.",
-        "0: no low-pass, which would delay the loop", lambda r: 0.0, least=0, most=49,
+        "0: no low-pass, which would delay the loop", lambda r: 0.0, least=0, most=49, example=20.0,
     )  # fmt: skip
     # Limits of the command
     wheel_speed_max: float = _derived(
         "rad/s", "The highest speed of a wheel.",
-        "supply_voltage / back_emf: the motor's speed without load", lambda r: r.supply_voltage / r.back_emf, above=0,
+        "supply_voltage / back_emf: the motor's speed without load",
+        lambda r: r.supply_voltage / r.back_emf, above=0, example=15.0,
     )  # fmt: skip
     v_max: float = _derived(
         "m/s", "The highest commanded speed.",
-        "wheel_radius wheel_speed_max: what the wheels can turn", lambda r: r.wheel_speed_limit, above=0,
+        "wheel_radius wheel_speed_max: what the wheels can turn", lambda r: r.wheel_speed_limit, above=0, example=0.6,
     )  # fmt: skip
     w_max: float = _derived(
         "rad/s", "The highest commanded angular velocity.",
         "wheel_radius wheel_speed_max / half_axle: what the wheels can turn on the spot",
-        lambda r: r.wheel_speed_limit / r.half_axle, above=0,
+        lambda r: r.wheel_speed_limit / r.half_axle, above=0, example=6.7,
     )  # fmt: skip
     # Thesis (5.1); of a commanded velocity only
     v_rate_max: float | None = quantity(
-        None, "m/s²", above=0, doc="How fast a commanded speed may change; left out: at once."
+        None, "m/s²", above=0, example=1.0, doc="How fast a commanded speed may change; left out: at once."
     )
     w_rate_max: float | None = quantity(
-        None, "rad/s²", above=0, doc="How fast a commanded angular velocity may change; left out: at once."
+        None, "rad/s²", above=0, example=5.0, doc="How fast a commanded angular velocity may change; left out: at once."
     )
 
     _left_out: ClassVar[tuple[str, ...]] = ()  # of an instance: the names of the fields that were derived

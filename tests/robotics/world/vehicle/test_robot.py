@@ -179,3 +179,16 @@ def test_the_presets_keep_what_their_data_sheets_say():
 def test_numbers_that_nothing_can_be_divided_by_are_refused(name):
     with pytest.raises(RobotError, match=f"{name} must be a finite number in .*> 0.* and 1e-15 at least; got 1e-320"):
         Robot(**{**CART, name: 1e-320})
+
+
+def test_the_examples_of_its_numbers_are_those_of_one_small_robot():
+    """Uncommented in a new file each is a number that such a robot may have, and all together are one."""
+    shown = {f.name: f.metadata["example"] for f in fields(Robot) if f.init}
+    assert None not in shown.values()
+    small = Robot(**{name: shown[name] for name in (*NEEDED, *ALTERNATIVES)})
+    for name in small.derived:
+        if getattr(small, name):
+            assert shown[name] == pytest.approx(getattr(small, name), rel=0.06), name
+    both = {name: value for name, value in shown.items() if name not in ALTERNATIVES}
+    whole = Robot(**both)
+    assert whole.motor_time == pytest.approx(small.motor_time, rel=0.1)
