@@ -153,7 +153,6 @@ def test_a_comparison_cuts_no_number_and_no_word_however_narrow_the_terminal(
         (["compare", "--controllers", ","], ["at least one name"]),
         (["compare", "lyapunov-sine,nosuch", "-c", "fuzzy"], ["unknown scenario 'nosuch'"]),
         (["compare", "lyapunov-sine,lyapunov-sine"], ["'lyapunov-sine' is given twice"]),
-        (["dataset", "formation", "--kind", "wellposed", "-o", "x.csv"], ["did you mean 'well-posed'?"]),
         (["compare", "--seeds", "0"], ["--seeds"]),
         (["compare", "reference", "--out", "/proc/none/x"], ["/proc/none"]),
         (["fly"], ["fly"]),

@@ -94,6 +94,7 @@ def test_the_literal_sets_scatter_is_said_as_what_it_is(tmp_path, capsys):
     [
         (["-o", "a.txt"], "a.txt: the file's name must end in .csv"),
         (["-o", "a.csv", "--kind", "exact"], "--kind: 'exact' is not one of 'literal', 'well-posed'"),
+        (["-o", "a.csv", "--kind", "wellposed"], "did you mean 'well-posed'?"),
         (["-o", "a.csv", "--jitter", "0.5"], "--jitter belongs to --kind well-posed"),
         (["-o", "a.csv", "--formations", "1,two"], "--formations must be numbers in m with commas"),
         (["-o", "a.csv", "--kind", "well-posed", "--formations", "1"], "--formations needs --coverage below 1"),
