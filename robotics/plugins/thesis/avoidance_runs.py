@@ -4,6 +4,7 @@ All scenarios of a law are driven in one array pass, a run each, which is severa
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -115,4 +116,6 @@ def _crossing_files(law: str, seeds: Sequence[int]) -> Iterator[tuple[str, Run]]
     """Each crossing by itself: their runs have paths of their own."""
     for seed in seeds:
         setting = crossing_ensemble(3, [seed], "A", factor=FACTOR)
+        longest = int(FACTOR * float(setting.references.ends.max()) / setting.period)
+        setting = replace(setting, ticks=min(longest, setting.ticks))
         yield run_name(f"{RANDOM_CROSSINGS} {seed}", law), record_run(setting, make_controller(law), [seed], name=law)
