@@ -145,7 +145,7 @@ def test_a_spread_must_be_one() -> None:
 
 
 @pytest.mark.parametrize("law", ["fuzzy-park", "polar"])
-@pytest.mark.parametrize("scenario", ["park", "come-in", "moving-goal"])
+@pytest.mark.parametrize("scenario", ["parking", "come-in", "moving-goal"])
 def test_both_come_to_goals_of_all_kinds(law: str, scenario: str) -> None:
     reached = np.isfinite(goal_time(simulate(load_scenario(scenario), law, range(300, 500))))
     assert reached.mean() >= 0.99, (law, scenario)
@@ -153,7 +153,7 @@ def test_both_come_to_goals_of_all_kinds(law: str, scenario: str) -> None:
 
 def test_the_rules_of_parking_are_needed() -> None:
     """Without them, with their consequents dealt out anew, and under laws for timetables, the robot does not park."""
-    scenario, seeds = load_scenario("park"), range(100)
+    scenario, seeds = load_scenario("parking"), range(100)
 
     def share(law: object) -> float:
         return float(np.isfinite(goal_time(simulate(scenario, law, seeds))).mean())  # type: ignore[arg-type]

@@ -34,7 +34,7 @@ MEASURED = {
 }
 _ROBOTS = 3
 _TRACKING = ("fuzzy-on-path", "fuzzy-off-path", "lyapunov-sine", "lyapunov-circle")
-_USUAL = {"team": ("no-slack",), "goal": ("park", "come-in", "moving-goal")}  # scenarios, by the law's kind
+_USUAL = {"team": ("no-slack",), "goal": ("parking", "come-in", "moving-goal")}  # scenarios, by the law's kind
 Numbers = Mapping[str, np.ndarray]  # of MEASURED: (runs,), infinite or not-a-number where there is none
 
 

@@ -35,7 +35,7 @@ _TASKS = {  # scenarios in which a task shows, and the law that it is compared w
     "formation": (("formation-behind", "formation-ahead"), "formation-teacher"),
 }
 _ALONE = (("fuzzy-off-path", "lyapunov-sine"), "lyapunov")  # likewise, of a robot that is alone
-_PARKING = (("park", "come-in"), "polar")
+_PARKING = (("parking", "come-in"), "polar")
 _SUITS = 2.0  # how likely a task is whose inputs are of the kind that it needs
 
 

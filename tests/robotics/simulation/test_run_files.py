@@ -182,7 +182,7 @@ GOAL = {"within": 0.05, "heading_within": None, "hold": 1.0, "region": [[0, 0], 
     ],
 )
 def test_goals_that_no_robot_can_have_are_refused(tmp_path, change):
-    run = simulate(replace(load_scenario("park"), duration=1.0), make_controller("polar"), (0,))
+    run = simulate(replace(load_scenario("parking"), duration=1.0), make_controller("polar"), (0,))
     file = tmp_path / "run.npz"
     run.save(file)
     with np.load(file) as saved:

@@ -41,7 +41,7 @@ def test_the_rule_that_is_missed_most_comes_first() -> None:
 def test_a_rule_of_parking_is_missed() -> None:
     """Without the rule for a goal behind on the right, runs go astray; what is told is of the same seeds."""
     fis = load_rule_base("park")
-    trial = settled(fis, TryoutTrial(scenario="park"), "park")
+    trial = settled(fis, TryoutTrial(scenario="parking"), "park")
     metrics = course_data(trial)["metrics"]
     (ranked,) = (m for m in metrics if m["name"] == "goal_time_s")
     found = {name: rival_seeds(other, trial, "", range(20)) for name, other in without_rules(fis).items()}

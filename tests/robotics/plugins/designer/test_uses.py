@@ -39,7 +39,7 @@ PACKAGED = {
     "eta": ("crash-yielding", "eta", "three-cross"),
     "theta": ("obstacles", "theta", "obstacles-on-two-paths"),
     "lateral": ("fuzzy-lateral", "lateral", "fuzzy-off-path"),
-    "park": ("fuzzy-park", "tracking", "park"),
+    "park": ("fuzzy-park", "tracking", "parking"),
     "wall-follower": ("fuzzy", "own", "obstacles-on-two-paths"),
 }
 
