@@ -562,7 +562,8 @@ class TryoutSession(FolderSession):
 
     def _publish(self, name: str) -> None:
         """Show what is known of several seeds; the worst of the design's is drawn, unless one was picked by hand."""
-        trial, rows = self.trial, self.rounds.known("tried")
+        trial, known = self.trial, self.rounds.known()
+        rows = known.get("tried")
         if trial is None or rows is None:
             return
         metrics, by = self.course["metrics"], severalseeds.RANKED_BY[self.course["kind"]]
@@ -572,11 +573,11 @@ class TryoutSession(FolderSession):
                 self.wanted |= _RUNS
         runs, state = {"tried": severalseeds.summary(rows, metrics)}, severalseeds.state_of
         for other in ("before", "rival"):
-            known = rows if other == "before" and self.before == self.present else self.rounds.known(other)
-            if known is not None:
-                runs[other] = severalseeds.summary(known, metrics)
-        without = {name: self.rounds.known(name) for name in self._work() if name.startswith("without ")}
-        weighed = {name: severalseeds.summary(known, metrics) for name, known in without.items() if known}
+            others = rows if other == "before" and self.before == self.present else known.get(other)
+            if others is not None:
+                runs[other] = severalseeds.summary(others, metrics)
+        without = {name: each for name, each in known.items() if name.startswith("without ")}
+        weighed = {name: severalseeds.summary(each, metrics) for name, each in without.items()}
         ranked = next((m for m in metrics if m["name"] == by), None)
         self.widget.update(
             seeds={

@@ -238,10 +238,10 @@ class SeedRounds:
             self.progress()
             self._round = asyncio.get_running_loop().create_task(self._run())
 
-    def known(self, name: str) -> list[dict[str, Any]] | None:
-        """The rows of the present design, of the one before or of the rival; None while they are not known."""
-        made = self.work().get(name) if self.count > 1 else None
-        return None if made is None else self._known(name, made)
+    def known(self) -> dict[str, list[dict[str, Any]]]:
+        """The rows of all work that is known, by name."""
+        work = self.work() if self.count > 1 else {}
+        return {name: rows for name, made in work.items() if (rows := self._known(name, made)) is not None}
 
     def _known(self, name: str, made: Work) -> list[dict[str, Any]] | None:
         have = self.rows.get(name)
