@@ -221,7 +221,7 @@ class CrashAvoidance(EquationLaw):
                     f"{setting.name}: {', '.join(told_of_ends(what, pair) for pair in pairs)}, no farther than "
                     f"d_min = {self.d_min:g} m: {then}; move them farther apart, or set d_min below {nearest:.2f} m"
                 )
-        touching = float(max(np.hypot(robot.length, robot.width) for robot in setting.robots))
+        touching = 2 * max(robot.turning_circle for robot in setting.robots)
         if touching > self.d_min:
             found.append(
                 f"{setting.name}: robots as large as these may touch with centers {touching:.2f} m apart, and they "

@@ -484,7 +484,7 @@ class ObstacleAvoidance(EquationLaw):
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say which robots are so large that its distances to obstacles do not suit them."""
-        across = [float(np.hypot(robot.length, robot.width)) for robot in setting.robots]
+        across = [2 * robot.turning_circle for robot in setting.robots]
         large = [i for i, diameter in enumerate(across, start=1) if diameter > TOO_LARGE * STATED_FOR]
         if not large:
             return ()

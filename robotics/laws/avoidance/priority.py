@@ -88,4 +88,4 @@ def wider(robots: Sequence[Robot]) -> float:
     Laws state the distances between centers for robots as large as the EtsRo. The room beyond the turning circles of
     the largest robots is thus the same for robots of any size.
     """
-    return float(max(np.hypot(robot.length, robot.width) for robot in robots)) - STATED_FOR
+    return 2 * max(robot.turning_circle for robot in robots) - STATED_FOR

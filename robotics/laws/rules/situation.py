@@ -17,6 +17,7 @@ from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     RISE,
     SECTOR,
+    Marks,
     Sensors,
     room_for_braking,
     sensed,
@@ -58,7 +59,7 @@ NOTHING_NEAR = 9.0  # what is told where there is nothing to tell, in the unit o
 
 def turning_circles(setting: Setting) -> np.ndarray:
     """The radii of the circles in which the robots turn (robots,) [m]."""
-    return np.array([np.hypot(robot.length, robot.width) / 2 for robot in setting.robots])
+    return np.array([robot.turning_circle for robot in setting.robots])
 
 
 class Fixed(NamedTuple):
@@ -120,6 +121,7 @@ class Recall(NamedTuple):
     heading_err: np.ndarray  # rad, likewise
     v_command: np.ndarray  # m/s: the last
     w_command: np.ndarray  # rad/s: the last
+    marks: Marks  # where something was seen
 
     @classmethod
     def start(cls, setting: Setting, runs: int, plan: PlannedTiming | None = None) -> "Recall":
@@ -136,7 +138,8 @@ class Recall(NamedTuple):
         far = zero + FARTHEST
         start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
         start |= dict.fromkeys(("x_err", "y_err", "heading_err"), zero + np.nan)
-        return cls(**start | {"clear": np.full((len(SECTOR), runs, robots), np.inf)})
+        clear = np.full((len(SECTOR), runs, robots), np.inf)
+        return cls(**start | {"clear": clear, "marks": Marks.none(runs, robots)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,20 +379,31 @@ class Situation:
         return room_for_braking(self.fixed.sensors, self.seen.ranges.values)
 
     @cached_property
+    def _values(self) -> np.ndarray:
+        """What the sensors read [m] (runs, robots, sensors), without the other robots that are in nobody's way."""
+        assert self.seen.ranges is not None
+        values = self.seen.ranges.values
+        if self.fixed.meetings is None:
+            return values
+        them, seen = self.others, self.seen
+        dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
+        speed = np.hypot(them.v_x, them.v_y)
+        unsure = (speed + ACCELERATING * them.age) * them.age
+        return without_robots(self.fixed.sensors, seen, values, dx, dy, speed > STANDS, unsure, self.fixed.radii)
+
+    @cached_property
+    def marks(self) -> Marks:
+        """Where something was seen that may be there still."""
+        if self.seen.ranges is None:
+            return self.recall.marks
+        return self.recall.marks.renewed(self.fixed.sensors, self.seen, self._values, self.fixed.radii, self.dt)
+
+    @cached_property
     def clear(self) -> np.ndarray:
         """The clearance in each sector [m] (sectors, runs, robots); infinite: nothing is seen."""
-        now = np.full_like(self.recall.clear, np.inf)
+        now = self.marks.clearances(self.seen, self.fixed.radii)
         if self.seen.ranges is not None:
-            values = self.seen.ranges.values
-            if self.fixed.meetings is not None:
-                them, seen = self.others, self.seen
-                dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-                speed = np.hypot(them.v_x, them.v_y)
-                unsure = (speed + ACCELERATING * them.age) * them.age
-                values = without_robots(
-                    self.fixed.sensors, seen, values, dx, dy, speed > STANDS, unsure, self.fixed.radii
-                )
-            now = sensed(self.fixed.sensors, values)
+            now = np.minimum(now, sensed(self.fixed.sensors, self._values))
         if self.fixed.meetings is not None:
             now = np.minimum(now, standing_robots(self.others.gap, self.others.bearing, self.in_the_way))
         return np.minimum(now, self.recall.clear + (RISE * self.dt)[:, None, None])
@@ -494,6 +508,7 @@ class Situation:
             heading_err=self.smooth_error.heading,
             v_command=v,
             w_command=w,
+            marks=self.marks,
         )
 
     def message(self, after: Recall) -> dict[str, np.ndarray]:

@@ -449,7 +449,7 @@ def _moment(run: Run) -> float:
     touched = contacts(run, most=1)
     if touched:
         return float(touched[0].start)
-    sizes = [float(np.hypot(robot.length, robot.width)) / 2 for robot in run.about.robots]
+    sizes = [robot.turning_circle for robot in run.about.robots]
     room = clearances(run, 0)
     for (i, j), gap in robot_gaps(run, 0).items():
         room[[i, j]] = np.minimum(room[[i, j]], gap - sizes[i] - sizes[j])

@@ -7,7 +7,7 @@ from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.shared import Files, Law, Metric, chosen_controller, controller_option, print_run
 from robotics.plugins.stress.commands_stress_obstacles import Side
-from robotics.plugins.stress.printing import Wrong
+from robotics.plugins.stress.printing import Driven, Wrong
 
 
 class Stress(StrEnum):
@@ -31,6 +31,7 @@ def repeat(
         str | None, controller_option("Controller, as for the stress test. Default: right-of-way, or obstacles.")
     ] = None,
     law: Law = None,
+    robot: Driven = None,
     metric: Metric = None,
     disturbance: Wrong,
     moving: Annotated[int, option("Number of discs that cross the lanes (obstacles only).", min=0, max=10)] = 0,
@@ -68,6 +69,7 @@ def repeat(
             begin,
             moving=moving,
             lanes=lanes,
+            robot=robot,
             logged=files.logged,
         )
         page = files.write(run, begin)

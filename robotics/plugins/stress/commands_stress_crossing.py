@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from fuzzy.shell.options import Json, Quiet, option, renamed_options
 from robotics.commands.shared import Law, chosen_controller, controller_option, print_forewarnings
-from robotics.plugins.stress.printing import Runners, Wrong, run_stress
+from robotics.plugins.stress.printing import Driven, Runners, Wrong, run_stress
 
 Ends = Literal["A", "B"]  # the class of a crossing: where its paths may end
 
@@ -25,6 +25,7 @@ def crossing(
         ),
     ] = None,
     law: Law = None,
+    robot: Driven = None,
     disturbance: Wrong,
     seed: Annotated[int, option("The first crossing's seed.", min=0)] = 0,
     crew: Runners,
@@ -46,14 +47,15 @@ def crossing(
     from robotics.plugins.stress.outcome import StressOutcome
     from robotics.plugins.stress.single import ALIASES
     from robotics.simulation.opening import has_equation
+    from robotics.simulation.scenario.robots import STANDARD
 
     controller = chosen_controller(controller, law) or "right-of-way"
     name = ALIASES["crossing"].get(controller, controller)
     driver = make_controller(name)
     print_forewarnings(crossing_forewarnings(driver, controller, ends))
-    stress = partial(stress_crossing, name, robots, kind=ends, disturbance=disturbance)
+    stress = partial(stress_crossing, name, robots, kind=ends, disturbance=disturbance, robot=robot)
     run_stress(
-        {"controller": controller, "class": ends, "robots": robots, "first_seed": seed},
+        {"controller": controller, "class": ends, "robots": robots, "robot": robot or STANDARD, "first_seed": seed},
         stress,
         StressOutcome,
         robots,

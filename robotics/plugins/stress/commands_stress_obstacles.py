@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from fuzzy.shell.options import Json, Quiet, option, renamed_options
 from robotics.commands.shared import Law, chosen_controller, controller_option, print_forewarnings
-from robotics.plugins.stress.printing import Runners, Wrong, run_stress
+from robotics.plugins.stress.printing import Driven, Runners, Wrong, run_stress
 
 Field = Literal["A", "B", "U"]  # the class of a course: what stands on it
 Team = Literal["1", "3"]  # the number of robots on a course
@@ -26,6 +26,7 @@ def obstacles(
     ] = None,
     law: Law = None,
     seed: Annotated[int, option("The first course's seed.", min=0)] = 0,
+    robot: Driven = None,
     disturbance: Wrong,
     moving: Annotated[int, option("Number of discs that cross the lanes, at 0.2 m/s at most.", min=0, max=10)] = 0,
     crew: Runners,
@@ -45,15 +46,18 @@ def obstacles(
     from robotics.laws.catalogue import make_controller
     from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
     from robotics.plugins.stress.single import ALIASES
+    from robotics.simulation.scenario.robots import STANDARD, load_robot
     from robotics.studies.forewarnings import blind
 
     controller = chosen_controller(controller, law) or "committed"
     name = ALIASES["obstacles"].get(controller, controller)
     driver = make_controller(name)
     count = int(robots)
-    print_forewarnings(blind(obstacle_ensemble([seed], field, count, lanes=lanes), driver, controller))
-    course: dict[str, Any] = {"kind": field, "moving": moving, "lanes": lanes}
-    about: dict[str, Any] = {"controller": controller, "class": field, "robots": count, "lanes": lanes}
+    first = obstacle_ensemble([seed], field, count, lanes=lanes, robot=None if robot is None else load_robot(robot))
+    print_forewarnings([*blind(first, driver, controller), *driver.misgivings(first)])
+    course: dict[str, Any] = {"kind": field, "moving": moving, "lanes": lanes, "robot": robot}
+    about: dict[str, Any] = {"controller": controller, "class": field, "robots": count, "robot": robot or STANDARD}
+    about["lanes"] = lanes
     wrong = {"loss": disturbance.loss, "latency_s": disturbance.latency, "freeze_s": disturbance.freeze}
     run_stress(
         about | {"first_seed": seed, **wrong, "moving": moving},

@@ -31,8 +31,9 @@ from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.quintic_table import fill, tabulated
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import Member, Scenario
+from robotics.simulation.scenario.robots import RobotModel, load_robot, standard_robot
 from robotics.world.paths.joined import join_tables
-from robotics.world.paths.path import Quintic
+from robotics.world.paths.path import PathColumns, Quintic
 from robotics.world.paths.references import even_timing
 from robotics.world.paths.trajectory import Timing
 from robotics.world.sensing.posture import LABORATORY
@@ -56,6 +57,7 @@ def crossing_ensemble(
     disturbance: Disturbance = UNDISTURBED,
     factor: float | None = None,
     advance: Callable[[], None] | None = None,
+    robot: RobotModel | None = None,
 ) -> Setting:
     """A random crossing for every seed; a seed's crossing is the same whatever the other seeds are.
 
@@ -66,33 +68,50 @@ def crossing_ensemble(
         disturbance: What is wrong in every run, of which the radio belongs to the setting.
         factor: The longest a run takes, in times the longest nominal duration; by default as long as it is judged.
         advance: Called after every crossing that is drawn.
+        robot: What they are, by default the EtsRo; with others all lengths grow as of :func:`growth`.
     """
     drawn = []
     for seed in seeds:
         drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
         if advance is not None:
             advance()
-    return drawn_ensemble(f"crossing-{robots}-{kind}", drawn, factor or StressOutcome.limit, disturbance)
+    return drawn_ensemble(f"crossing-{robots}-{kind}", drawn, factor or StressOutcome.limit, disturbance, robot)
+
+
+def growth(robot: RobotModel | None) -> float:
+    """How many times as large as with the EtsRo a scenario is drawn: lengths count in the robot's turning circle."""
+    return 1.0 if robot is None else robot.robot.turning_circle / standard_robot().robot.turning_circle
 
 
 def drawn_ensemble(
-    name: str, drawn: Sequence[Sequence[np.ndarray]], factor: float, disturbance: Disturbance
+    name: str,
+    drawn: Sequence[Sequence[np.ndarray]],
+    factor: float,
+    disturbance: Disturbance,
+    robot: RobotModel | None = None,
 ) -> Setting:
     """Runs on paths that were drawn, the longest of each run at SPEED and the others as long in time.
+
+    A robot that can drive no faster than twice SPEED drives at half of what it can.
 
     Args:
         name: What the scenario is called.
         drawn: The tables of the paths: for each run one for each robot.
         factor: The longest a run takes, in times the longest nominal duration, beside what it is held up.
         disturbance: What is wrong in every run, of which the radio belongs to the setting.
+        robot: What they are, by default the EtsRo, for which they were drawn.
     """
+    model, grown = robot or standard_robot(), growth(robot)
+    drawn = [[_grown(table, grown) for table in tables] for tables in drawn]
     paths, robots = join_tables(drawn), len(drawn[0])
-    durations = paths.lengths.max(axis=1) / SPEED
+    durations = paths.lengths.max(axis=1) / speed_of(model)
     starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
         start=(0.0, 0.0, 0.0),
         path=Quintic(start=(0.0, 0.0), end=(5.0, 0.0)),
         timing=Timing(duration=float(np.ceil(durations.max()))),
+        robot=model.robot,
+        model=model,
     )
     scenario = Scenario(
         name=name,
@@ -103,6 +122,19 @@ def drawn_ensemble(
         radio=disturbance.radio,
     )
     return replace(scenario.setting, starts=starts, references=even_timing(paths, durations))
+
+
+def speed_of(robot: RobotModel) -> float:
+    """The mean speed [m/s] of such a robot on the longest path."""
+    return min(SPEED, 0.5 * robot.robot.v_max, 0.5 * robot.robot.wheel_speed_limit)
+
+
+def _grown(table: np.ndarray, factor: float) -> np.ndarray:
+    """The ``table`` of a path that is ``factor`` times as large."""
+    grown = np.array(table)
+    nodes = PathColumns(grown)
+    nodes.x, nodes.y, nodes.curvature = factor * nodes.x, factor * nodes.y, nodes.curvature / factor
+    return grown
 
 
 def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B"] = "A") -> list[np.ndarray]:
@@ -184,6 +216,7 @@ def stress_crossing(
     kind: Any = "A",
     disturbance: Disturbance = UNDISTURBED,
     begin: Begin | None = None,
+    robot: str | None = None,
 ) -> StressOutcome:
     """Drive a random crossing for every seed, and judge what became of it.
 
@@ -195,13 +228,15 @@ def stress_crossing(
         kind: Class of the crossings, "A" or "B".
         disturbance: What is wrong in every run.
         begin: Starts a bar of a progress display, by its text and total.
+        robot: What they are, as :func:`robotics.load_robot` takes it; by default the EtsRo.
 
     Returns:
         What became of every run.
     """
+    model = None if robot is None else load_robot(robot)
     start = begin or unwatched
     drawn = start("drawing crossings", len(seeds))
-    ensemble = crossing_ensemble(robots, seeds, kind, disturbance=disturbance, advance=drawn)
+    ensemble = crossing_ensemble(robots, seeds, kind, disturbance=disturbance, advance=drawn, robot=model)
     advance = start("simulating", ensemble.ticks + 1)
     faults = disturbance.faults(ensemble, seeds)
     return run_ensemble(StressOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)

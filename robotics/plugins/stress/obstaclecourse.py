@@ -17,14 +17,15 @@ from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
-from robotics.plugins.stress.crossings import SPEED, drawn_ensemble
+from robotics.plugins.stress.crossings import SPEED, drawn_ensemble, growth
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
 from robotics.plugins.stress.lanes import Lanes, lanes_beside, lanes_crossing
 from robotics.plugins.stress.outcome import StressOutcome, of_runs
 from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.scenario.description import ScenarioError
-from robotics.world.environment.world import Disc, Point, Polygon, World, WorldError, compile_worlds, u_shape
+from robotics.simulation.scenario.robots import RobotModel, load_robot
+from robotics.world.environment.world import Disc, Obstacle, Point, Polygon, World, WorldError, compile_worlds, u_shape
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import Line, Path
 from robotics.world.paths.trajectory import Timing
@@ -127,6 +128,7 @@ def obstacle_ensemble(
     disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
     lanes: Lanes = "beside",
+    robot: RobotModel | None = None,
 ) -> Setting:
     """A random course for every seed.
 
@@ -139,6 +141,8 @@ def obstacle_ensemble(
         disturbance: What is wrong in every run, of which the radio belongs to the setting.
         moving: Number of discs that cross the lanes.
         lanes: Whether the lanes stay beside each other or cross.
+        robot: What the robots are, by default the EtsRo; with others all lengths grow as of
+            :func:`robotics.plugins.stress.crossings.growth`.
 
     Raises ScenarioError where there are too few lanes to cross.
     """
@@ -146,8 +150,25 @@ def obstacle_ensemble(
         raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
-    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, disturbance)
-    return replace(setting, world=compile_worlds([world for _, world in drawn]))
+    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, disturbance, robot)
+    return replace(setting, world=compile_worlds([_grown(world, growth(robot)) for _, world in drawn]))
+
+
+def _grown(world: World, factor: float) -> World:
+    """A ``world`` of polygons and of discs on lines that is ``factor`` times as large; discs are as fast."""
+
+    def larger(point: Point) -> Point:
+        return factor * point[0], factor * point[1]
+
+    obstacles: list[Obstacle] = []
+    for one in world.obstacles:
+        if isinstance(one, Polygon):
+            corners = tuple(map(larger, one.corners))
+            obstacles.append(replace(one, corners=corners, position=larger(one.position)))
+        elif isinstance(one, Disc) and isinstance(one.path, Line):
+            path = replace(one.path, start=larger(one.path.start), end=larger(one.path.end))
+            obstacles.append(replace(one, radius=factor * one.radius, path=path))
+    return replace(world, obstacles=tuple(obstacles))
 
 
 def random_course(
@@ -232,6 +253,7 @@ def stress_obstacles(
     disturbance: Disturbance = UNDISTURBED,
     moving: int = 0,
     lanes: Lanes = "beside",
+    robot: str | None = None,
 ) -> ObstacleOutcome:
     """Drive a random course for every seed, and judge what became of it.
 
@@ -245,10 +267,12 @@ def stress_obstacles(
         disturbance: What is wrong in every run.
         moving: Number of discs that cross the lanes.
         lanes: Whether the lanes stay beside each other or cross.
+        robot: What the robots are, as :func:`robotics.load_robot` takes it; by default the EtsRo.
 
     Returns:
         What became of every run.
     """
-    ensemble = obstacle_ensemble(seeds, kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
+    model = None if robot is None else load_robot(robot)
+    ensemble = obstacle_ensemble(seeds, kind, robots, disturbance=disturbance, moving=moving, lanes=lanes, robot=model)
     advance, faults = (begin or unwatched)("simulating", ensemble.ticks + 1), disturbance.faults(ensemble, seeds)
     return run_ensemble(ObstacleOutcome, ensemble, as_law(controller), seeds, faults, advance, disturbance.extra)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fuzzy.shell.interrupts import interrupted
-from fuzzy.shell.options import FieldOptions, Shown
+from fuzzy.shell.options import FieldOptions, Shown, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import USAGE, print_json
+from robotics.commands.completion import robots
 from robotics.commands.shared import number_cell
 from robotics.commands.study_printing import already_there
 
@@ -28,6 +29,16 @@ Wrong = Annotated[
     ),
 ]
 Runners = Annotated["Crew", FieldOptions("robotics.commands.crew:Crew")]
+Driven = Annotated[
+    str | None,
+    option(
+        "What the robots are: a name of `robotics list robots`, or a .toml file. All lengths grow with its turning "
+        "circle. Default: etsro",
+        "--robot",
+        "NAME|FILE",
+        autocompletion=robots,
+    ),
+]
 
 
 def run_stress(
@@ -57,9 +68,12 @@ def run_stress(
     """
     from robotics.laws.catalogue import files_of
     from robotics.plugins.stress.running import in_pieces
+    from robotics.simulation.scenario.robots import robot_file
     from robotics.studies.versions import digest_of
 
     files = {name: digest_of(path) for name, path in sorted(files_of(stress.args[0]).items())}
+    if robot := stress.keywords.get("robot"):
+        files[robot] = digest_of(robot_file(robot).path)
     whole = {"test": stress.func.__name__, **about, **stress.keywords, "runs": len(seeds), "files_sha256": files}
     told = already_there(crew.out or Path(), quiet)
     with progress_bar(quiet) as begin:

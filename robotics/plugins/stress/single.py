@@ -14,6 +14,7 @@ from robotics.plugins.stress.tally import Tally, judged
 from robotics.simulation.loop import record_run
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import ScenarioError
+from robotics.simulation.scenario.robots import load_robot
 
 _AFTER = 2.0  # s for which a run goes on after the last arrival
 STRESSES = {"crossing": "right-of-way", "obstacles": "obstacles"}  # and the controller of each
@@ -41,6 +42,7 @@ def single_run(
     *,
     moving: int = 0,
     lanes: Lanes = "beside",
+    robot: str | None = None,
     logged: bool = False,
 ) -> tuple[Run, StressOutcome]:
     """The run that ``robotics stress`` makes of ``seed``, and its outcome.
@@ -57,11 +59,13 @@ def single_run(
         begin: Starts a bar of a progress display, by its text and total.
         moving: Number of discs that cross the lanes, among obstacles.
         lanes: Whether the lanes stay beside each other or cross, among obstacles.
+        robot: What the robots are, as :func:`robotics.load_robot` takes it; by default the EtsRo.
         logged: Whether the run keeps its torques, what its encoders tell and what its robots broadcast, too.
 
     Raises ScenarioError for a class, number of robots, discs or lanes that this stress test does not have,
     ControllerError where the law has no safe plan.
     """
+    model = None if robot is None else load_robot(robot)
     kinds = ("A", "B") if stress == "crossing" else ("A", "B", "U")
     kind = kind or "A"
     check_known(kind, kinds, "class", ScenarioError, where=stress)
@@ -73,12 +77,13 @@ def single_run(
             raise ScenarioError("crossing: lanes belong to `obstacles`; here all paths cross")
         if robots < 2:
             raise ScenarioError(f"crossing: robots must be 2 or more, got {robots}")
-        ensemble = crossing_ensemble(robots, [seed], kind, disturbance=disturbance)
+        ensemble = crossing_ensemble(robots, [seed], kind, disturbance=disturbance, robot=model)
     else:
         robots = robots or 1
         if robots not in (1, 3):
             raise ScenarioError(f"obstacles: robots must be 1 or 3, got {robots}")
-        ensemble = obstacle_ensemble([seed], kind, robots, disturbance=disturbance, moving=moving, lanes=lanes)
+        more: dict[str, Any] = {"disturbance": disturbance, "moving": moving, "lanes": lanes, "robot": model}
+        ensemble = obstacle_ensemble([seed], kind, robots, **more)
     outcomes = StressOutcome if stress == "crossing" else ObstacleOutcome
     tally = Tally(ensemble, outcomes.longest(ensemble, disturbance.extra), 0, 1, after=_AFTER)
     advance = begin(f"{ensemble.name}: {name}", ensemble.ticks + 1)

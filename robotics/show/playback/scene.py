@@ -45,7 +45,7 @@ class Scene:
 
     def __init__(self, film: Replay, speed: float, dpi: float) -> None:
         left, right, bottom, top = film.bounds
-        around = max(round(float(np.hypot(robot.length, robot.width)) / 2, 2) for robot in film.run.about.robots)
+        around = max(round(robot.turning_circle, 2) for robot in film.run.about.robots)
         margin = 0.03 * max(right - left, top - bottom) + around
         wide = DOUBLE - _LEFT - _RIGHT
         high = float(np.clip(wide * (top - bottom + 2 * margin) / (right - left + 2 * margin), 1.6, 5.2))

@@ -8,7 +8,7 @@ did); no robot has another one's numbers. Those of packaged robots, with their s
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from math import inf
+from math import hypot, inf
 from typing import Any, ClassVar, NamedTuple
 
 from fuzzy.errors import InputError
@@ -274,6 +274,11 @@ class Robot:
     def wheel_speed_limit(self) -> float:
         """The highest speed of a wheel over the ground [m/s]; |v| + L |ω| cannot exceed it."""
         return self.wheel_radius * self.wheel_speed_max
+
+    @property
+    def turning_circle(self) -> float:
+        """The radius of the circle in which its corners swing as it turns on the spot [m]."""
+        return hypot(self.length, self.width) / 2
 
 
 # Two ways to say one thing: the data sheet's, and the constant that it is turned into.
