@@ -81,7 +81,7 @@ def _as_json(read: "Survey", found: "Inspection", picture: Path | None) -> dict[
     ]
     needed = [d._asdict() | {"robot": d.robot + 1, "reserve": d.reserve} for d in found.demands]
     made: dict[str, object] = {"file": read.file, "controller": found.controller, "ok": not found.failed}
-    made |= {"findings": rows, "demands": needed}
+    made |= {"findings": rows, "demands": needed, "metrics": [*found.metrics]}
     return made | ({"picture": str(picture)} if picture is not None else {})
 
 
@@ -101,5 +101,7 @@ def _print(read: "Survey", found: "Inspection", picture: Path | None) -> None:
         unit = "rad/s" if d.limit == "turn rate" else "m/s  "
         place = f"{d.time:6.2f} s {d.x:6.2f} m {d.y:6.2f} m"
         print(f"{d.robot + 1:5}  {d.limit:9}  {d.need:6.3f}  {d.most:6.3f} {unit} {100 * d.reserve:5.1f} % {place}")
+    if found.metrics:
+        print(f"\nmetrics of the task, which come first: {', '.join(found.metrics)}")
     if picture is not None:
         print(picture)

@@ -14,6 +14,7 @@ from fuzzy.errors import InputError
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
+from robotics.measures.registry import chosen_metrics
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.feasibility import Demand, demands
 from robotics.simulation.scenario.survey import Survey
@@ -58,6 +59,11 @@ class Inspection:
     demands: tuple[Demand, ...]  # of each robot's reference: the wheels', the speed's and the turn rate's
 
     @property
+    def metrics(self) -> tuple[str, ...]:
+        """The names in tables of the metrics that the file names as those of its task."""
+        return tuple(chosen_metrics(self.scenario.metrics, self.scenario.kind)) if self.scenario is not None else ()
+
+    @property
     def failed(self) -> bool:
         """Whether there are errors or warnings."""
         return any(finding.severity != "note" for finding in self.findings)
@@ -94,6 +100,7 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     setting = scenario.setting
     needed = demands(setting.robots, scenario.trajectory, scenario.duration)
     findings = [*_feasibility(needed), *_starts(setting), *_accelerations(setting), *_room(setting)]
+    findings += _metrics(scenario)
     try:
         law = make_controller(controller)
     except InputError as error:
@@ -103,6 +110,14 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
         findings += [*_meetings(setting, law, controller), *_radio(setting, law)]
     ordered = sorted(findings, key=lambda f: _GRAVEST.index(f.severity))
     return Inspection(scenario, controller, tuple(ordered), tuple(needed))
+
+
+def _metrics(scenario: Scenario) -> Iterator[ScenarioFinding]:
+    """Metrics of the task that are not measured, since there is nothing to touch."""
+    for i, (name, metric) in enumerate(chosen_metrics(scenario.metrics, scenario.kind).items()):
+        if metric.needs_others and not scenario.setting.has_others:
+            text = f"{name} is not measured: there is no other robot and no obstacle"
+            yield ScenarioFinding("warning", "metric not measured", text, ("metrics", i))
 
 
 # One robot -------------------------------------------------------------------------------------------------------

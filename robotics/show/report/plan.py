@@ -21,7 +21,7 @@ from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS
 from robotics.measures.own import installed_metrics, metric_at
 from robotics.measures.quantities import MEASURED_QUANTITIES
-from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
+from robotics.measures.registry import ALL_METRICS, metrics_of, named_by_scenarios, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
 from robotics.show.report.questions import QUESTIONS, question_called
@@ -142,6 +142,9 @@ class StudyPlan:
         check_quantities(self, StudyError)
         _ = self.laws
         _refuse_twice("metrics", self.shown_metrics)
+        for name, text in named_by_scenarios(self.settings).items():
+            if name not in self.own_metrics:
+                self._metric(text, ("scenarios",))
         for i, claim in enumerate(self.claims):
             for j, condition in enumerate(claim.parts):
                 self._check(condition, ("claims", i) if claim.direct else ("claims", i, "parts", j))
