@@ -46,7 +46,7 @@ STAIRS = {
         formations own leading teams avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions chunks population together comparison forewarnings inspection design axes
+        executors pieces versions chunks population together comparison forewarnings ruledemands inspection design axes
         keptcomparison tuning
     """,
     "robotics.show": "figures playback report",

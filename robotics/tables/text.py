@@ -84,7 +84,7 @@ def line_of(text: str, keys: tuple[str | int, ...]) -> int:
         depth = 0
         while depth < min(len(here), len(wanted)) and here[depth] == wanted[depth]:
             depth += 1
-        if depth == len(here) and depth > best_depth:
+        if depth in (len(here), len(wanted)) and depth > best_depth:
             best, best_depth = number, depth
     return best
 
