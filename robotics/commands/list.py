@@ -3,12 +3,15 @@
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from functools import partial
+from io import StringIO
 from typing import Annotated, Any, Literal, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
+from robotics.commands.keptlist import kept_or_made
 
 _WIDTH = 100  # characters in a line
 # Teams without obstacles, by whether robots on time would touch: to find that out of another takes a second or two
@@ -35,7 +38,21 @@ def list_(
       robotics list
       robotics list rule-bases
     """
-    wanted = [section] if section is not None else [*_LISTINGS]
+    if section is None:
+        print(kept_or_made("list.json" if json else "list.txt", lambda: _everything(json)), end="")
+    else:
+        _print_sections([section], json)
+
+
+def _everything(json: bool) -> tuple[str, bool]:
+    """All sections as they are printed, and whether nothing was said of plug-ins that cannot be used."""
+    with redirect_stdout(StringIO()) as printed, redirect_stderr(StringIO()) as said:
+        _print_sections([*_LISTINGS], json)
+    print(said.getvalue(), end="", file=sys.stderr)
+    return printed.getvalue(), not said.getvalue()
+
+
+def _print_sections(wanted: list[Section], json: bool) -> None:
     rows = {each: _LISTINGS[each].rows() for each in wanted}
     if json:
         print_json({each.replace("-", "_"): found for each, found in rows.items()})
