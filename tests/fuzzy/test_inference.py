@@ -11,6 +11,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import fuzzy
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import Gaussian, LinearS, LinearZ, Sigmoid, Triangle
 from fuzzy.rule import Clause, Rule
