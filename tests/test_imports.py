@@ -21,7 +21,7 @@ STAIRS = {
     "fuzzy": """
         renamed strangers lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
-        membershipfunction membership rule language system inference hedges detached files compiled insight fitting
+        membershipfunction membership rule language system inference detached files compiled insight fitting
         tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """

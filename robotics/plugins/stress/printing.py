@@ -16,7 +16,7 @@ from robotics.commands.shared import number_cell
 from robotics.commands.study_printing import already_there
 
 if TYPE_CHECKING:
-    from robotics.commands.crew import Crew
+    from robotics.plugins.stress.crew import Crew
     from robotics.plugins.stress.disturbance import Disturbance
     from robotics.plugins.stress.outcome import StressOutcome
 
@@ -27,7 +27,7 @@ Wrong = Annotated[
         freeze=Shown(doc="Stop one robot for this many seconds."),
     ),
 ]
-Runners = Annotated["Crew", FieldOptions("robotics.commands.crew:Crew")]
+Runners = Annotated["Crew", FieldOptions("robotics.plugins.stress.crew:Crew")]
 
 
 def run_stress(
