@@ -14,7 +14,7 @@ from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
 from fuzzy.words import split_list
 from robotics.commands.completion import controller_list, scenarios, suites
-from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, report_divergences
+from robotics.commands.shared import Fresh, Laws, Metric, Report, print_forewarnings, report_divergences
 from robotics.commands.study_printing import already_there, print_study, rows_kept
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def compare(
             "--arena/--no-arena",
         ),
     ] = None,
-    report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
+    report: Report = True,
     fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,

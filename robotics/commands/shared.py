@@ -39,6 +39,7 @@ Metric = Annotated[
 ]
 Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
 Fresh = Annotated[bool, option("Discard what FOLDER has of a study that was interrupted.")]
+Report = Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")]
 Files = Annotated[
     "RunFiles",
     FieldOptions(
