@@ -30,10 +30,10 @@ import robotics
 from benchmarks.reporting import heading, machine, start
 from benchmarks.robotsimulators import PEERS, measured
 from benchmarks.simulation import CONTROLLERS, scenario, seconds
-from robotics.commands.crew import Crew
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.laws.tracking.lyapunov import Lyapunov
+from robotics.plugins.stress.crew import Crew
 from robotics.plugins.stress.crossings import stress_crossing
 from robotics.plugins.stress.running import in_pieces
 from robotics.simulation.loop import simulate

@@ -36,7 +36,6 @@ from fuzzy.fitting.identification import identify as identify
 from fuzzy.fitting.search import SearchResult as SearchResult
 from fuzzy.fitting.search import search_clusters as search_clusters
 from fuzzy.fitting.search import search_table as search_table
-from fuzzy.hedges import without_hedges as without_hedges
 from fuzzy.inference import Inference as Inference
 from fuzzy.inference import InferenceWarning as InferenceWarning
 from fuzzy.inference import infer as infer
@@ -107,6 +106,7 @@ from fuzzy.plugins.mamdani.fllfile import parse_fll as parse_fll
 from fuzzy.plugins.mamdani.fllfile import read_fll as read_fll
 from fuzzy.plugins.mamdani.flltext import format_fll as format_fll
 from fuzzy.plugins.mamdani.flltext import write_fll as write_fll
+from fuzzy.plugins.mamdani.hedges import without_hedges as without_hedges
 from fuzzy.plugins.mamdani.likeness import Difference as Difference
 from fuzzy.plugins.mamdani.likeness import fit_to_mamdani as fit_to_mamdani
 from fuzzy.plugins.mamdani.likeness import mamdani_difference as mamdani_difference

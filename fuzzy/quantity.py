@@ -105,6 +105,9 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
+UNPRINTABLE = "a whole number of more than 3,000 digits"
+
+
 def unprintable(value: Any, keys: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     """The keys of whole numbers of more than 3,000 digits: Python reads them from TOML and may not print them."""
     if isinstance(value, int) and value.bit_length() > 10_000:

@@ -4,7 +4,7 @@ The structure is Python, the parameters are numbers or arrays, and nothing chang
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
 from typing import Any, ClassVar, Generic, Literal, NamedTuple, TypeVar, get_args
@@ -287,6 +287,10 @@ class Sugeno:
         more = f"<p>and {len(self.rules) - _RULES_SHOWN} more</p>" if len(self.rules) > _RULES_SHOWN else ""
         rules = f"<details><summary>Rules</summary><ol>{listed}</ol>{more}</details>" if self.rules else ""
         return titled(self.name, sizes(self), table(("variable", "range", "terms", ""), rows), rules)
+
+    def without_rule(self, place: int) -> "Sugeno":
+        """The system without the rule at a place, from 0."""
+        return replace(self, rules=(*self.rules[:place], *self.rules[place + 1 :]))
 
     def __getitem__(self, name: str) -> Variable:
         """Return the input or output of this name."""

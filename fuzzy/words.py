@@ -16,3 +16,12 @@ def listed(items: Iterable[str], word: str = "and") -> str:
 def counted(number: int, what: str) -> str:
     """Say how many things there are: "1 rule", "2 rules"."""
     return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def split_list(text: str) -> list[str]:
+    """The items of a list with commas, as options take it; empty ones are left out.
+
+    >>> split_list("fuzzy, lyapunov,")
+    ['fuzzy', 'lyapunov']
+    """
+    return [item.strip() for item in text.split(",") if item.strip()]

@@ -65,6 +65,7 @@ from robotics.plugins.thesis.figures import plot_recovery as plot_recovery
 from robotics.plugins.thesis.figures import plot_scaling as plot_scaling
 from robotics.plugins.thesis.recovery import Recovery as Recovery
 from robotics.plugins.thesis.recovery import recovery_curve as recovery_curve
+from robotics.plugins.thesis.states import plot_states as plot_states
 from robotics.show.figures.avoidance import plot_avoidance as plot_avoidance
 from robotics.show.figures.avoidance import plot_trajectories as plot_trajectories
 from robotics.show.figures.comparison import plot_comparison as plot_comparison
@@ -81,7 +82,6 @@ from robotics.show.figures.modes import plot_sonar as plot_sonar
 from robotics.show.figures.rules import plot_rules_at as plot_rules_at
 from robotics.show.figures.run import plot_run as plot_run
 from robotics.show.figures.scenario import plot_scenario as plot_scenario
-from robotics.show.figures.states import plot_states as plot_states
 from robotics.show.figures.team import plot_progress as plot_progress
 from robotics.show.figures.team import plot_team as plot_team
 from robotics.show.playback.notebook import player as player

@@ -23,6 +23,8 @@ from hypothesis import HealthCheck, settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before anything imports numpy or torch; commands that are started inherit it
 
+os.environ.setdefault("FUZZYFLEET_CACHE", "")  # what is listed is found anew
+
 # A busy machine is no fault of the code.
 settings.register_profile("without a clock", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("without a clock")

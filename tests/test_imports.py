@@ -21,7 +21,7 @@ STAIRS = {
     "fuzzy": """
         renamed strangers lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
-        membershipfunction membership rule language system inference hedges detached files compiled insight fitting
+        membershipfunction membership rule language system inference detached files compiled insight fitting
         tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
     """,
     "anfis": """
@@ -46,7 +46,7 @@ STAIRS = {
         formations own leading teams avoidance registry quantities
     """,
     "robotics.studies": """
-        executors pieces versions chunks population together comparison forewarnings inspection design axes
+        executors pieces versions chunks population together comparison forewarnings ruledemands inspection design axes
         keptcomparison tuning
     """,
     "robotics.show": "figures playback report",

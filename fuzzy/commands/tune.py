@@ -17,6 +17,7 @@ from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
+from fuzzy.words import split_list
 
 if TYPE_CHECKING:
     from fuzzy.tuning.data import TunedFold, TunedSystem
@@ -137,7 +138,7 @@ def _told(moved: Mover, found: "Evaluations", done: int = 0, prefix: str = "") -
 
 
 def _parts(text: str) -> list[str]:
-    parts = [part.strip() for part in text.split(",") if part.strip()]
+    parts = split_list(text)
     if not parts:
         raise InputError("--move: at least one of memberships, consequents, weights, choices, rules is needed")
     return parts

@@ -6,13 +6,15 @@ thousands ("1,234", or "1.234" beside decimal commas) is refused, and so are mar
 mean depends on the country.
 """
 
+import math
 import re
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy.errors import quoted
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
 _COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){_EXPONENT}", re.ASCII)
@@ -31,7 +33,7 @@ class Marks(NamedTuple):
 class Numbers(NamedTuple):
     """A column's numbers."""
 
-    values: np.ndarray  # (rows,) not-a-number where there is none
+    values: "np.ndarray"  # (rows,) not-a-number where there is none
     doubt: str = ""  # why its texts cannot be told, as the end of a sentence; then every value is not-a-number
 
 
@@ -40,6 +42,8 @@ def numbers_of(texts: Sequence[str], marks: Callable[[], Marks], semicolons: boo
 
     ``semicolons`` says that these separate the table's columns. Text that is no finite number is not-a-number.
     """
+    import numpy as np  # for which nobody waits who reads no table
+
     try:
         values = np.array(list(map(float, texts)), dtype=float)
         plain = "_" not in "".join(texts)  # float reads 1_000, by which a table means something else
@@ -112,9 +116,9 @@ def _number(text: str, comma: bool) -> float:
     if comma:
         text = text.replace(",", ".", 1)
     try:
-        return float(text) if "_" not in text else np.nan
+        return float(text) if "_" not in text else math.nan
     except ValueError:
-        return np.nan
+        return math.nan
 
 
 def is_number(text: str) -> bool:

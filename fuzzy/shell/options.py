@@ -26,6 +26,7 @@ from typer.models import OptionInfo
 
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
+from fuzzy.words import split_list
 
 
 def option(sentence: str, *shown: str, **more: Any) -> Any:
@@ -163,7 +164,7 @@ class _FieldOption:
         """The field's value of what was typed."""
         if typed is None or not self._listed:
             return typed
-        return tuple(part.strip() for part in typed.split(",") if part.strip())
+        return tuple(split_list(typed))
 
     @property
     def _listed(self) -> bool:
@@ -283,7 +284,7 @@ def _by_names_of_now(ctx: Any, args: Sequence[str], before: Mapping[str, str]) -
             found.append(now + sign + value)
         else:
             values = value if sign else next(rest, "")
-            by_place += [each.strip() for each in values.split(",") if each.strip()]
+            by_place += split_list(values)
     return [*found, *by_place]
 
 

@@ -9,11 +9,14 @@ import typer
 from fuzzy.commands.shared import check_plot
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import FAILED, print_json
+from fuzzy.shown import shown
 from robotics.commands.shared import ScenarioName, controller_option
 
 if TYPE_CHECKING:
     from robotics.simulation.scenario.survey import Survey
     from robotics.studies.inspection import Inspection
+    from robotics.tables.faults import FileFault
+    from robotics.tables.files import TomlFile
 
 
 def check(
@@ -24,7 +27,7 @@ def check(
     out: Annotated[Path | None, option("Draw it to scale: .png, .pdf or .svg.", "--out", "-o", "PICTURE")] = None,
     json: Json = False,
 ) -> None:
-    """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors.
+    """Judge a scenario before anything runs: speeds, starts, goals, paths among obstacles, radio, sensors, rules.
 
     A study's file, or that of a sweep, an arena or a tuning, is read, and its plan drawn in text.
 
@@ -37,11 +40,14 @@ def check(
       robotics check mine.toml -o mine.png
     """
     from fuzzy.figures.drawing import save_figure
-    from robotics.show.report.planfile import drawn_plan, note_on, plan_kind
+    from robotics.show.report.planfile import drawn_plan, note_on, plan_faults, plan_kind
     from robotics.simulation.scenario.survey import survey
     from robotics.studies.inspection import inspect_survey
 
     if kind := plan_kind(scenario):
+        if Path(scenario).is_file() and (faults := plan_faults(kind, scenario))[1]:
+            _print_faults(kind.name, *faults, json)
+            raise typer.Exit(FAILED)
         plan_text = drawn_plan(kind, scenario)
         if json:
             print_json({"file": scenario, "kind": kind.name, "ok": True, "plan": plan_text})
@@ -66,6 +72,22 @@ def check(
         raise typer.Exit(FAILED)
 
 
+def _print_faults(kind: str, about: "TomlFile", faults: "list[FileFault]", json: bool) -> None:
+    """Print all that is wrong with the file of a plan."""
+    from robotics.tables.text import line_of
+
+    rows = [
+        {"sentence": f.sentence, "key": ".".join(map(str, f.at)) or None, "line": line_of(about.text, f.at)}
+        for f in faults
+    ]
+    if json:
+        found = [{"severity": "error", "kind": "not accepted", **row} for row in rows]
+        print_json({"file": about.file, "kind": kind, "ok": False, "findings": found})
+        return
+    for number, row in enumerate(rows, start=1):
+        print(f"{number:2} error: {about.file}:{row['line']}: {row['sentence']}")
+
+
 def _as_json(read: "Survey", found: "Inspection", picture: Path | None) -> dict[str, object]:
     rows = [
         {
@@ -81,7 +103,10 @@ def _as_json(read: "Survey", found: "Inspection", picture: Path | None) -> dict[
     ]
     needed = [d._asdict() | {"robot": d.robot + 1, "reserve": d.reserve} for d in found.demands]
     made: dict[str, object] = {"file": read.file, "controller": found.controller, "ok": not found.failed}
-    made |= {"findings": rows, "demands": needed}
+    made |= {"findings": rows, "demands": needed, "metrics": [*found.metrics]}
+    made["asked"] = [
+        {"rule_base": d.rule_base, "output": d.output, "unit": d.unit, "span": d.span} for d in found.asked
+    ]
     return made | ({"picture": str(picture)} if picture is not None else {})
 
 
@@ -101,5 +126,10 @@ def _print(read: "Survey", found: "Inspection", picture: Path | None) -> None:
         unit = "rad/s" if d.limit == "turn rate" else "m/s  "
         place = f"{d.time:6.2f} s {d.x:6.2f} m {d.y:6.2f} m"
         print(f"{d.robot + 1:5}  {d.limit:9}  {d.need:6.3f}  {d.most:6.3f} {unit} {100 * d.reserve:5.1f} % {place}")
+    for asked in found.asked:
+        low, high = (shown(value, span=asked.span[1] - asked.span[0]) for value in asked.span)
+        print(f"the rule base {asked.rule_base} asks for {asked.output} from {low} to {high} {asked.unit}")
+    if found.metrics:
+        print(f"\nmetrics of the task, which come first: {', '.join(found.metrics)}")
     if picture is not None:
         print(picture)

@@ -12,8 +12,9 @@ from fuzzy.files.atomic import check_folder
 from fuzzy.naming import expected
 from fuzzy.shell.options import Json, Quiet, argument, option
 from fuzzy.shell.progress import progress_bar
+from fuzzy.words import split_list
 from robotics.commands.completion import controller_list, scenarios, suites
-from robotics.commands.shared import Fresh, Laws, Metric, print_forewarnings, report_divergences
+from robotics.commands.shared import Fresh, Laws, Metric, Report, print_forewarnings, report_divergences
 from robotics.commands.study_printing import already_there, print_study, rows_kept
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def compare(
             "--arena/--no-arena",
         ),
     ] = None,
-    report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
+    report: Report = True,
     fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -86,7 +87,8 @@ def compare(
     from robotics.studies.forewarnings import forewarnings
 
     # A list with commas is read as those of laws are, but for a file whose name has one
-    scenarios = [part for each in scenarios or [] for part in ([each] if Path(each).exists() else split_names(each))]
+    lists = (([] if Path(each).exists() else split_list(each)) or [each] for each in scenarios or [])
+    scenarios = [part for parts in lists for part in parts]
     own = bool(scenarios) or controllers is not None or bool(law) or bool(metric)
     packaged = {point.name: point for point in entry_points(group=SUITE_GROUP)}
     default = next(iter(packaged), KINDS[0])
@@ -129,11 +131,6 @@ def compare(
     told_as_json = ("summary", "claims", "contacts", "diverged", "outside", "files", "versions")
     print_study(study, told_as_json if json else ())
     report_divergences(study.divergences)
-
-
-def split_names(text: str) -> list[str]:
-    """The names in a comma-separated list."""
-    return [part.strip() for part in text.split(",") if part.strip()] or [text]
 
 
 def split_controllers(text: str) -> list[str]:

@@ -3,20 +3,24 @@
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from functools import partial
-from typing import Annotated, Any, Literal, NamedTuple
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, argument
 from fuzzy.shell.terminal import print_json
+from robotics.commands.keptlist import kept_or_made
+
+if TYPE_CHECKING:
+    from robotics.tables.files import TomlFile
 
 _WIDTH = 100  # characters in a line
-# Teams without obstacles, by whether robots on time would touch: to find that out of another takes a second or two
+# Of our own teams without obstacles those that would touch, were all on time: to find that out takes a second or two
 _MEET = ("three-cross", "two-meetings")
-_APART = (
-    *("ahead-and-behind", "concentric-circles", "crossing-in-turn", "formation-triangle", "no-slack"),
-    *("noisy-position", "outage-10s", "outage-20s", "start-off-paths", "unequal-lengths"),
-)
+_OURS = Path(__file__).parents[1]
 
 Section = Literal["scenarios", "robots", "controllers", "rule-bases", "studies", "metrics"]
 
@@ -35,7 +39,21 @@ def list_(
       robotics list
       robotics list rule-bases
     """
-    wanted = [section] if section is not None else [*_LISTINGS]
+    if section is None:
+        print(kept_or_made("list.json" if json else "list.txt", lambda: _everything(json)), end="")
+    else:
+        _print_sections([section], json)
+
+
+def _everything(json: bool) -> tuple[str, bool]:
+    """All sections as they are printed, and whether nothing was said of plug-ins that cannot be used."""
+    with redirect_stdout(StringIO()) as printed, redirect_stderr(StringIO()) as said:
+        _print_sections([*_LISTINGS], json)
+    print(said.getvalue(), end="", file=sys.stderr)
+    return printed.getvalue(), not said.getvalue()
+
+
+def _print_sections(wanted: list[Section], json: bool) -> None:
     rows = {each: _LISTINGS[each].rows() for each in wanted}
     if json:
         print_json({each.replace("-", "_"): found for each, found in rows.items()})
@@ -72,15 +90,15 @@ def _fields(things: Iterable[Any], *names: str) -> list[dict[str, Any]]:
     return [{name: getattr(thing, name) for name in names} for thing in things]
 
 
-def _tables(folder: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The packaged files of a kind by name, as they are written: to make what they describe takes seconds."""
+def _tables(folder: str) -> Iterator[tuple["TomlFile", dict[str, Any]]]:
+    """The packaged files of a kind, as they are written: to make what they describe takes seconds."""
     from robotics.tables.files import TomlFiles
     from robotics.tables.text import parse_table
 
     files = TomlFiles(folder, folder, InputError)
     for name in files.names():
         found = files.find(name)
-        yield name, parse_table(found.text, found.file, InputError)
+        yield found, parse_table(found.text, found.file, InputError)
 
 
 def _said(table: dict[str, Any], *keys: str) -> dict[str, str]:
@@ -91,20 +109,20 @@ def _scenarios() -> list[dict[str, Any]]:
     from robotics.simulation.scenario.conditions import group
 
     rows = []
-    for name, table in _tables("scenarios"):
+    for file, table in _tables("scenarios"):
         kind, robots, obstacles = table.get("kind", "tracking"), len(table["robots"]), bool(table.get("obstacles"))
-        of = group(kind, robots, obstacles, partial(_meet, name))
-        rows.append({"name": name, "kind": kind, "group": of, **_said(table, "title", "source")})
+        of = group(kind, robots, obstacles, partial(_meet, file))
+        rows.append({"name": file.name, "kind": kind, "group": of, **_said(table, "title", "source")})
     return rows
 
 
-def _meet(name: str) -> bool:
-    if name in _MEET or name in _APART:
-        return name in _MEET
+def _meet(file: "TomlFile") -> bool:
+    if file.path.is_relative_to(_OURS):
+        return file.name in _MEET
     from robotics.simulation.scenario.conditions import touch_on_time
     from robotics.simulation.scenario.reading import load_scenario
 
-    return touch_on_time(load_scenario(name))
+    return touch_on_time(load_scenario(file.name))
 
 
 def _robots() -> list[dict[str, Any]]:
@@ -153,8 +171,8 @@ def _rule_bases() -> list[dict[str, Any]]:
 
 def _studies() -> list[dict[str, Any]]:
     return [
-        {"name": name, **_said(table, "title"), "scenarios": table["scenarios"], "controllers": table["controllers"]}
-        for name, table in _tables("studies")
+        {"name": file.name, **_said(table, "title")} | {key: table[key] for key in ("scenarios", "controllers")}
+        for file, table in _tables("studies")
     ]
 
 

@@ -53,7 +53,7 @@ def run_(
       robotics run lyapunov-sine --starts 0.5,0.5,3.14 --seeds 200
     """
     from robotics.laws.catalogue import make_controller
-    from robotics.measures.registry import own_metrics
+    from robotics.measures.registry import chosen_metrics, own_metrics, with_named
     from robotics.simulation.loop import simulate
     from robotics.simulation.scenario.conditions import noises
     from robotics.simulation.scenario.reading import load_scenario
@@ -65,7 +65,7 @@ def run_(
     if starts is not None:
         setting = setting.spread(_spread(starts))
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
-    driver, own = make_controller(controller), own_metrics(metric or (), setting.kind)
+    driver, own = make_controller(controller), own_metrics(with_named([setting], metric or ()), setting.kind)
     files.check_logs(range(seed, seed + seeds))
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
     print_forewarnings(forewarnings(setting.setting, driver, controller))
@@ -74,4 +74,4 @@ def run_(
         kept: dict[str, Any] = {"message_ages": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
         run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
         page = files.write(run, begin)
-    print_run(run, page, json, metrics=own, noise=noises(setting))
+    print_run(run, page, json, metrics=own, first=chosen_metrics(setting.metrics, setting.kind), noise=noises(setting))

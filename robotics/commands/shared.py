@@ -39,6 +39,7 @@ Metric = Annotated[
 ]
 Dask = Annotated[str | None, option("Address of a Dask scheduler, such as tcp://127.0.0.1:8786.", "--dask", "ADDRESS")]
 Fresh = Annotated[bool, option("Discard what FOLDER has of a study that was interrupted.")]
+Report = Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")]
 Files = Annotated[
     "RunFiles",
     FieldOptions(
@@ -94,6 +95,7 @@ def print_run(
     outcome: Mapping[str, Any] | None = None,
     metrics: Mapping[str, "Measured"] = MappingProxyType({}),
     noise: Sequence[str] | None = None,
+    first: Iterable[str] = (),
 ) -> None:
     """Print what was run and its metrics, and exit with 2 if robots were stopped.
 
@@ -104,11 +106,13 @@ def print_run(
         outcome: What a stress test says of the run.
         metrics: The user's own metrics, by name.
         noise: What was drawn at random, in words; None if that is not said.
+        first: The metrics of the run's task, which come before the others where they were measured.
     """
     from robotics.measures.outside import outside
     from robotics.measures.registry import ALL_METRICS, measure_all
 
-    values = measure_all(run, metrics)
+    found = measure_all(run, metrics)
+    values = {name: found[name] for name in dict.fromkeys([*first, *found]) if name in found}
     left = print_outside([outside(run)])
     if json:
         print_json(

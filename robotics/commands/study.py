@@ -10,7 +10,7 @@ from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import progress_bar
 from robotics.commands.completion import studies
-from robotics.commands.shared import Dask, Fresh, print_forewarnings
+from robotics.commands.shared import Dask, Fresh, Report, print_forewarnings
 from robotics.commands.study_printing import already_there, print_study, rows_kept
 from robotics.commands.sweep import sweep
 
@@ -28,7 +28,7 @@ def study(
         int, option("Number of processes that simulate; the numbers do not depend on it.", min=1, max=1000)
     ] = 1,
     dask: Dask = None,
-    report: Annotated[bool, option("Draw figures and write report.html.", "--report/--no-report")] = True,
+    report: Report = True,
     fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,

@@ -11,6 +11,7 @@ from fuzzy.shell.options import Json, Quiet, argument, option, renamed_options
 from fuzzy.shell.progress import Mover, progress_bar
 from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
+from fuzzy.words import split_list
 from robotics.commands.completion import controllers, scenarios
 from robotics.commands.shared import Dask, print_forewarnings
 from robotics.studies.versions import versions
@@ -127,7 +128,7 @@ def _unseen(text: str | None, settings: "list[Scenario]") -> list[str]:
     from robotics.simulation.scenario.reading import scenario_names
 
     if text is not None:
-        return [name.strip() for name in text.split(",") if name.strip()]
+        return split_list(text)
     if {s.kind for s in settings} != {"tracking"}:
         return []
     return [name for name in scenario_names("tracking") if name not in {s.name for s in settings}]

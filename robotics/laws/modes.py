@@ -43,7 +43,7 @@ class StateDiagram:
     """The states that a law goes through, and all transitions that it can make from one period to the next.
 
     It is what a test holds against the transitions of recorded runs, and what
-    :func:`robotics.show.figures.states.plot_states` draws.
+    :func:`robotics.plugins.thesis.states.plot_states` draws.
     """
 
     states: Mapping[int, StateBox]  # by code, in the order in which they are drawn

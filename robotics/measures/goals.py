@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from robotics.measures.once import CachedPerRun
-from robotics.measures.tracking import Metric, _last
+from robotics.measures.tracking import Metric, at_end
 from robotics.simulation.run import Run
 from robotics.world.paths.posture import wrapped
 
@@ -67,10 +67,10 @@ GOAL_METRICS: dict[str, Metric] = {
     ),
     "goal_time_s": _of_goals(goal_time, "s", "time to the goal: when it has come there; infinite: never", short="time"),
     "goal_error_m": _of_goals(
-        lambda run: _last(goal_error(run)[0]), "m", "distance to the goal at the end", short="final error"
+        lambda run: at_end(goal_error(run)[0]), "m", "distance to the goal at the end", short="final error"
     ),
     "goal_heading_error_rad": _of_goals(
-        lambda run: _last(goal_error(run)[1]), "rad", "heading off the goal's at the end", short="final heading error"
+        lambda run: at_end(goal_error(run)[1]), "rad", "heading off the goal's at the end", short="final heading error"
     ),
     "goal_share": _of_goals(
         goal_share, "1", "share of the time afterwards in which it is there", short="share there", larger=True

@@ -1,19 +1,30 @@
 """The table of all metrics, and which of them are shown for a kind of scenario."""
 
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from fuzzy.errors import concerning
+from fuzzy.naming import expected
 from robotics.measures.avoidance import EMERGENCY_METRICS
 from robotics.measures.contacts import CONTACT_METRICS, can_touch, judge, until_contact
 from robotics.measures.formations import FORMATION_METRICS
 from robotics.measures.goals import GOAL_METRICS
-from robotics.measures.own import NO_METRICS, MetricError, OwnMetrics, measured, metric_at, own_metric
+from robotics.measures.own import (
+    NO_METRICS,
+    MetricError,
+    OwnMetrics,
+    installed_metrics,
+    measured,
+    metric_at,
+    own_metric,
+)
 from robotics.measures.teams import TEAM_METRICS
 from robotics.measures.tracking import METRICS, Metric
 from robotics.simulation.run import Run
+from robotics.simulation.scenario.description import Scenario
 
 # A view of the tables, METRICS first, in which an entry that is added to one of them is found too.
 ALL_METRICS: Mapping[str, Metric] = ChainMap(
@@ -49,9 +60,62 @@ def own_metrics(given: OwnMetrics, kind: str | None = None) -> dict[str, Metric]
         if name in own:
             raise MetricError(f"the metric {name} is given twice")
         if kind is not None and kind not in metric.kinds:
-            raise MetricError(f"the metric {name} is one of scenarios of kind {', '.join(metric.kinds)}, not of {kind}")
+            raise MetricError(_of_kinds(name, metric, kind))
         own[name] = metric
     return own
+
+
+def chosen_metrics(names: Sequence[str], kind: str) -> dict[str, Metric]:
+    """The metrics that a scenario's file names as those of its task, by their names in tables.
+
+    Args:
+        names: Names of ALL_METRICS and of other packages' metrics, and specifications such as ``mymetric.py:comfort``.
+        kind: The kind of the scenario.
+
+    Raises MetricError about the number of one that there is not, that is another kind's, or that is named twice.
+    """
+    found: dict[str, Metric] = {}
+    for i, text in enumerate(names):
+        with concerning(i):
+            if text in ALL_METRICS:
+                one = {text: ALL_METRICS[text]}
+                if kind not in one[text].kinds:
+                    raise MetricError(
+                        f"{_of_kinds(text, one[text], kind)}; measured there: {', '.join(metrics_of(kind))}"
+                    )
+            elif ".py" not in text and text not in (installed := installed_metrics()[0]):
+                known = [*metrics_of(kind, True, True), *installed]
+                raise MetricError(f"{expected(text, known, 'metric')}; or a file: mymetric.py:comfort")
+            else:
+                one = own_metrics([text], kind)
+            if not found.keys().isdisjoint(one):
+                raise MetricError(f"the metric {next(iter(one))} is named twice")
+            found |= one
+    return found
+
+
+def named_by_scenarios(scenarios: Iterable[Scenario]) -> dict[str, str]:
+    """The user's own metrics that files of scenarios name: their specifications by their names in tables.
+
+    Raises MetricError for two of one name.
+    """
+    found: dict[str, str] = {}
+    for text in dict.fromkeys(text for scenario in scenarios for text in scenario.metrics if text not in ALL_METRICS):
+        (name,) = own_metrics([text])
+        if found.setdefault(name, text) != text:
+            raise MetricError(f"{found[name]} and {text} would both be called {name} in tables; rename one")
+    return found
+
+
+def with_named(scenarios: Iterable[Scenario], given: OwnMetrics = NO_METRICS) -> OwnMetrics:
+    """The user's own metrics: those of :func:`named_by_scenarios` that are not also ``given``, and then these."""
+    known = own_metrics(given)
+    new = {name: text for name, text in named_by_scenarios(scenarios).items() if name not in known}
+    return {**new, **given} if isinstance(given, Mapping) else [*new.values(), *given]
+
+
+def _of_kinds(name: str, metric: Metric, kind: str) -> str:
+    return f"the metric {name} is one of scenarios of kind {', '.join(metric.kinds)}, not of {kind}"
 
 
 _COLUMNS = ("scenario", "point", "controller", "seed", "robot", "diverged", "contact")  # of tables, beside metrics
@@ -82,6 +146,21 @@ def headlines(
     """
     found = [item for item in metrics_of(kind, others, guard, own).items() if kind in item[1].headline]
     return dict(sorted(found, key=lambda item: (item[0] in own, len(item[1].kinds))))
+
+
+def short_metrics(
+    scenario: Scenario, others: bool | None = None, guard: bool = False, own: Mapping[str, Metric] = NO_METRICS
+) -> dict[str, Metric]:
+    """What short tables and pictures show of a scenario: those metrics that its file names, and one's own.
+
+    Where it names none that is measured there, they are the :func:`headlines`, of which ``others``, ``guard`` and
+    ``own`` are arguments, too.
+    """
+    there = metrics_of(scenario.kind, scenario.setting.has_others, guard, own)
+    named = [name for name in chosen_metrics(scenario.metrics, scenario.kind) if name in there]
+    if not named:
+        return headlines(scenario.kind, others, guard, own)
+    return {name: there[name] for name in dict.fromkeys([*named, *own]) if name in there}
 
 
 def panel_metrics(kind: str, others: bool | None = None, own: Mapping[str, Metric] = NO_METRICS) -> dict[str, Metric]:

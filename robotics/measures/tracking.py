@@ -179,8 +179,8 @@ def _mean(values: np.ndarray) -> np.ndarray:
         return np.asarray(np.nanmean(values, axis=-1))
 
 
-def _last(values: np.ndarray) -> np.ndarray:
-    """The last known sample of each robot."""
+def at_end(values: np.ndarray) -> np.ndarray:
+    """The last known sample (runs, robots) of a channel (runs, robots, samples)."""
     last = values.shape[-1] - 1 - np.argmax(np.isfinite(values)[..., ::-1], axis=-1)
     return np.take_along_axis(values, last[..., None], axis=-1)[..., 0]
 
@@ -298,14 +298,14 @@ METRICS: dict[str, Metric] = {
     ),
     "final_error_m": _tried(lambda r: tracking_errors(r).final, "m", "distance to the reference at the end"),
     "control_effort": _headline(
-        lambda r: _rate(r, _last(r["effort"])),
+        lambda r: _rate(r, at_end(r["effort"])),
         "N² m²",
         "mean square torque, both wheels",
         short="effort",
         kinds=SCENARIO_KINDS,
     ),
     "torque_variation_nmps": _headline(
-        lambda r: _rate(r, _last(r["torque_variation"])),
+        lambda r: _rate(r, at_end(r["torque_variation"])),
         "N m/s",
         "total variation of the torques a second: chatter",
         kinds=SCENARIO_KINDS,

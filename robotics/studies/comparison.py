@@ -18,7 +18,7 @@ from robotics.laws.catalogue import OwnLaws, as_law, chosen_laws, gains_of, law_
 from robotics.laws.law import Law
 from robotics.measures.outside import OutsideInput, outside
 from robotics.measures.own import NO_METRICS, OwnMetrics
-from robotics.measures.registry import ALL_METRICS, headlines, measure_all, own_metrics
+from robotics.measures.registry import ALL_METRICS, measure_all, own_metrics, short_metrics, with_named
 from robotics.measures.statistics.intervals import student
 from robotics.measures.tracking import Metric
 from robotics.simulation.loop import simulate
@@ -115,7 +115,7 @@ class Comparison:
         seeds: The seeds that each ran with.
         table: One row a seed and robot: scenario, controller, seed and robot, the metrics, diverged and contact (bool).
         runs: The runs by the names of scenario and controller.
-        metrics: The user's own metrics, by name.
+        metrics: The user's own metrics, by name; those that scenarios' files name are among them.
         notes: What is to be said of the runs, by the same names.
         points: At how many points of a design each seed drove: seeds then number the runs of all of them.
         values: The numbers (seeds,) of claims, by scenario, controller, metric and whose number of a run it is.
@@ -139,7 +139,7 @@ class Comparison:
         """What a notebook shows: for each scenario the means of its most telling metrics, a row a controller."""
         parts = []
         for scenario in self.scenarios:
-            found = headlines(scenario.kind, own=self.metrics)
+            found = short_metrics(scenario, own=self.metrics)
             names = [name for name in found if name in self.table and self.table[name].notna().any()]
             mine = self.table[self.table["scenario"] == scenario.name]
             rows = [
@@ -197,7 +197,7 @@ def compare(
         MetricError: A metric that cannot be used; likewise.
     """
     check_comparison(scenarios, controllers, metrics)
-    laws, own = chosen_laws(controllers), own_metrics(metrics)
+    laws, own = chosen_laws(controllers), own_metrics(with_named(scenarios, metrics))
     runs: dict[tuple[str, str], Run] = {}
     rows: list[pd.DataFrame] = []
     # A specification is made anew in another process, whose modules are its own
@@ -242,7 +242,7 @@ def check_comparison(scenarios: Sequence[Scenario], controllers: OwnLaws, metric
         raise ComparisonError(f"scenarios of one kind can be compared; these are {', '.join(kinds)}")
     chosen_laws(controllers)
     for kind in kinds:
-        own_metrics(metrics, kind)
+        own_metrics(with_named(scenarios, metrics), kind)
 
 
 def rows_of(run: Run, metrics: OwnMetrics = NO_METRICS) -> pd.DataFrame:

@@ -4,7 +4,7 @@ What is looked at are the references, each robot in its true size exactly on its
 know, are known here. An error cannot go well, a warning is probably unwanted, a note is worth knowing.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -14,10 +14,12 @@ from fuzzy.errors import InputError
 from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
+from robotics.measures.registry import chosen_metrics
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.feasibility import Demand, demands
 from robotics.simulation.scenario.survey import Survey
 from robotics.studies.forewarnings import blind, first_meetings, poses_of, unmeasured
+from robotics.studies.ruledemands import RuleDemand, rule_demands
 from robotics.tables.build import Keys
 from robotics.world.environment.collision import footprints, obstacle_clearance, obstacle_contacts, robot_contacts
 from robotics.world.environment.swept import ContactColumns, Watch
@@ -56,6 +58,12 @@ class Inspection:
     controller: str
     findings: tuple[ScenarioFinding, ...]  # the gravest first
     demands: tuple[Demand, ...]  # of each robot's reference: the wheels', the speed's and the turn rate's
+    asked: tuple[RuleDemand, ...] = ()  # by the rule bases of the controller
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The names in tables of the metrics that the file names as those of its task."""
+        return tuple(chosen_metrics(self.scenario.metrics, self.scenario.kind)) if self.scenario is not None else ()
 
     @property
     def failed(self) -> bool:
@@ -73,6 +81,10 @@ def inspect_survey(read: Survey, controller: str = "") -> Inspection:
     name = controller or read.controller or "fuzzy"
     findings = [ScenarioFinding("error", "not accepted", fault.sentence, fault.at) for fault in read.faults]
     if read.scenario is None:
+        try:
+            make_controller(name)
+        except InputError as error:
+            findings.append(ScenarioFinding("error", "controller", str(error), ("controller",)))
         return Inspection(None, name, tuple(findings), ())
     found = inspect_scenario(read.scenario, name)
     if read.robots != tuple(range(len(read.robots))):
@@ -81,7 +93,7 @@ def inspect_survey(read: Survey, controller: str = "") -> Inspection:
         findings.append(ScenarioFinding("note", "numbers", text, ("robots",)))
     placed = (replace(f, at=_in_file(f.at, read.robots)) for f in found.findings)
     ordered = sorted([*findings, *placed], key=lambda f: _GRAVEST.index(f.severity))
-    return Inspection(read.scenario, name, tuple(ordered), found.demands)
+    return replace(found, findings=tuple(ordered))
 
 
 def _in_file(at: Keys, robots: tuple[int, ...]) -> Keys:
@@ -94,6 +106,8 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     setting = scenario.setting
     needed = demands(setting.robots, scenario.trajectory, scenario.duration)
     findings = [*_feasibility(needed), *_starts(setting), *_accelerations(setting), *_room(setting)]
+    findings += _metrics(scenario)
+    asked: list[RuleDemand] = []
     try:
         law = make_controller(controller)
     except InputError as error:
@@ -101,8 +115,18 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     else:
         findings += [*_ends(setting, law), *_obstacles(setting, law), *_law(setting, law, controller)]
         findings += [*_meetings(setting, law, controller), *_radio(setting, law)]
+        asked = rule_demands(law)
+        findings += _beyond(setting, asked)
     ordered = sorted(findings, key=lambda f: _GRAVEST.index(f.severity))
-    return Inspection(scenario, controller, tuple(ordered), tuple(needed))
+    return Inspection(scenario, controller, tuple(ordered), tuple(needed), tuple(asked))
+
+
+def _metrics(scenario: Scenario) -> Iterator[ScenarioFinding]:
+    """Metrics of the task that are not measured, since there is nothing to touch."""
+    for i, (name, metric) in enumerate(chosen_metrics(scenario.metrics, scenario.kind).items()):
+        if metric.needs_others and not scenario.setting.has_others:
+            text = f"{name} is not measured: there is no other robot and no obstacle"
+            yield ScenarioFinding("warning", "metric not measured", text, ("metrics", i))
 
 
 # One robot -------------------------------------------------------------------------------------------------------
@@ -285,6 +309,16 @@ def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding
     yield from (ScenarioFinding("warning", "blind", text, ("obstacles",)) for text in blind(setting, law, name))
     yield from (ScenarioFinding("warning", "places unmeasured", text, ("kind",)) for text in unmeasured(setting, name))
     yield from (ScenarioFinding("note", "misgiving", text, ("controller",)) for text in law.misgivings(setting))
+
+
+def _beyond(setting: Setting, asked: Sequence[RuleDemand]) -> Iterator[ScenarioFinding]:
+    """What rule bases of the user's own ask for beyond what robots can do; those of packages do so knowingly."""
+    for demand in asked:
+        told = {demand.beyond(robot): i for i, robot in reversed([*enumerate(setting.robots)])}
+        for words, i in sorted(told.items(), key=lambda item: item[1]):
+            if words and not demand.packaged:
+                text = f"robot {i + 1}: the rule base {demand.rule_base} can ask for {demand.output} = {words}"
+                yield ScenarioFinding("note", "asks for too much", text, ("controller",))
 
 
 def _radio(setting: Setting, law: Law[Any]) -> Iterator[ScenarioFinding]:

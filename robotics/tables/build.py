@@ -41,7 +41,7 @@ class Builder:
         values = dict(given)
         for key, value in table.items():
             if key not in known:
-                raise self.fault(expected(key, [*known, *also], "key")).about(*keys, key)
+                raise self.fault(expected(key, dict.fromkeys([*known, *also]), "key")).about(*keys, key)
             values[key] = self.convert(value, hints[key], known[key], (*keys, key))
         needed = (f for f in known.values() if f.default is MISSING and f.default_factory is MISSING)
         missing = {f.name: f.metadata.get("missing") for f in needed if f.name not in values}

@@ -9,7 +9,7 @@ from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.naming import file_beside
-from fuzzy.quantity import unprintable
+from fuzzy.quantity import UNPRINTABLE, unprintable
 
 
 def read_text(path: Path, fault: type[InputError]) -> str:
@@ -33,7 +33,7 @@ def parse_table(text: str, file: str, fault: type[InputError]) -> dict[str, Any]
         where = f":{line[1]}" if line else end
         raise fault(f"{file}{where}: this is not TOML: {error}") from None
     for keys in unprintable(table):
-        raise fault(f"{file}:{line_of(text, keys)}: a whole number of more than 3,000 digits")
+        raise fault(f"{file}:{line_of(text, keys)}: {UNPRINTABLE}")
     return table
 
 
@@ -84,7 +84,7 @@ def line_of(text: str, keys: tuple[str | int, ...]) -> int:
         depth = 0
         while depth < min(len(here), len(wanted)) and here[depth] == wanted[depth]:
             depth += 1
-        if depth == len(here) and depth > best_depth:
+        if depth in (len(here), len(wanted)) and depth > best_depth:
             best, best_depth = number, depth
     return best
 

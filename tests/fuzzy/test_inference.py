@@ -11,6 +11,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import fuzzy
 from fuzzy.inference import InferenceWarning, infer
 from fuzzy.membership import Gaussian, LinearS, LinearZ, Sigmoid, Triangle
 from fuzzy.rule import Clause, Rule
@@ -442,3 +443,21 @@ def test_a_partition_of_unity_reproduces_its_consequents(x, seed):
 def test_a_call_with_several_arguments_says_how_to_call():
     with pytest.raises(FuzzySystemError, match=r"one array of all inputs, fis\(\[\w+\]\).*; got 2 arguments"):
         gap()(1.0, 2.0)
+
+
+def test_a_rule_is_left_out_as_if_it_had_never_fired():
+    x = fuzzy.Variable(
+        "x", (0, 1), {"low": fuzzy.LinearZ(0, 1), "high": fuzzy.LinearS(0, 1), "all": fuzzy.trapmf(-1, 0, 1, 2)}
+    )
+    y = fuzzy.Variable("y", (0, 9), {"a": 1.0, "b": 4.0, "c": 9.0})
+    rules = [f"if x is {term} then y is {value}" for term, value in (("low", "a"), ("all", "b"), ("high", "c"))]
+    fis = fuzzy.Sugeno([x], [y], rules)
+    points = np.linspace(0, 1, 11)[:, None]
+    known = fuzzy.infer(fis, points)
+    for place, value in enumerate((1.0, 4.0, 9.0)):
+        firing = np.asarray(known.firing)
+        left = firing.sum(-1) * known.output[:, 0] - firing[:, place] * value
+        rest = np.delete(firing, place, axis=-1).sum(-1)
+        fewer = fis.without_rule(place)
+        assert [str(rule) for rule in fewer.rules] == [rule for k, rule in enumerate(rules) if k != place]
+        np.testing.assert_allclose(fewer(points)[:, 0], left / rest, rtol=1e-12)

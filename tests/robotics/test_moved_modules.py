@@ -37,6 +37,8 @@ MOVED = {
     "robotics.laws.preset": "robotics.laws.law",
     "robotics.playback.player": "robotics.show.playback.player",
     "robotics.report.study": "robotics.show.report.study",
+    "robotics.show.figures.states": "robotics.plugins.thesis.states",
+    "robotics.commands.crew": "robotics.plugins.stress.crew",
     "robotics.designer": "robotics.plugins.designer",
     "robotics.starts": "robotics.plugins.designer.starts",
     "robotics.ccode.terms": "robotics.plugins.ccode.terms",

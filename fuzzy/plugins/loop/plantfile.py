@@ -14,7 +14,7 @@ from fuzzy.errors import quoted
 from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import check_known
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
-from fuzzy.quantity import unprintable
+from fuzzy.quantity import UNPRINTABLE, unprintable
 
 TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
 _OPTIONAL = ("states", "initial", "dead_time", "substeps")
@@ -93,7 +93,7 @@ def read_plant(
     except (OSError, ValueError, RecursionError) as error:  # or a number or a nesting that does not end
         raise PlantError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for keys in unprintable(table):
-        raise PlantError(f"{name}: cannot be read: {keys[0]}: a whole number of more than 3,000 digits")
+        raise PlantError(f"{name}: cannot be read: {keys[0]}: {UNPRINTABLE}")
     for key in table:
         check_known(key, _KEYS, "key", PlantError, where=name)
     missing = [key for key in _KEYS[:2] if key not in table]

@@ -57,7 +57,7 @@ def convert(
     source = file if file.suffix.lower() == ".fll" else find_fis(file)
     fis, told = _read(source, target, fit)
     if without_hedges:
-        from fuzzy import hedges
+        from fuzzy.plugins.mamdani import hedges
 
         fis = hedges.without_hedges(fis)
     if suffix == ".fis":

@@ -30,7 +30,7 @@ Where the reference rests nearer than the smallest operating distance, the targe
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -196,6 +196,7 @@ class ParallelCompensation(EquationLaw):
         return (packed(self.blend, sample=True),)
 
 
+@cache
 def _peak(mf: MembershipFunction) -> float:
     """Where a set's degree is greatest; of a plateau the end that is nearer to 0."""
     x = np.linspace(-4.0, 4.0, 80_001)

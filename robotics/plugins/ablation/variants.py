@@ -74,4 +74,4 @@ def _without(task: str, fis: Sugeno, each: bool, shuffles: int, seed: int) -> It
         rules = [replace(rule, then=then) for rule, then in zip(fis.rules, dealt, strict=True)]
         yield f"{task} shuffled, {k + 1}", 0, replace(fis, rules=rules)
     for k in range(len(fis.rules) if each else 0):
-        yield f"{task} without rule {k + 1}", k + 1, replace(fis, rules=[*fis.rules[:k], *fis.rules[k + 1 :]])
+        yield f"{task} without rule {k + 1}", k + 1, fis.without_rule(k)

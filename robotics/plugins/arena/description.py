@@ -215,13 +215,18 @@ def parse_arena(text: str, name: str = "arena", file: str = "<text>", folder: Pa
         folder: The folder to which paths in it are relative.
     """
     with reading(text, file, ArenaError) as table:
-        table = _alike(table)
-        shared, others = table.get("conditions"), table.get("under")
-        if isinstance(shared, dict) and isinstance(others, list):
-            table["under"] = [{**shared, **other} if isinstance(other, dict) else other for other in others]
-        made: Arena = _BUILDER.build(Arena, table, (), ("like",), name=name, folder=folder)
-        for n, term in enumerate(made.cost):
-            check_known(term.metric, ALL_METRICS, "metric", ArenaError, "cost", n, "metric")
+        return arena_from_table(table, name, folder)
+
+
+def arena_from_table(table: Mapping[str, Any], name: str, folder: Path) -> Arena:
+    """Make the arena of a file's table. Raises an InputError whose ``at`` holds the keys that it is about."""
+    whole = _alike(dict(table))
+    shared, others = whole.get("conditions"), whole.get("under")
+    if isinstance(shared, dict) and isinstance(others, list):
+        whole["under"] = [{**shared, **other} if isinstance(other, dict) else other for other in others]
+    made: Arena = _BUILDER.build(Arena, whole, (), ("like",), name=name, folder=folder)
+    for n, term in enumerate(made.cost):
+        check_known(term.metric, ALL_METRICS, "metric", ArenaError, "cost", n, "metric")
     return made
 
 

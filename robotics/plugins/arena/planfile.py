@@ -2,7 +2,7 @@
 
 from fuzzy.words import counted
 from robotics.plugins.arena.commands import arena
-from robotics.plugins.arena.description import BLOCKS, load_arena
+from robotics.plugins.arena.description import BLOCKS, arena_from_table, load_arena
 from robotics.show.report.planfile import PlanKind, Row
 
 
@@ -21,6 +21,7 @@ ARENA = PlanKind(
     "arena",
     frozenset({"laws", "like", "testing_runs", "choosing_runs"}),
     drawn,
+    lambda table, about: arena_from_table(table, about.name, about.folder),
     "a study with [tune], in which every law is tuned with the same budget",
     arena,
 )

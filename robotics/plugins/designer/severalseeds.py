@@ -7,7 +7,7 @@ last bit, the numbers that each has alone.
 import asyncio
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import inf, isnan
 from statistics import median
 from typing import Any
@@ -137,8 +137,7 @@ def summary(rows: Sequence[dict[str, Any]], metrics: Sequence[dict[str, Any]]) -
 
 def without_rules(fis: Sugeno) -> dict[str, Sugeno]:
     """The system without one of its rules, by the name that its rows have."""
-    others = {n: (*fis.rules[:n], *fis.rules[n + 1 :]) for n in range(len(fis.rules))}
-    return {f"without {n + 1}": replace(fis, rules=rules) for n, rules in others.items()}
+    return {f"without {n + 1}": fis.without_rule(n) for n in range(len(fis.rules))}
 
 
 def rules_worth(

@@ -73,23 +73,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         threads: int | None = None,
         render_mode: None = None,
     ) -> None:
-        """Open the lanes; :meth:`reset` begins their episodes.
-
-        Args:
-            num_envs: How many lanes.
-            scenario, arena, draws, first: The scenarios, as
-                :func:`robotics.plugins.reinforcement.choosing.chosen_scenarios` takes them; by default those of the
-                packaged arena.
-            level: Whether actions are velocities or wheel torques.
-            units: Whether they are in m/s and rad/s, or N m; else between -1 and 1.
-            most: The command of an action 1; by default the robot's own limits.
-            reward: "dense" or "cost", as docs/howto/environments.md tells.
-            approach: What a sample before those that the arena's cost counts, counts in the dense reward.
-            divergence: The distance from the reference [m] at which an episode ends; by default that of the scenario.
-            autoreset: When a lane whose episode has ended begins the next one.
-            threads: How many threads share the lanes out; by default as many as there are cores.
-            render_mode: None: there is nothing to see; record an episode as a run instead.
-        """
+        """Open the lanes; :meth:`reset` begins their episodes. The arguments are those of the class."""
         if autoreset not in _MODES:
             raise TaskError(f"autoreset must be one of {', '.join(_MODES)}; got {autoreset!r}")
         self.task = Task(

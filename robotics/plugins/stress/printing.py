@@ -17,7 +17,7 @@ from robotics.commands.shared import number_cell
 from robotics.commands.study_printing import already_there
 
 if TYPE_CHECKING:
-    from robotics.commands.crew import Crew
+    from robotics.plugins.stress.crew import Crew
     from robotics.plugins.stress.disturbance import Disturbance
     from robotics.plugins.stress.outcome import StressOutcome
 
@@ -28,7 +28,7 @@ Wrong = Annotated[
         freeze=Shown(doc="Stop one robot for this many seconds."),
     ),
 ]
-Runners = Annotated["Crew", FieldOptions("robotics.commands.crew:Crew")]
+Runners = Annotated["Crew", FieldOptions("robotics.plugins.stress.crew:Crew")]
 Driven = Annotated[
     str | None,
     option(

@@ -18,7 +18,7 @@ from fuzzy.errors import InputError
 from fuzzy.files.claim import claimed
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
-from robotics.commands.crew import Crew
+from robotics.plugins.stress.crew import Crew
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.studies.chunks import Chunk, KeptChunks, discard_chunks, run_chunk
 from robotics.studies.executors import WorkerError

@@ -30,9 +30,9 @@ from robotics.plugins.thesis.avoidance_runs import (
 from robotics.plugins.thesis.claims import judged
 from robotics.plugins.thesis.figures import plot_turn
 from robotics.plugins.thesis.rows import TEXTS, film_of, run_columns
+from robotics.plugins.thesis.states import plot_states
 from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance, plot_trajectories
 from robotics.show.figures.meetings import plot_meetings
-from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run

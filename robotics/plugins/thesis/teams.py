@@ -14,9 +14,9 @@ from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.figures import plot_recovery, plot_robot_errors, plot_scaling
 from robotics.plugins.thesis.recovery import Recovery, Scaling
 from robotics.plugins.thesis.rows import TABLES, TEXTS, film_of, run_columns
+from robotics.plugins.thesis.states import plot_states
 from robotics.plugins.thesis.team_runs import DUELS, EXPERIMENTS, OUTAGES, RECOVERERS, TEAM_TESTS, Results
 from robotics.show.figures.run import plot_run
-from robotics.show.figures.states import plot_states
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.scenario.reading import load_scenario

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter
 
 from fuzzy.figures.drawing import DOUBLE, PAGE_WIDTH, styled_figure
 from robotics.laws.catalogue import law_title
-from robotics.measures.registry import ALL_METRICS, headlines
+from robotics.measures.registry import ALL_METRICS, short_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.figures.drawing import Look, PlotError, looks_of, on_white, panel_grid, scale_values
 from robotics.studies.comparison import Comparison, contact_runs, summarise, values_of_runs
@@ -38,7 +38,7 @@ def plot_comparison(
     Args:
         comparison: The comparison.
         scenario: The name of the scenario that is drawn, by default the first.
-        metrics: The names of the metrics, by default those of :func:`robotics.measures.registry.headlines`.
+        metrics: The names of the metrics, by default those of :func:`robotics.measures.registry.short_metrics`.
         looks: How each controller is drawn, by its specification.
         width: The width of the figure in inches.
 
@@ -49,9 +49,10 @@ def plot_comparison(
     table = comparison.table[comparison.table["scenario"] == scenario]
     if table.empty:
         raise PlotError(f"scenario {scenario!r} was not compared")
-    setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    drawn = next(s for s in comparison.scenarios if s.name == scenario)
     names = list(comparison.controllers)
-    metrics = list(headlines(setting.kind, setting.has_others, own=comparison.metrics)) if metrics is None else metrics
+    if metrics is None:
+        metrics = list(short_metrics(drawn, drawn.setting.has_others, own=comparison.metrics))
     known = {**ALL_METRICS, **comparison.metrics}
     summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     chosen = looks_of(names, looks)

@@ -38,7 +38,7 @@ CONTACT: dict[str, Any] = {  # told by its form, whatever the colours
 # How the modes of robotics.laws.modes look, by code & 3: colours that no robot of a team of three has, and lines
 MODE_COLORS = ("0.7", COLORS[5], COLORS[3], COLORS[4])
 MODE_LINES: tuple[Any, ...] = ("-", "-", (0, (4, 1.5)), (0, (1, 1)))
-BANDED = 5  # seeds: so many and more are a band over time
+_BANDED = 5  # seeds: so many and more are a band over time
 _AFTER = 4.0  # s shown after the last robot came to rest
 _MARKERS = "os^DvPX*"
 # The place of each preset among the colours; the palest, orange, is left for the controllers that users add.
@@ -435,13 +435,18 @@ def draw_title(figure: Figure, run: Run, order: Sequence[int], banded: bool = Fa
     figure.suptitle(textwrap.fill(page_title(run, order, banded), letters), parse_math=False, fontsize=9)
 
 
+def is_band(order: Sequence[int]) -> bool:
+    """Whether seeds are so many that over time they are a band, with the first one's line."""
+    return len(order) >= _BANDED
+
+
 def page_title(run: Run, order: Sequence[int], banded: bool = False) -> str:
     """The title of a page: law, scenario and the seeds at the places ``order``, of which the first is drawn boldly.
 
     ``banded``: many others are a band, of :func:`fill_band`, and not lines.
     """
     seeds = f"seed {run.seeds[order[0]]}"
-    if banded and len(order) >= BANDED:
+    if banded and is_band(order):
         seeds += f"; bands: 5 to 95 % of seeds {seeds_as_text([run.seeds[r] for r in sorted(order)])}"
     elif len(order) > 1:
         seeds += f"; faint: seeds {seeds_as_text([run.seeds[r] for r in order[1:]])}"

@@ -15,13 +15,13 @@ from robotics.laws.catalogue import CATALOGUE
 from robotics.measures.formations import ALIGNED, last_samples, leads, place_error, x_grows
 from robotics.measures.tracking import cross_track_error
 from robotics.show.figures.drawing import (
-    BANDED,
     TARGET,
     PlotError,
     cut_to_what_robots_can,
     draw_line,
     draw_title,
     fill_band,
+    is_band,
     shown_until,
     top_view_height,
 )
@@ -54,7 +54,7 @@ def plot_formation(run: Run, *, seed: int | None = None, width: float = DOUBLE) 
         ReplayError: A seed that was not run.
     """
     order = seed_order(run, seed)
-    order = order if len(order) >= BANDED else order[:1]
+    order = order if is_band(order) else order[:1]
     place = order[0]
     if not is_formation(run):
         raise PlotError(

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fuzzy.figures.drawing import line_look
-from robotics.show.figures.drawing import BANDED, TARGET, draw_line, fill_band, last_known, strided
+from robotics.show.figures.drawing import TARGET, draw_line, fill_band, is_band, last_known, strided
 from robotics.show.figures.faults import FEW_ROBOTS
 from robotics.simulation.run import Run
 from robotics.simulation.spans import seed_place
@@ -63,10 +63,10 @@ def draw_robots(
         order: The places of the seeds that are drawn, the first one boldly and on top.
         look: How each line looks.
         targets: The reference (robots, samples), if there is one.
-        band: Whether seeds are a band with the first one's line where there are BANDED or more.
+        band: Whether many seeds are a band with the first one's line, as :func:`is_band` says.
     """
     time = run.time[: values.shape[-1]]
-    banded = band and len(order) >= BANDED
+    banded = band and is_band(order)
     for robot in range(values.shape[1]):
         if banded:
             fill_band(ax, time, values[list(order), robot], look(robot, True)["color"])

@@ -21,7 +21,6 @@ from robotics.measures.standing import last_move
 from robotics.measures.tracking import tracking_error
 from robotics.show.figures.drawing import (
     ABOVE,
-    BANDED,
     TARGET,
     PlotError,
     draw_legend,
@@ -29,6 +28,7 @@ from robotics.show.figures.drawing import (
     draw_many,
     draw_title,
     fill_band,
+    is_band,
     last_known,
     on_white,
     page_title,
@@ -175,7 +175,7 @@ def _draw_differences(ax: Axes, run: Run, progress: np.ndarray, order: list[int]
     if robots <= _PAIRS:
         for n, (i, j) in enumerate(combinations(range(robots), 2), start=3):  # other looks than those of robots 1 to 3
             apart, color = progress[:, i] - progress[:, j], str(line_look(n)["color"])
-            banded = len(order) >= BANDED
+            banded = is_band(order)
             if banded:
                 fill_band(ax, run.time, apart[order], color)
             for r in order[:1] if banded else reversed(order):

@@ -21,7 +21,7 @@ from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS
 from robotics.measures.own import installed_metrics, metric_at
 from robotics.measures.quantities import MEASURED_QUANTITIES
-from robotics.measures.registry import ALL_METRICS, metrics_of, own_metrics
+from robotics.measures.registry import ALL_METRICS, metrics_of, named_by_scenarios, own_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.report.claims import ALL_SCENARIOS, NAME_LISTS, Condition, Statement, statements
 from robotics.show.report.questions import QUESTIONS, question_called
@@ -43,7 +43,7 @@ from robotics.studies.keptcomparison import Case
 from robotics.studies.tuning.file import StudyTuning
 from robotics.studies.tuning.space import NothingMovesError
 from robotics.tables.build import Builder, Keys
-from robotics.tables.files import TomlFiles
+from robotics.tables.files import TomlFile, TomlFiles
 from robotics.tables.text import line_of, reading
 
 
@@ -142,6 +142,9 @@ class StudyPlan:
         check_quantities(self, StudyError)
         _ = self.laws
         _refuse_twice("metrics", self.shown_metrics)
+        for name, text in named_by_scenarios(self.settings).items():
+            if name not in self.own_metrics:
+                self._metric(text, ("scenarios",))
         for i, claim in enumerate(self.claims):
             for j, condition in enumerate(claim.parts):
                 self._check(condition, ("claims", i) if claim.direct else ("claims", i, "parts", j))
@@ -492,12 +495,21 @@ def parse_study(text: str, name: str = "study", file: str = "<text>", folder: Pa
         folder: The folder to which paths in it are relative.
     """
     with reading(text, file, StudyError) as table:
-        given: dict[str, Any] = {"claims": statements(table.pop("claims", []), ("claims",), StudyError)}
-        if SWEEP_KEYS & {*table} and "scenarios" not in table:
-            given["axes"] = sweep_as_study(table, folder)
-        given |= {"name": name, "folder": folder, "file": file, "content": text}
-        builder = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, ConditionsByName: _conditions})
-        made = builder.build(StudyPlan, table, (), ("claims", *SWEEP_KEYS), **given)
+        return study_from_table(table, TomlFile(text, name, file, folder, Path(file)))
+
+
+def study_from_table(table: Mapping[str, Any], about: TomlFile) -> StudyPlan:
+    """Make the study, or the sweep, of the ``table`` of a file, which is left as it is.
+
+    Raises an InputError whose ``at`` holds the keys of the table that it is about.
+    """
+    rest = dict(table)
+    given: dict[str, Any] = {"claims": statements(rest.pop("claims", []), ("claims",), StudyError)}
+    if SWEEP_KEYS & {*rest} and "scenarios" not in rest:
+        given["axes"] = sweep_as_study(rest, about.folder)
+    given |= {"name": about.name, "folder": about.folder, "file": about.file, "content": about.text}
+    builder = Builder(StudyError, {**NAME_LISTS, **AXIS_VALUES, ConditionsByName: _conditions})
+    made = builder.build(StudyPlan, rest, (), ("claims", *SWEEP_KEYS), **given)
     assert isinstance(made, StudyPlan)
     return made
 

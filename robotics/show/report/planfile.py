@@ -1,21 +1,26 @@
 """Files of plans, whatever their kind: told apart by their keys, and drawn in text before anything runs."""
 
+import copy
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.words import counted
-from robotics.show.report.plan import StudyPlan, load_study, study_names
+from robotics.show.report.plan import StudyPlan, load_study, study_from_table, study_names
 from robotics.studies.axes import SWEEP_KEYS
 from robotics.studies.design import Axis
-from robotics.studies.tuning.file import load_tuning
+from robotics.studies.tuning.file import load_tuning, tuning_from_table
+from robotics.tables.build import Keys
+from robotics.tables.faults import FileFault, Remains
+from robotics.tables.files import TomlFile
 from robotics.tables.text import parse_table, read_text
 
 PLAN_GROUP = "fuzzyfleet.plans"  # entry points: kinds of files of plug-ins, each a PlanKind
 
+_NAMED_ELSEWHERE = ("scenarios", "controllers", "laws", "names", "axes", "conditions")  # keys whose entries are
 Row = tuple[int, str, str]  # how many, of what, which: what a plan multiplies
 
 
@@ -26,6 +31,7 @@ class PlanKind(NamedTuple):
         name: What it is called.
         keys: The keys that only such a file has.
         draw: Gives its title, its rows and further lines, from the file.
+        read: Reads the table of a file of the kind; its InputErrors are about the keys of what is wrong.
         new_form: What it is as a study's file; "": it is one.
         run: Runs the file, with the options workers, out, fresh, json and quiet; None: there is nothing to run.
     """
@@ -33,6 +39,7 @@ class PlanKind(NamedTuple):
     name: str
     keys: frozenset[str]
     draw: Callable[[str], tuple[str, list[Row], list[str]]]
+    read: Callable[[dict[str, Any], TomlFile], Any]
     new_form: str = ""
     run: Callable[..., None] | None = None
 
@@ -47,6 +54,23 @@ def plan_kind(name: str) -> PlanKind | None:
     keys = {*parse_table(read_text(path, InputError), name, InputError)}
     others = (point.load() for point in entry_points(group=PLAN_GROUP))
     return next((kind for kind in chain((_STUDY, _SWEEP, _TUNING), others) if keys & kind.keys), None)
+
+
+class _PlanRemains(Remains):
+    """A plan's table, from which more and more is left out."""
+
+    def explains(self, at: Keys) -> bool:
+        """Likewise; also a scenario or a controller that is missing where others are named."""
+        named = at[:1] in (("claims",), ("names",), ("tune",), ("axes",), ("conditions",), ("search",))
+        return super().explains(at) or (named and any(gone[0] in _NAMED_ELSEWHERE for gone in self.dropped))
+
+
+def plan_faults(kind: PlanKind, name: str) -> tuple[TomlFile, list[FileFault]]:
+    """The user's own file of a plan, and all that is wrong with it. Raises an InputError for what is no TOML."""
+    path = Path(name)
+    about = TomlFile(read_text(path, InputError), path.stem, name, path.parent, path)
+    left = _PlanRemains(parse_table(about.text, name, InputError))
+    return about, left.faults(lambda table: kind.read(copy.deepcopy(table), about))
 
 
 def note_on(kind: PlanKind, name: str) -> str:
@@ -120,16 +144,18 @@ def _design(axes: Sequence[Axis], method: str) -> str:
     return f"{method}: {' × '.join(spans)}"
 
 
-_STUDY = PlanKind("study", frozenset({"scenarios"}), _study)
+_STUDY = PlanKind("study", frozenset({"scenarios"}), _study, study_from_table)
 _SWEEP = PlanKind(
     "sweep",
     SWEEP_KEYS,
     _study,
+    study_from_table,
     "scenarios, controllers and seeds of a study, with [[axes]] key = ... or gain = ..., values = ...",
 )
 _TUNING = PlanKind(
     "tuning",
     frozenset({"move", "cost", "bounds", "rule_bases", "fixed", "symmetric"}),
     _tuning,
+    lambda table, about: tuning_from_table(table, about.folder),
     "the key space of a study's [tune]",
 )

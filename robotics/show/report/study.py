@@ -38,7 +38,7 @@ from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, Part
 from robotics.measures.own import NO_METRICS, OwnMetrics
 from robotics.measures.quantities import quantity_called
-from robotics.measures.registry import own_metrics
+from robotics.measures.registry import own_metrics, with_named
 from robotics.show.report.chapter import Chapter, Claim, Front, judged_together
 from robotics.show.report.claims import Condition, Measure, decided, run_name
 from robotics.show.report.page import Heading, draw_sections, figure_count, write_report
@@ -142,6 +142,7 @@ def write_study(
     interrupted, and OSError.
     """
     check_comparison(scenarios, controllers, metrics)
+    metrics = with_named(scenarios, metrics)
     laws, own = dict(named_laws(controllers)), list(metrics.values() if isinstance(metrics, Mapping) else metrics)
     configuration = {
         "scenarios": [scenario.name for scenario in scenarios],

@@ -8,7 +8,7 @@ import pandas as pd
 
 from robotics.laws.catalogue import law_title
 from robotics.measures.leading import Lead, lead
-from robotics.measures.registry import headlines, metrics_of
+from robotics.measures.registry import chosen_metrics, metrics_of, short_metrics
 from robotics.measures.tracking import Metric
 from robotics.show.report.wording import digits
 from robotics.simulation.scenario.description import Scenario
@@ -48,13 +48,15 @@ def summary_table(
 ) -> SummaryTable:
     """Make the table of the scenario with that name, from :func:`robotics.studies.comparison.summarise`.
 
-    The metrics ``first`` come before the others; ``only`` some are in it, if these are given.
+    The metrics ``first`` come before the others, and then those that the scenario's file names; ``only`` some are in
+    it, if these are given.
     """
     table = comparison.table[comparison.table["scenario"] == scenario]
     summary = summarise(table, comparison.metrics).set_index(["metric", "controller"])
     names, by_law = list(comparison.controllers), _by_law(comparison, scenario)
     rows = []
-    setting = next(s.setting for s in comparison.scenarios if s.name == scenario)
+    about_it = next(s for s in comparison.scenarios if s.name == scenario)
+    setting, first = about_it.setting, [*first, *chosen_metrics(about_it.metrics, about_it.kind)]
     contacts = {name: contact_runs(table, scenario, name) for name in names} if setting.has_others else {}
     touched = {name: count for name, (count, _) in contacts.items()}
     known = only or metrics_of(setting.kind, setting.has_others, has_guard(table), comparison.metrics)
@@ -93,14 +95,14 @@ def shown_metrics(
     others: bool | None = None,
     guard: bool = False,
 ) -> dict[str, Metric]:
-    """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then headlines.
+    """The few metrics that a report shows on a scenario: those of ``first`` that are measured there, then its own few.
 
-    ``others`` and ``guard`` are as of :func:`robotics.measures.registry.headlines`.
+    What its own few are says :func:`robotics.measures.registry.short_metrics`, of which ``others`` and ``guard`` are.
     """
     table = comparison.table[comparison.table["scenario"] == scenario.name]
     known = metrics_of(scenario.kind, scenario.setting.has_others, has_guard(table), comparison.metrics)
     head = {name: known[name] for name in first if name in known}
-    return head | headlines(scenario.kind, others, guard, comparison.metrics)
+    return head | short_metrics(scenario, others, guard, comparison.metrics)
 
 
 def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> dict[str, Metric]:
@@ -110,9 +112,9 @@ def printed_metrics(comparison: Comparison, scenario: Scenario, first: Sequence[
 
 
 def leading_metric(comparison: Comparison, scenario: Scenario, first: Sequence[str] = ()) -> tuple[str, Metric]:
-    """The metric that says who leads: the first of those wanted ``first``, or the first of which less is better."""
+    """The metric that says who leads: the first that somebody wants ``first``, or of which less is better."""
     shown = shown_metrics(comparison, scenario, first)
-    return next(item for item in shown.items() if first or not item[1].larger)
+    return next(item for item in shown.items() if first or scenario.metrics or not item[1].larger)
 
 
 def comparison_leads(comparison: Comparison, first: Sequence[str] = ()) -> list[Lead]:

@@ -8,6 +8,7 @@ arrive, and for how long. Units are SI and radians throughout. A scenario that c
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import dist, pi
+from pkgutil import resolve_name
 from typing import Any, Literal
 
 import numpy as np
@@ -173,6 +174,12 @@ class Scenario:
     radio: Radio = described("The radio of a team.", default_factory=Radio)
     faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
     obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    metrics: tuple[str, ...] = described(
+        "Metrics of the task: they come first in tables, and alone in short ones and pictures; the first one says who "
+        "leads. A name, or file.py:function of your own.",
+        (),
+        example=["control_effort"],
+    )
     title: str = described("What happens, in a line.", "", example="What happens")
     source: str = described(
         "Where the numbers come from: a paper, a section of a book; and what was chosen.", "", example="a choice"
@@ -198,6 +205,7 @@ class Scenario:
                 raise ScenarioError(f"robot {i + 1} has {'no' if member.goal is None else 'a'} goal: {what}").about(
                     "kind" if member.goal else "robots", *(() if member.goal else (i,))
                 )
+        self._check_metrics()
         trajectory = _trajectory(self.robots)
         object.__setattr__(self, "trajectory", trajectory)
         object.__setattr__(self, "setting", self._compiled())
@@ -302,6 +310,14 @@ class Scenario:
                 if duration is None or duration != durations[0] or member.timing.ramp != self.robots[0].timing.ramp:
                     problem = ScenarioError("a team arrives together: every timing has the same duration and ramp")
                     raise problem.about("robots", i, "timing")
+
+    def _check_metrics(self) -> None:
+        """Refuse metrics that scenarios of this kind have not. Runs are measured above, where metrics have names."""
+        if self.metrics:
+            try:
+                resolve_name("robotics.measures.registry:chosen_metrics")(self.metrics, self.kind)
+            except InputError as error:
+                raise ScenarioError(str(error)).about("metrics", *error.at) from None
 
     def _check_feasible(self, trajectory: Trajectory) -> None:
         """Refuse a reference that no command can follow: |v| + L |ω| beyond what the wheels can turn."""

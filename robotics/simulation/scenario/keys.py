@@ -37,7 +37,7 @@ def scenario_table() -> KeyTable:
         Key("virtual", "The virtual robot of a formation by offsets.", "table", table=virtual),
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
-    first = ("title", "source", "kind", "controller", "duration", "period", "latency", "plant", "divergence")
+    first = ("title", "source", "kind", "controller", "metrics", "duration", "period", "latency", "plant", "divergence")
     last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))

@@ -80,12 +80,15 @@ def parse_scenario(text: str, name: str, file: str = "<text>", folder: FilePath 
 def scenario_from_table(table: dict[str, Any], name: str, folder: FilePath = FilePath()) -> Scenario:
     """Make the scenario called ``name`` of a TOML file's ``table``, which is left as it is.
 
-    The files of robots, and those that its controller names, are looked for in ``folder`` before the current one.
+    The files of robots, and those that its controller and its metrics name, are looked for in ``folder`` before the
+    current one.
     Raises an InputError whose ``at`` holds the keys of the table that it is about.
     """
     rest = dict(table)
     if isinstance(rest.get("controller"), str):
         rest["controller"] = located(rest["controller"], folder)
+    if (metrics := plain_value("texts", rest.get("metrics"))) is not None:
+        rest["metrics"] = [located(metric, folder) for metric in metrics]
     common = None
     if "robot" in rest:
         common = chosen_robot(None, rest.pop("robot"), ("robot",), _BUILDER, folder)

@@ -133,15 +133,20 @@ def parse_tuning(text: str, file: str = "<text>", folder: Path = Path()) -> Tuni
         folder: The folder in which functions of the user's own are looked for first.
     """
     with reading(text, file, TuningError) as table:
-        found: TuningFile = Builder(TuningError).build(TuningFile, table, (), folder=folder)
-        for n, term in enumerate(found.cost):
-            if ":" not in term.metric:
-                check_known(term.metric, ALL_METRICS, "metric", TuningError, "cost", n, "metric")
-            if ":" in term.metric:
-                file_of = _located(term.metric, found.folder).partition(":")[0]
-                if not Path(file_of).is_file():
-                    raise TuningError(f"there is no file {file_of!r} with the function").about("cost", n, "metric")
-        return found
+        return tuning_from_table(table, folder)
+
+
+def tuning_from_table(table: Mapping[str, Any], folder: Path) -> TuningFile:
+    """Make the tuning of a file's table. Raises an InputError whose ``at`` holds the keys that it is about."""
+    found: TuningFile = Builder(TuningError).build(TuningFile, table, (), folder=folder)
+    for n, term in enumerate(found.cost):
+        if ":" not in term.metric:
+            check_known(term.metric, ALL_METRICS, "metric", TuningError, "cost", n, "metric")
+        if ":" in term.metric:
+            file_of = _located(term.metric, found.folder).partition(":")[0]
+            if not Path(file_of).is_file():
+                raise TuningError(f"there is no file {file_of!r} with the function").about("cost", n, "metric")
+    return found
 
 
 def _located(metric: str, folder: Path) -> str:

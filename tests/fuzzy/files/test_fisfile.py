@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy.files.fisfile import FisFileError, FisFileWarning, format_fis, parse_fis, read_fis, read_mamdani, write_fis
-from fuzzy.hedges import without_hedges
 from fuzzy.inference import InferenceWarning
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearZ, Triangle
 from fuzzy.membershipfunction import MembershipError
+from fuzzy.plugins.mamdani.hedges import without_hedges
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, Linear, Sugeno, Variable
 from tests.randomcases import cases

@@ -89,3 +89,32 @@ def test_what_a_file_names_is_looked_for_beside_it(tmp_path, monkeypatch, capsys
         assert "Traceback" not in said.err
     assert main(["check", "corse"]) == 2
     assert "or the path of a .toml file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (
+            'scenarios = ["lyapunov-sin", "lyapunov-circle"]\ncontrollers = ["fuzzy", "lyapunow"]\nseeds = "many"\n'
+            'questions = ["leeds"]\n[[claims]]\nname = "a"\nmetric = "final_error_m"\nof = "lyapunow"\nbelow = "x"\n',
+            {1: "'lyapunov-sine'", 2: "'lyapunov'", 3: "whole number", 4: "'leads'", 9: "below must be"},
+        ),
+        (
+            'title = 3\nlaw = "lyapunov"\nmove = 3\n[[cost]]\nmetric = "final_eror_m"\nscale = 0.1\n',
+            {1: "title must be", 2: "unknown key 'law'", 3: "move must be", 5: "'final_error_m'"},
+        ),
+        (
+            'like = "default"\nlawz = 3\nrepeats = "a"\ntesting_runs = -1\n',
+            {2: "'laws'", 3: "repeats must be", 4: "testing_runs must be"},
+        ),
+    ],
+)
+def test_all_that_is_wrong_with_the_file_of_a_plan_is_told_at_once(tmp_path, capsys, text, wanted):
+    file = tmp_path / "plan.toml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["check", str(file), "--json"]) == 1
+    found = {f["line"]: f["sentence"] for f in json.loads(capsys.readouterr().out)["findings"]}
+    assert [*sorted(found)] == [*wanted]
+    assert all(words in found[line] for line, words in wanted.items())
+    assert main(["check", str(file)]) == 1
+    assert f"{file}:{min(wanted)}: " in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """What ``robotics run`` and ``robotics list`` print for people."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -73,8 +74,7 @@ def test_packaged_scenarios_and_studies_are_listed_without_being_made(capsys, mo
 def test_a_scenario_of_another_package_is_listed_by_its_trajectories(capsys, monkeypatch):
     assert main(["list", "scenarios"]) == 0
     listed = capsys.readouterr().out
-    monkeypatch.setattr("robotics.commands.list._MEET", ())
-    monkeypatch.setattr("robotics.commands.list._APART", ("no-slack",))
+    monkeypatch.setattr("robotics.commands.list._OURS", Path("elsewhere"))
     assert main(["list", "scenarios"]) == 0
     assert capsys.readouterr().out == listed
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import pandas as pd
 import pytest
 
-from robotics.commands.crew import Crew
+from robotics.plugins.stress.crew import Crew
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.stress.running import in_pieces
 from robotics.studies.executors import WorkerError, processes, uninterrupted
@@ -53,7 +53,7 @@ def test_a_process_that_dies_loses_nothing_and_one_that_always_dies_only_its_own
         def these(count, preload):
             yield workers
 
-        monkeypatch.setattr("robotics.commands.crew.processes", these)
+        monkeypatch.setattr("robotics.plugins.stress.crew.processes", these)
         found = in_pieces(seeds_but_two, 600, range(4), Crew(workers=2))
     assert (found.table["seed"].tolist(), found.missing, found.interrupted) == ([0, 1, 3], (range(2, 3),), False)
     assert "died" in found.reason

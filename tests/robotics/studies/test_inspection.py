@@ -103,3 +103,109 @@ def test_a_law_that_lacks_sensors_or_sees_nothing_is_told():
     assert found(lanes((0.0, 5.0, 0.0), (1.5, 5.0, 1.5)) + bare, "obstacles")["sensors missing"].at == ("sensors",)
     assert found(lanes((0.0, 5.0, 0.0), (1.5, 5.0, 1.5)), "no-such-law")["controller"].severity == "error"
     assert np.isfinite(acceleration(ROBOT))
+
+
+def told(text: str) -> list[tuple[int, str]]:
+    """The line of each fault that the reader finds, and the key that it is about."""
+    read = survey_text(text, "t")
+    return sorted((read.line(fault.at), str(fault.at[-1])) for fault in read.faults)
+
+
+GOOD_ROBOT = """
+[[robots]]
+start = [0.0, 0.0, 0.0]
+path = { shape = "line", start = [0.0, 0.0], end = [2.0, 0.0] }
+timing = { speed = 0.2 }
+"""
+
+
+def test_a_file_whose_only_robot_cannot_be_read_has_its_other_faults_told_too():
+    robot = GOOD_ROBOT.replace('"line"', '"lin"').replace("speed", "sped")
+    text = (
+        f'duration = "20 s"\nlatncy = 0.1\nmetrics = ["contact"]\n{robot}robot = "etsroo"\n[[obstacle]]\nradius = 1\n'
+    )
+    assert told(text) == [
+        (1, "duration"),
+        (2, "latncy"),
+        (3, "0"),
+        (7, "shape"),
+        (8, "sped"),
+        (9, "robot"),
+        (10, "obstacle"),
+    ]
+    survey = survey_text(text, "t")
+    assert survey.scenario is None
+    wrong = inspect_survey(survey, "lyapunow").findings[-1]
+    assert (wrong.kind, wrong.at) == ("controller", ("controller",))
+
+
+@pytest.mark.parametrize("kind", ["tracking", "formation", "team", "goal"])
+def test_without_robots_the_rest_is_read_whatever_its_kind(kind):
+    text = f'kind = "{kind}"\nlatncy = 0.1\n[sensing]\nposture = "poze"\n'
+    assert told(text) == [(1, "robots"), (2, "latncy"), (4, "posture")]
+
+
+def test_what_only_follows_from_a_fault_is_not_told():
+    virtual = "[virtual]\npath = { shape = 'line', start = [0.0, 0.0], end = [2.0, 0.0] }\ntiming = { sped = 0.1 }\n"
+    robots = "[[robots]]\noffset = [0.0, 0.5]\n[[robots]]\noffset = [0.0, -0.5]\n"
+    assert told(f'kind = "formation"\n{virtual}{robots}[radio]\nhub = 2\n') == [(4, "sped")]
+
+
+RULES = """[System]
+Name='two'
+Type='sugeno'
+Version=2.0
+NumInputs=1
+NumOutputs=2
+NumRules=2
+AndMethod='prod'
+OrMethod='probor'
+ImpMethod='prod'
+AggMethod='sum'
+DefuzzMethod='wtaver'
+
+[Input1]
+Name='range:front'
+Range=[0 2]
+NumMFs=2
+MF1='near':'linzmf',[0.5 1]
+MF2='far':'linsmf',[0.5 1]
+
+[Output1]
+Name='v'
+Range=[0 3]
+NumMFs=2
+MF1='slow':'constant',[0.1]
+MF2='fast':'constant',[2.5]
+
+[Output2]
+Name='w'
+Range=[-1 1]
+NumMFs=2
+MF1='left':'constant',[1]
+MF2='right':'constant',[-1]
+
+[Rules]
+1, 1 1 (1) : 1
+2, 2 2 (1) : 1
+"""
+
+
+def test_a_rule_base_that_asks_for_more_than_the_wheels_give_is_told_with_how_often(tmp_path):
+    file = tmp_path / "two.fis"
+    file.write_text(RULES, encoding="utf-8")
+    sensor = '[[sensors]]\nname = "front"\n'
+    result = inspect_survey(survey_text(f"{GOOD_ROBOT}{sensor}", "t"), str(file))
+    (note,) = [f for f in result.findings if f.kind == "asks for too much"]
+    assert note.severity == "note"
+    # The wheels end at r ω = 0.825 m/s: (0.825 - 0.1) / 2.4 of the way from near to far, at 0.651 m of 2 m
+    share = 1 - (0.5 + 0.5 * (ROBOT.wheel_speed_limit - 0.1) / 2.4) / 2
+    assert f"the rule base {file} can ask for v = 2.5 m/s; its wheels end at 0.825 m/s" in note.sentence
+    assert f"in {100 * share:.2g} % of its universe" in note.sentence
+    assert {d.output: d.span for d in result.asked} == {"v": (0.1, 2.5), "w": (-1.0, 1.0)}
+
+
+def test_what_packaged_rules_ask_for_is_known_and_no_finding():
+    result = inspect_survey(survey_text(GOOD_ROBOT.replace("0.2 }", "0.2, ramp = 1.0 }"), "t"), "fuzzy")
+    assert [(d.rule_base, d.output) for d in result.asked] == [("tracking", "v"), ("tracking", "w")]
+    assert "asks for too much" not in {f.kind for f in result.findings}

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from robotics.commands.crew import Crew
 from robotics.laws.avoidance.reservation import CELLS, plan_right_of_way
 from robotics.laws.avoidance.sidestep import sidestepped
 from robotics.laws.catalogue import make_controller
+from robotics.plugins.stress.crew import Crew
 from robotics.plugins.stress.crossings import crossing_ensemble, random_crossing, stress_crossing
 from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
