@@ -56,7 +56,7 @@ TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
         task: f"1, how urgent {task} is: 0 to 1" for task in ("tracking", "cooperation", "crash", "obstacles")
     },
 }
-_MADE_FOR = 0.2  # m: the largest circle of a robot with which its packaged rule bases are tested among obstacles
+_SHOWN_WITH = 0.54  # m: the largest circle of a robot with which its rule bases are tested among obstacles (MiR100)
 _SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
 GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
@@ -160,15 +160,14 @@ class FuzzyTeam(Law[_Memory]):
         return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), halted, stays)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
-        """Say where a robot is larger than those for which the packaged rule bases were made."""
+        """Say where a robot is larger than those with which the packaged rule bases are tested."""
         circle = turning_circles(setting)
         i = int(np.argmax(circle))
-        if setting.world is None or circle[i] <= _MADE_FOR or self.obstacles_rule_base != "obstacles":
+        if setting.world is None or circle[i] <= _SHOWN_WITH or self.obstacles_rule_base != "obstacles":
             return ()
         return (
-            f"{setting.name}: the rule base obstacles was made and tested with robots that turn on the spot in a "
-            f"circle of {_MADE_FOR:g} m at most, as the EtsRo and the TurtleBot3 do; robot {i + 1} needs "
-            f"{circle[i]:.2g} m, and such robots have touched things at rest",
+            f"{setting.name}: the rule base obstacles was made for the EtsRo and is tested with the packaged robots, "
+            f"which turn on the spot in a circle of {_SHOWN_WITH:g} m at most; robot {i + 1} needs {circle[i]:.2g} m",
         )
 
     @property

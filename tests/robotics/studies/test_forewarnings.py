@@ -137,6 +137,8 @@ def test_fuzzy_team_says_for_which_robots_its_rules_were_made():
     law = make_controller("fuzzy-team")
     text = scenario_file("obstacles-on-two-paths").text.replace('controller = "obstacles"', "")
     assert law.misgivings(parse_scenario(text, "small").setting) == ()
-    (sentence,) = law.misgivings(parse_scenario(f'robot = "pioneer-3dx"\n{text}', "large").setting)
-    assert "robots that turn on the spot in a circle of 0.2 m at most" in sentence
-    assert "robot 1 needs 0.3 m" in sentence
+    assert law.misgivings(parse_scenario(f'robot = "mir100"\n{text}', "large").setting) == ()
+    larger = parse_scenario(f'robot = {{ model = "mir100", length = 1.4 }}\n{text}', "larger")
+    (sentence,) = law.misgivings(larger.setting)
+    assert "made for the EtsRo and is tested with the packaged robots" in sentence
+    assert "robot 1 needs 0.76 m" in sentence

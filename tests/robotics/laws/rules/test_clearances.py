@@ -7,7 +7,9 @@ import pytest
 
 from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
+    REMEMBERED,
     SECTOR,
+    Marks,
     Sensors,
     room_for_braking,
     sensed,
@@ -159,3 +161,44 @@ def test_standing_robots_count_in_the_sectors_in_which_they_are():
     counts = np.array([[[True, True, True, False]]])
     clear = standing_robots(gap, bearing, counts)[:, 0, 0]
     np.testing.assert_array_equal(clear, [0.4, 0.4, 0.7, np.inf, np.inf])
+
+
+TAIL = {"side": RangeSensor(x=0.1, y=-0.1, axis=-np.pi / 2, half_cone=0.2, rays=7)}
+
+
+def remembered(carried, sights, dt=0.1):
+    """The clearance in each sector [m] after a robot has been at places and read what ``sights`` say, one a period."""
+    sensors, radii = Sensors.of([ROBOT], [carried]), np.array([RADIUS])
+    marks = Marks.none(1, 1)
+    for x, reading in sights:
+        pose = np.full((1, 1), x), np.zeros((1, 1)), np.zeros((1, 1))
+        seen = Observation(0.0, *pose, pose[1], pose[1], None, None)
+        marks = marks.renewed(sensors, seen, np.full((1, 1, len(carried)), reading), radii, dt)
+    return marks.clearances(seen, radii)[:, 0, 0]
+
+
+def test_a_wall_beside_the_tail_that_its_sensor_has_passed_is_still_there():
+    """An end of a wall 0.2 m from the side, at x = 0.1: the robot is 0.25 m farther on."""
+    passed = remembered(TAIL, [(0.0, 0.2), (0.1, np.inf), (0.25, np.inf)])
+    assert passed[SECTOR.right] == pytest.approx(np.hypot(0.15, 0.3) - RADIUS)
+    assert np.isinf(np.delete(passed, SECTOR.right)).all()
+    turned_up_ahead = remembered(TAIL, [(0.0, 0.2), (-0.3, np.inf)])  # from behind it
+    assert turned_up_ahead[SECTOR.front_right] == pytest.approx(np.hypot(0.4, 0.3) - RADIUS)
+
+
+def test_what_is_remembered_is_forgotten_in_time_and_nearer_things_take_its_place():
+    long = [(0.0, np.inf)] * round(REMEMBERED / 0.1)
+    assert np.isfinite(remembered(TAIL, [(0.0, 0.2), *long])[SECTOR.right])
+    assert np.isinf(remembered(TAIL, [(0.0, 0.2), *long, (0.0, np.inf), (0.0, np.inf)])).all()
+    nearer = remembered(TAIL, [(0.0, 0.3), (0.0, 0.15), (0.0, 0.3)])
+    assert nearer[SECTOR.right] == pytest.approx(np.hypot(0.1, 0.25) - RADIUS)
+
+
+def test_wide_cones_and_what_is_far_make_no_marks_and_only_beams_look_past_one():
+    wide = {"side": replace(TAIL["side"], half_cone=0.6)}
+    assert np.isinf(remembered(wide, [(0.0, 0.2)])).all()
+    assert np.isinf(remembered(TAIL, [(0.0, 1.0)])).all()
+    assert np.isfinite(remembered(TAIL, [(0.0, 0.2), (0.0, 1.0)])[SECTOR.right])
+    beam = {"side": RangeSensor(x=0.1, y=-0.1, axis=-np.pi / 2)}
+    assert np.isfinite(remembered(beam, [(0.0, 0.2), (0.0, np.inf)])[SECTOR.right])
+    assert np.isinf(remembered(beam, [(0.0, 0.2), (0.0, 1.0)])).all()

@@ -1,6 +1,7 @@
 """Random courses among obstacles: drawn by their seed alone, judged exactly; who arrives and what touches."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,11 +11,18 @@ from typer.testing import CliRunner
 
 from fuzzy.shell.options import Application
 from robotics.laws.catalogue import make_controller
+from robotics.laws.rules import clearances
 from robotics.plugins.stress import obstaclecourse
 from robotics.plugins.stress.commands_stress_obstacles import obstacles
-from robotics.plugins.stress.disturbance import Disturbance
-from robotics.plugins.stress.obstaclecourse import obstacle_ensemble, stress_obstacles
+from robotics.plugins.stress.crossings import drawn_ensemble, growth
+from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
+from robotics.plugins.stress.quintic_table import quintic_table
+from robotics.plugins.stress.tally import run_ensemble
+from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.collision import obstacle_contacts
+from robotics.world.environment.world import Wall, World, compile_worlds
+from robotics.world.paths.path import Quintic
 
 COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")
 
@@ -151,3 +159,50 @@ def test_the_command_prints_a_table(monkeypatch):
 )
 def test_bad_options_are_refused(arguments):
     assert command(*arguments).exit_code == 2
+
+
+def walls(seeds, robot):
+    """A straight lane of 4.75 m for each seed, with a thin wall across it that a robot goes round."""
+    model, rows = load_robot(robot), []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        top, lean, bottom = rng.uniform(0.1, 0.8), rng.uniform(-0.3, 0.3), rng.uniform(-0.8, 0.0)
+        rows.append(World(obstacles=(Wall(points=((2.37, bottom), (2.37 + lean, top))),), known=False))
+    lane = quintic_table(Quintic(start=(0.0, 0.0), end=(4.75 / growth(model), 0.0)))
+    setting = drawn_ensemble("walls", [[lane]] * len(rows), ObstacleOutcome.limit, UNDISTURBED, model)
+    return replace(setting, world=compile_worlds(rows))
+
+
+def test_a_robot_without_eyes_behind_remembers_the_wall_that_it_goes_round(monkeypatch):
+    """The cause taken away: a Pioneer, whose sonars look ahead, turns into the end of the wall beside its tail."""
+    seeds, law = range(70_000, 70_060), make_controller("fuzzy-team")
+    setting = walls(seeds, "pioneer-3dx")
+    outcome = run_ensemble(ObstacleOutcome, setting, law, seeds)
+    assert outcome.succeeded.all()
+    monkeypatch.setattr(clearances, "REMEMBERED", -1.0)
+    assert run_ensemble(ObstacleOutcome, setting, law, seeds).hit.sum() > 10
+
+
+@pytest.mark.parametrize("robot", ["turtlebot3-burger", "pioneer-3dx", "mir100"])
+def test_courses_grow_with_the_robot(robot):
+    size = load_robot(robot).robot.turning_circle / load_robot("etsro").robot.turning_circle
+    small = obstacle_ensemble((4,), "A", 1, moving=1)
+    large = obstacle_ensemble((4,), "A", 1, moving=1, robot=load_robot(robot))
+    assert growth(load_robot(robot)) == size
+    np.testing.assert_allclose(large.references.joined.lengths, size * small.references.joined.lengths)
+    for time in (0.0, 20.0):
+        one, other = (s.world.at(time * s_).circles[0] for s, s_ in ((small, 1.0), (large, size)))
+        np.testing.assert_allclose(other[:, :2], size * one[:, :2], atol=1e-9)
+    curves = [s.references.joined.at(0.4 * s.references.joined.lengths).curvature for s in (small, large)]
+    np.testing.assert_allclose(curves[1], curves[0] / size, rtol=1e-6)
+
+
+def test_the_command_drives_another_robot_and_refuses_what_is_none():
+    app = Application()
+    app.command()(obstacles)
+    told = CliRunner().invoke(app, ["--runs", "2", "--robot", "pioneer-3dx", "-c", "fuzzy-team", "--json", "-q"])
+    assert json.loads(told.stdout)["robot"] == "pioneer-3dx"
+    assert json.loads(told.stdout)["contacts"] == 0
+    refused = CliRunner().invoke(app, ["--runs", "2", "--robot", "pioneer"])
+    assert refused.exit_code
+    assert "pioneer-3dx" in str(refused.exception) + refused.output
