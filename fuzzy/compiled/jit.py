@@ -6,8 +6,10 @@ of the cache bears a fingerprint of all that Numba compiles: the code of the fun
 calls, the values of the globals they name, the options and the versions. A change anywhere is another file name.
 What a fingerprint cannot see (a dict, a class) is refused at the first call.
 
-The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder.
-With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
+The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder. What
+is not there is looked for among the kernels that a wheel brings, the same files in the folder ``kernels`` beside this
+one, compiled for a baseline: a CPU that can do no more than the user's. Nothing is ever written there. With
+``NUMBA_DISABLE_JIT=1`` functions stay as they are.
 """
 
 import dis
@@ -15,7 +17,8 @@ import hashlib
 import pickle
 import re
 import sys
-from collections.abc import Callable, Iterator
+import zlib
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import CodeType, EllipsisType, FunctionType, ModuleType
@@ -31,14 +34,28 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
 
+from fuzzy.compiled import notice
 from fuzzy.compiled.columns import LOWERING, Columns, check_names
 
 # Whose functions and classes are told by their name: what is in them changes with the versions only.
 _LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
 # Of what a type of columns is, too: files keep such types.
 _COLUMNS = hashlib.sha256(Path(__file__).with_name("columns.py").read_bytes()).hexdigest()
-_VERSIONS = (sys.version, numba.__version__, llvmlite.__version__, np.__version__, _COLUMNS)
+# Bytecode is that of a minor version of Python, and Numba asks NumPy for no more than its (major, minor): a patch
+# release of either leaves the kernels in use.
+_VERSIONS = (
+    *(sys.implementation.name, *sys.version_info[:2], *np.__version__.split(".")[:2]),
+    *(numba.__version__, llvmlite.__version__, _COLUMNS),
+)
 _PYTHON = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # files of another are its own
+_PACKAGED = Path(__file__).with_name("kernels")
+_V2 = {"cx16", "crc32", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"}
+# What a CPU must have to run the packaged kernels of a baseline, in LLVM's names; the first that it has is taken.
+BASELINES = {
+    "x86-64-v3": _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"},
+    "x86-64-v2": _V2,
+}
+_DIGEST = hashlib.sha256().digest_size  # bytes
 _PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
 _CODE = (
     *("co_code", "co_exceptiontable", "co_flags", "co_names", "co_varnames", "co_freevars", "co_cellvars"),
@@ -111,21 +128,28 @@ class KernelCache(FunctionCache):
                 file.unlink(missing_ok=True)
 
     def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
-        stamp = fingerprint(self._compiled)
-        try:
-            of, data = pickle.loads(self._file(stamp, sig, target_context.codegen()).read_bytes())
-        except (OSError, EOFError, pickle.UnpicklingError):
-            return None
-        return self._impl.rebuild(target_context, data) if of == (stamp, sig) else None
+        stamp, machine = fingerprint(self._compiled), target_context.codegen().magic_tuple()
+        # One's own first: they know all of this CPU, and are what was compiled since.
+        for folder, cpu in ((Path(self.cache_path), machine), *_packaged(*machine)):
+            about = _about(stamp, sig, cpu)
+            of, reduced = _read(folder / self._called(stamp, about), about)
+            if of == sig:
+                return self._impl.rebuild(target_context, reduced)
+        notice.compiling()
+        return None
 
     def _save_overload(self, sig: tuple[Any, ...], data: Any) -> None:
         if not self._impl.check_cachable(data):
             return
         self._impl.locator.ensure_cache_path()
         stamp = fingerprint(self._compiled)
-        file = self._file(stamp, sig, data.codegen)
+        about = _about(stamp, sig, data.codegen.magic_tuple())
+        # The one text among the parts is the whole source with its types, for people, as long as the machine code.
+        reduced = tuple("" if isinstance(part, str) else part for part in self._impl.reduce(data))
+        file = Path(self.cache_path, self._called(stamp, about))
         part = file.with_name(f"{file.name}.{uuid4().hex}")
-        part.write_bytes(dumps(((stamp, sig), self._impl.reduce(data))))
+        packed = zlib.compress(dumps((sig, reduced)), 9)
+        part.write_bytes(hashlib.sha256(about + packed).digest() + packed)
         part.replace(file)
         self._delete_old(stamp)
 
@@ -141,10 +165,9 @@ class KernelCache(FunctionCache):
             if gone or former:
                 file.unlink(missing_ok=True)
 
-    def _file(self, stamp: str, sig: tuple[Any, ...], codegen: Any) -> Path:
-        about = repr((str(sig), [list(_fields(kind)) for kind in sig], codegen.magic_tuple()))
-        types = hashlib.sha256(about.encode()).hexdigest()[:16]
-        return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{types}.{_PYTHON}.nbc")
+    def _called(self, stamp: str, about: bytes) -> str:
+        kinds = hashlib.sha256(about).hexdigest()[:16]
+        return f"{self._module}.{self._function}-{stamp[:16]}-{kinds}.{_PYTHON}.nbc"
 
     def _files(self) -> Iterator[tuple[Path, str]]:
         """The files of the functions of this module and their names, Numba's own files of earlier days included."""
@@ -152,6 +175,32 @@ class KernelCache(FunctionCache):
         for file in Path(self.cache_path).iterdir():
             if match := pattern.fullmatch(file.name):
                 yield file, match[1]
+
+
+def _about(stamp: str, sig: tuple[Any, ...], cpu: Sequence[str]) -> bytes:
+    """What a file is of: fingerprint, types of arguments and CPU. Its digest covers this, too."""
+    return repr((stamp, str(sig), [list(_fields(kind)) for kind in sig], *cpu)).encode()
+
+
+def _read(file: Path, about: bytes) -> tuple[Any, Any]:
+    """The types and the machine code that a file keeps; None where it is missing, damaged or of something else."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None, None
+    digest, packed = content[:_DIGEST], content[_DIGEST:]
+    # A bit that flipped in machine code would give wrong numbers, or end the process.
+    if digest != hashlib.sha256(about + packed).digest():
+        return None, None
+    return pickle.loads(zlib.decompress(packed))
+
+
+def _packaged(triple: str, cpu: str, features: str) -> Iterator[tuple[Path, tuple[str, str, str]]]:
+    """Where there may be packaged kernels that a CPU runs, and what they were compiled for, the best first."""
+    has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
+    for baseline, needed in BASELINES.items():
+        if needed <= has and (_PACKAGED / baseline).is_dir():
+            yield _PACKAGED / baseline, (triple, baseline, "")
 
 
 class NotCompiledError(TypeError):

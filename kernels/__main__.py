@@ -1,0 +1,78 @@
+"""Compile the kernels of the packaged commands for a wheel, or with ``--here`` for this machine.
+
+Those of a wheel come into ``build/kernels/wheel/<baseline>/``: ``make wheel`` hands that folder to kernels/wheel.py.
+What was done before an interruption is not done again, unless a source has changed.
+"""
+
+import argparse
+import hashlib
+import multiprocessing
+import os
+import re
+import shutil
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+from fuzzy.compiled.jit import BASELINES
+from kernels.tasks import ROOT, Task, do, tasks
+
+BUILD = ROOT / "build" / "kernels"
+PACKAGES = ("fuzzy", "anfis", "robotics")
+
+
+def main() -> int:
+    """Compile, and return 1 if a task failed."""
+    asks = argparse.ArgumentParser(
+        prog="python -m kernels", description="Compile the kernels of the packaged commands."
+    )
+    asks.add_argument("--here", action="store_true", help="for this machine, into the cache that commands look into")
+    asks.add_argument("--baseline", action="append", choices=[*BASELINES], help="default: all of them")
+    asks.add_argument("--only", default="", metavar="REGEX", help="only tasks whose name or text matches")
+    asks.add_argument("--workers", type=int, default=2, help="processes at a time (default: %(default)s)")
+    asked = asks.parse_args()
+    wanted = [task for task in tasks() if re.search(asked.only, f"{task.name}\n{task.text}")]
+    if asked.here:
+        return int(not _run(wanted, asked.workers, {}, None))
+    fine = True
+    for baseline in asked.baseline or BASELINES:
+        work = BUILD / "work" / f"{baseline}-{_sources()}"
+        machine = {"NUMBA_CPU_NAME": baseline, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(work / "cache")}
+        fine &= _run(wanted, asked.workers, machine, work / "done")
+        shipped = BUILD / "wheel" / baseline
+        shutil.rmtree(shipped, ignore_errors=True)
+        shipped.mkdir(parents=True)
+        files = [Path(shutil.copy(file, shipped)) for file in (work / "cache").rglob("*.nbc")]
+        print(f"{baseline}: {len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB", flush=True)
+    return int(not fine)
+
+
+def _sources() -> str:
+    """A digest of all that is compiled: kernels of other sources would be of no use."""
+    files = sorted(file for package in PACKAGES for file in (ROOT / package).rglob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+
+
+def _run(wanted: list[Task], workers: int, environment: dict[str, str], done: Path | None) -> bool:
+    """Run tasks, several at a time, and return whether all succeeded; ``done`` is where it is noted which were run."""
+    os.environ |= environment | {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    marks = {task.name: done / re.sub(r"\W+", "-", task.name) if done else None for task in wanted}
+    left = [task for task in wanted if not (mark := marks[task.name]) or not mark.exists()]
+    began, fine = time.monotonic(), True
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, spawn) as pool:
+        running = {pool.submit(do, task): task for task in left}
+        for number, future in enumerate(as_completed(running), 1):
+            task, (seconds, compiled, error) = running[future], future.result()
+            said = f"{compiled:3} compiled in {seconds:5.1f} s  {task.name}{': ' if error else ''}{error}"
+            print(f"{time.monotonic() - began:5.0f} s  {number:3} of {len(left)}  {said}", flush=True)
+            fine &= not error
+            if not error and (mark := marks[task.name]):
+                mark.parent.mkdir(parents=True, exist_ok=True)
+                mark.touch()
+    return fine
+
+
+if __name__ == "__main__":
+    sys.exit(main())
