@@ -1,21 +1,23 @@
 """Compile the kernels of the packaged commands for a wheel, or with ``--here`` for this machine.
 
-Those of a wheel come into ``build/kernels/wheel/<baseline>/``: ``make wheel`` hands that folder to kernels/wheel.py.
-What was done before an interruption is not done again, unless a source has changed.
+Those of a wheel come into ``build/kernels/wheel/``, an archive a baseline; ``make wheel`` hands that folder to
+kernels/wheel.py. What was done before an interruption is not done again, unless a source has changed.
 """
 
 import argparse
 import hashlib
+import io
+import lzma
 import multiprocessing
 import os
 import re
-import shutil
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
+from zipfile import ZipFile, ZipInfo
 
-from fuzzy.compiled.jit import BASELINES
+from fuzzy.compiled.jit import BASELINES, with_digest
 from kernels.tasks import ROOT, Task, do, tasks
 
 BUILD = ROOT / "build" / "kernels"
@@ -40,12 +42,19 @@ def main() -> int:
         work = BUILD / "work" / f"{baseline}-{_sources()}"
         machine = {"NUMBA_CPU_NAME": baseline, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(work / "cache")}
         fine &= _run(wanted, asked.workers, machine, work / "done")
-        shipped = BUILD / "wheel" / baseline
-        shutil.rmtree(shipped, ignore_errors=True)
-        shipped.mkdir(parents=True)
-        files = [Path(shutil.copy(file, shipped)) for file in (work / "cache").rglob("*.nbc")]
-        print(f"{baseline}: {len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.1f} MB", flush=True)
+        pack(sorted((work / "cache").rglob("*.nbc")), BUILD / "wheel" / f"{baseline}.kernels")
     return int(not fine)
+
+
+def pack(files: list[Path], archive: Path) -> None:
+    """Write files into an archive that fuzzy/compiled/jit.py unpacks."""
+    stored = io.BytesIO()
+    with ZipFile(stored, "w") as into:
+        for file in sorted(files, key=lambda file: file.name):
+            into.writestr(ZipInfo(file.name), file.read_bytes())  # of no time: the same files, the same archive
+    archive.parent.mkdir(parents=True, exist_ok=True)
+    archive.write_bytes(with_digest(lzma.compress(stored.getvalue(), preset=9)))
+    print(f"{archive.name}: {len(files)} kernels, {archive.stat().st_size / 1e6:.1f} MB", flush=True)
 
 
 def _sources() -> str:

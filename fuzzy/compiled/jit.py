@@ -7,23 +7,25 @@ calls, the values of the globals they name, the options and the versions. A chan
 What a fingerprint cannot see (a dict, a class) is refused at the first call.
 
 The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder. What
-is not there is looked for among the kernels that a wheel brings, the same files in the folder ``kernels`` beside this
-one, compiled for a baseline: a CPU that can do no more than the user's. Nothing is ever written there. With
-``NUMBA_DISABLE_JIT=1`` functions stay as they are.
+is not there is looked for among the kernels that a wheel brings, the same files in an archive for each baseline: a CPU
+that can do no more than the user's. With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
 """
 
 import dis
 import hashlib
+import lzma
 import pickle
 import re
 import sys
-import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import cache
+from io import BytesIO
 from pathlib import Path
 from types import CodeType, EllipsisType, FunctionType, ModuleType
 from typing import Any
 from uuid import uuid4
+from zipfile import ZipFile
 
 import llvmlite
 import numba
@@ -55,7 +57,6 @@ BASELINES = {
     "x86-64-v3": _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"},
     "x86-64-v2": _V2,
 }
-_DIGEST = hashlib.sha256().digest_size  # bytes
 _PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
 _CODE = (
     *("co_code", "co_exceptiontable", "co_flags", "co_names", "co_varnames", "co_freevars", "co_cellvars"),
@@ -130,9 +131,15 @@ class KernelCache(FunctionCache):
     def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
         stamp, machine = fingerprint(self._compiled), target_context.codegen().magic_tuple()
         # One's own first: they know all of this CPU, and are what was compiled since.
-        for folder, cpu in ((Path(self.cache_path), machine), *_packaged(*machine)):
+        for archive, cpu in ((None, machine), *_packaged(*machine)):
             about = _about(stamp, sig, cpu)
-            of, reduced = _read(folder / self._called(stamp, about), about)
+            file = self._file(stamp, about)
+            of, reduced = _checked(_content(file), about)
+            if of is None and archive:
+                content = _unpacked(archive).get(file.name, b"")
+                of, reduced = _checked(content, about)
+                if of is not None:  # unpacking takes a while: the next process need not
+                    self._write(file, content, stamp)
             if of == sig:
                 return self._impl.rebuild(target_context, reduced)
         notice.compiling()
@@ -141,17 +148,21 @@ class KernelCache(FunctionCache):
     def _save_overload(self, sig: tuple[Any, ...], data: Any) -> None:
         if not self._impl.check_cachable(data):
             return
-        self._impl.locator.ensure_cache_path()
         stamp = fingerprint(self._compiled)
         about = _about(stamp, sig, data.codegen.magic_tuple())
         # The one text among the parts is the whole source with its types, for people, as long as the machine code.
         reduced = tuple("" if isinstance(part, str) else part for part in self._impl.reduce(data))
-        file = Path(self.cache_path, self._called(stamp, about))
+        body = dumps((sig, reduced))
+        self._write(self._file(stamp, about), with_digest(body, about), stamp)
+
+    def _write(self, file: Path, content: bytes, stamp: str) -> None:
+        """Write a file; where that cannot be, the next process compiles anew."""
         part = file.with_name(f"{file.name}.{uuid4().hex}")
-        packed = zlib.compress(dumps((sig, reduced)), 9)
-        part.write_bytes(hashlib.sha256(about + packed).digest() + packed)
-        part.replace(file)
-        self._delete_old(stamp)
+        with suppress(OSError):
+            self._impl.locator.ensure_cache_path()
+            part.write_bytes(content)
+            part.replace(file)
+            self._delete_old(stamp)
 
     def _delete_old(self, stamp: str) -> None:
         """Delete the files of other fingerprints, and those of functions that the module no longer has.
@@ -165,9 +176,9 @@ class KernelCache(FunctionCache):
             if gone or former:
                 file.unlink(missing_ok=True)
 
-    def _called(self, stamp: str, about: bytes) -> str:
+    def _file(self, stamp: str, about: bytes) -> Path:
         kinds = hashlib.sha256(about).hexdigest()[:16]
-        return f"{self._module}.{self._function}-{stamp[:16]}-{kinds}.{_PYTHON}.nbc"
+        return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{kinds}.{_PYTHON}.nbc")
 
     def _files(self) -> Iterator[tuple[Path, str]]:
         """The files of the functions of this module and their names, Numba's own files of earlier days included."""
@@ -182,25 +193,49 @@ def _about(stamp: str, sig: tuple[Any, ...], cpu: Sequence[str]) -> bytes:
     return repr((stamp, str(sig), [list(_fields(kind)) for kind in sig], *cpu)).encode()
 
 
-def _read(file: Path, about: bytes) -> tuple[Any, Any]:
-    """The types and the machine code that a file keeps; None where it is missing, damaged or of something else."""
+def _content(file: Path) -> bytes:
     try:
-        content = file.read_bytes()
+        return file.read_bytes()
     except OSError:
-        return None, None
-    digest, packed = content[:_DIGEST], content[_DIGEST:]
-    # A bit that flipped in machine code would give wrong numbers, or end the process.
-    if digest != hashlib.sha256(about + packed).digest():
-        return None, None
-    return pickle.loads(zlib.decompress(packed))
+        return b""
+
+
+def _checked(content: bytes, about: bytes) -> tuple[Any, Any]:
+    """The types and the machine code in a file; None where it is damaged or of something else."""
+    body = _intact(content, about)
+    return pickle.loads(body) if body else (None, None)
+
+
+def with_digest(body: bytes, about: bytes = b"") -> bytes:
+    """A file's content: a digest of the rest and of what it is ``about``, and the rest."""
+    return hashlib.sha256(about + body).digest() + body
+
+
+def _intact(content: bytes, about: bytes = b"") -> bytes:
+    """What follows the digest, or nothing: one flipped bit gives wrong numbers, or ends the process."""
+    body = content[hashlib.sha256().digest_size :]
+    return body if content == with_digest(body, about) else b""
 
 
 def _packaged(triple: str, cpu: str, features: str) -> Iterator[tuple[Path, tuple[str, str, str]]]:
-    """Where there may be packaged kernels that a CPU runs, and what they were compiled for, the best first."""
+    """The archives of kernels that a CPU runs, and what they were compiled for, the best first."""
     has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
     for baseline, needed in BASELINES.items():
-        if needed <= has and (_PACKAGED / baseline).is_dir():
-            yield _PACKAGED / baseline, (triple, baseline, "")
+        archive = _PACKAGED / f"{baseline}.kernels"
+        if needed <= has and archive.is_file():
+            yield archive, (triple, baseline, "")
+
+
+@cache
+def _unpacked(archive: Path) -> dict[str, bytes]:
+    """The files in an archive by name; none if it is damaged.
+
+    Compressed as one they take half of what they take one by one: kernels contain what they call.
+    """
+    if not (body := _intact(_content(archive))):
+        return {}
+    with ZipFile(BytesIO(lzma.decompress(body))) as files:
+        return {name: files.read(name) for name in files.namelist()}
 
 
 class NotCompiledError(TypeError):

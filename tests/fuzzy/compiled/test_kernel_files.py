@@ -3,7 +3,6 @@
 import pickle
 import platform
 import shutil
-import zlib
 from pathlib import Path
 from random import Random
 
@@ -13,6 +12,7 @@ from numba import types
 
 from fuzzy.compiled import jit, notice
 from fuzzy.compiled.jit import kernel
+from kernels.__main__ import pack
 from tests.conftest import module_in
 from tests.fuzzy.compiled.test_jit import compiled, python
 
@@ -79,7 +79,7 @@ def test_damaged_files_are_never_read(kept):
     damages += [whole[: draw.randrange(len(whole))] for _ in range(100)]
     damages += [whole + draw.randbytes(draw.randrange(1, 50)) for _ in range(20)]
     damages += [draw.randbytes(draw.randrange(200)) for _ in range(15)]
-    damages += [b"", beside.read_bytes(), whole[32:], zlib.decompress(whole[32:]), pickle.dumps((("stamp", ()), ()))]
+    damages += [b"", beside.read_bytes(), whole[32:], whole[:32], pickle.dumps((("stamp", ()), ()))]
     assert len(damages) == 500
     for content in damages:
         file.write_bytes(content)
@@ -105,7 +105,7 @@ def test_a_file_under_another_name_is_never_read(kept, monkeypatch):
         """The names under which its code is looked for."""
         names = []
         with monkeypatch.context() as patch:
-            patch.setattr(jit, "_read", lambda file, about: names.append(file) or (None, None))
+            patch.setattr(jit, "_content", lambda file: names.append(file) or b"")
             assert function._cache.load_overload(sig, function.targetctx) is None
         return names
 
@@ -124,6 +124,37 @@ def test_a_file_under_another_name_is_never_read(kept, monkeypatch):
     (name,) = asked()
     name.write_bytes(whole)
     assert found(function) is None
+
+
+@compiled
+def test_a_damaged_archive_is_as_good_as_none(kept, tmp_path, monkeypatch):
+    (function, _), (file, _), found = kept
+    monkeypatch.setattr(jit, "_PACKAGED", tmp_path)
+    monkeypatch.setattr(jit, "BASELINES", {"baseline": set()})
+    triple = function.targetctx.codegen().magic_tuple()[0]
+    monkeypatch.setattr(type(function.targetctx.codegen()), "magic_tuple", lambda _: (triple, "baseline", ""))
+    file.unlink()
+    function = kernel(doubled)
+    assert function(4.0) == 9.0
+    archive, draw = tmp_path / "baseline.kernels", Random(1)
+    made = [*tmp_path.rglob("*.nbc")]
+    pack(made, archive)
+    whole = archive.read_bytes()
+    for file in made:
+        file.unlink()
+    damages = [b"", whole[:99], whole[:-9], whole[32:], draw.randbytes(99)]
+    for place in draw.sample(range(len(whole)), 40):
+        flipped = bytearray(whole)
+        flipped[place] ^= 4
+        damages.append(bytes(flipped))
+    for content in damages:
+        archive.write_bytes(content)
+        jit._unpacked.cache_clear()
+        assert found(function) is None
+    archive.write_bytes(whole)
+    jit._unpacked.cache_clear()
+    assert found(function) is not None
+    jit._unpacked.cache_clear()
 
 
 TOY = """
@@ -162,21 +193,24 @@ def test_the_kernels_of_a_wheel_are_used_by_a_cpu_that_can(tmp_path, features, u
         python(RUN, tmp_path, **machine)
         made = [*(tmp_path / baseline).rglob("*.nbc")]
         assert len(made) == 2
-        for file in made if baseline == used or not used else made[:0]:  # the others it must do without
-            (tmp_path / "shipped" / baseline).mkdir(parents=True, exist_ok=True)
-            shutil.move(file, tmp_path / "shipped" / baseline)
+        if used in (baseline, None):
+            pack(made, tmp_path / "shipped" / f"{baseline}.kernels")
 
     numbers, compilations = python(RUN, tmp_path, NUMBA_CPU_FEATURES=features)
     assert numbers == [16.0, 6.0]
     assert compilations == ([0, 0] if used else [1, 1])
-    assert len([*(tmp_path / "toy").rglob("*.nbc")]) == (0 if used else 2)
+    if used:  # what was unpacked is one's own from then on
+        shutil.rmtree(tmp_path / "shipped")
+        (tmp_path / "shipped").mkdir()
+        pack([], tmp_path / "shipped" / f"{used}.kernels")
+        assert python(RUN, tmp_path, NUMBA_CPU_FEATURES=features) == [[16.0, 6.0], [0, 0]]
 
 
 @on_x86
 def test_the_best_baseline_comes_first_and_needs_all_that_it_says(tmp_path, monkeypatch):
     monkeypatch.setattr(jit, "_PACKAGED", tmp_path)
     for baseline in jit.BASELINES:
-        (tmp_path / baseline).mkdir()
+        (tmp_path / f"{baseline}.kernels").touch()
 
     def found(features):
         return [cpu for _, (_, cpu, _) in jit._packaged("x86_64-unknown-linux-gnu", "any", features)]
