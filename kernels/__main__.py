@@ -1,6 +1,6 @@
 """Compile the kernels of the packaged commands for a wheel, or with ``--here`` for this machine.
 
-Those of a wheel come into ``build/kernels/wheel/``, an archive a baseline; ``make wheel`` hands that folder to
+Those of a wheel come into ``build/kernels/wheel``, an archive a baseline; ``make wheel`` hands that folder to
 kernels/wheel.py. What was done before an interruption is not done again, unless a source has changed.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 from zipfile import ZipFile, ZipInfo
 
 from fuzzy.compiled.jit import BASELINES, with_digest
-from kernels.tasks import ROOT, Task, do, tasks
+from kernels.tasks import ROOT, Task, do, everyday, tasks
 
 BUILD = ROOT / "build" / "kernels"
 PACKAGES = ("fuzzy", "anfis", "robotics")
@@ -26,23 +26,25 @@ PACKAGES = ("fuzzy", "anfis", "robotics")
 
 def main() -> int:
     """Compile, and return 1 if a task failed."""
-    asks = argparse.ArgumentParser(
-        prog="python -m kernels", description="Compile the kernels of the packaged commands."
-    )
-    asks.add_argument("--here", action="store_true", help="for this machine, into the cache that commands look into")
+    asks = argparse.ArgumentParser(prog="python -m kernels", description="Compile the kernels of packaged commands.")
+    asks.add_argument("--here", action="store_true", help="those of every day, into the cache of this machine")
     asks.add_argument("--baseline", action="append", choices=[*BASELINES], help="default: all of them")
-    asks.add_argument("--only", default="", metavar="REGEX", help="only tasks whose name or text matches")
+    asks.add_argument(
+        "--out", type=Path, default=BUILD, metavar="FOLDER", help="of what is made (default: %(default)s)"
+    )
+    asks.add_argument("--only", default="", metavar="REGEX", help="only tasks whose name matches")
     asks.add_argument("--workers", type=int, default=2, help="processes at a time (default: %(default)s)")
     asked = asks.parse_args()
-    wanted = [task for task in tasks() if re.search(asked.only, f"{task.name}\n{task.text}")]
+    known = everyday() if asked.here else tasks()
+    wanted = [task for task in known if re.search(asked.only, task.name)]
     if asked.here:
         return int(not _run(wanted, asked.workers, {}, None))
     fine = True
     for baseline in asked.baseline or BASELINES:
-        work = BUILD / "work" / f"{baseline}-{_sources()}"
+        work = asked.out.resolve() / "work" / f"{baseline}-{_sources()}"
         machine = {"NUMBA_CPU_NAME": baseline, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(work / "cache")}
         fine &= _run(wanted, asked.workers, machine, work / "done")
-        pack(sorted((work / "cache").rglob("*.nbc")), BUILD / "wheel" / f"{baseline}.kernels")
+        pack(sorted((work / "cache").rglob("*.nbc")), asked.out / "wheel" / f"{baseline}.kernels")
     return int(not fine)
 
 

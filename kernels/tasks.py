@@ -9,7 +9,7 @@ import tomllib
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from robotics import CATALOGUE, scenario_names
 from tests.helpexamples import helps
@@ -26,19 +26,28 @@ class Task(NamedTuple):
     script: bool = False
 
 
-def tasks() -> list[Task]:
-    """All of them; the first are those that most others share kernels with."""
-    listed = tomllib.loads(Path(__file__).with_name("list.toml").read_text(encoding="utf-8"))
+def everyday() -> list[Task]:
+    """Every law, every scenario, and what most programs do; the first are those that most others share kernels with."""
+    listed = _listed()
     commands = [Task(name, text) for name, text in listed["commands"].items()]
-    found = [*commands[:2], *_runs(listed["scenarios"]), *commands[2:]]
-    found += [Task(name, text, script=True) for name, text in listed["scripts"].items()]
-    for page in listed["pages"]:
+    scripts = [Task(name, text, script=True) for name, text in listed["scripts"].items()]
+    return [*commands[:2], *_runs(listed["scenarios"]), *commands[2:], *scripts]
+
+
+def tasks() -> list[Task]:
+    """Those, and all that users copy: pages, the examples of every --help, and the gallery."""
+    found = everyday()
+    for page in _listed()["pages"]:
         text = "\n".join(text for kind, text in snippets(ROOT / page) if kind == "python")
         found.append(Task(page, text, script=True))
     # The designer's server never ends, and what it computes a script does.
     found += [Task(" ".join(h.words), "\n".join(h.examples)) for h in helps() if h.words != ("fuzzy", "design")]
     gallery = sorted((ROOT / "examples").rglob("*.py"))
     return found + [Task(f"{f.parent.name}/{f.name}", f.read_text(encoding="utf-8"), script=True) for f in gallery]
+
+
+def _listed() -> dict[str, Any]:
+    return tomllib.loads(Path(__file__).with_name("list.toml").read_text(encoding="utf-8"))
 
 
 def _runs(scenarios: dict[str, list[str]]) -> Iterator[Task]:
