@@ -28,9 +28,15 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PIP) install -c constraints.txt -e .
 	@touch $@
 
+# By two processes, where tests and commands would compile by one; what changes later is compiled when it runs.
+$(VENV)/.kernels: | $(VENV)/.runtime
+	@echo "compiling the kernels of every day, once: see $(VENV)/kernels.log"
+	@$(BIN)/python -m kernels --here > $(VENV)/kernels.log 2>&1 || true
+	@touch $@
+
 $(VENV)/.development: $(VENV)/.runtime
-	@echo "installing the tools of the tests, and compiling the kernels meanwhile: see $(VENV)/kernels.log"
-	@$(BIN)/python -m kernels --here > $(VENV)/kernels.log 2>&1 & \
+	@echo "installing the tools of the tests"
+	@$(MAKE) --no-print-directory $(VENV)/.kernels & \
 	$(PIP) install -c constraints.txt -e '.[test]'; installed=$$?; wait; exit $$installed
 	@$(PIP) install -c constraints.txt -e '.[ros]' 2> $(VENV)/ros.log || \
 		echo "ROS 2 cannot be installed here, and the tests that need it will be skipped: see $(VENV)/ros.log"
@@ -70,7 +76,7 @@ node_modules/.installed: package.json package-lock.json
 
 venv: $(VENV)/.development ## the environment of the tests
 
-demo: $(VENV)/.runtime ## compare controllers, teams and formations: out/report.html
+demo: $(VENV)/.kernels ## compare controllers, teams and formations: out/report.html
 	$(BIN)/robotics compare --out out
 
 design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis

@@ -17,6 +17,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from zipfile import ZipFile, ZipInfo
 
+from numba.core import config
+
 from fuzzy.compiled.jit import BASELINES, with_digest
 from kernels.tasks import ROOT, Task, do, everyday, tasks
 
@@ -29,12 +31,12 @@ def main() -> int:
     asks = argparse.ArgumentParser(prog="python -m kernels", description="Compile the kernels of packaged commands.")
     asks.add_argument("--here", action="store_true", help="those of every day, into the cache of this machine")
     asks.add_argument("--baseline", action="append", choices=[*BASELINES], help="default: all of them")
-    asks.add_argument(
-        "--out", type=Path, default=BUILD, metavar="FOLDER", help="of what is made (default: %(default)s)"
-    )
+    asks.add_argument("--out", type=Path, default=BUILD, metavar="FOLDER", help="default: %(default)s")
     asks.add_argument("--only", default="", metavar="REGEX", help="only tasks whose name matches")
     asks.add_argument("--workers", type=int, default=2, help="processes at a time (default: %(default)s)")
     asked = asks.parse_args()
+    if config.USING_SVML and not asked.here:  # type: ignore[attr-defined]
+        asks.error("uninstall icc_rt first: its users' machines would need it, too")
     known = everyday() if asked.here else tasks()
     wanted = [task for task in known if re.search(asked.only, task.name)]
     if asked.here:
