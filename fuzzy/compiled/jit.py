@@ -14,6 +14,7 @@ that can do no more than the user's. With ``NUMBA_DISABLE_JIT=1`` functions stay
 import dis
 import hashlib
 import lzma
+import os
 import pickle
 import re
 import sys
@@ -31,7 +32,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba import types as types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
@@ -110,11 +111,37 @@ def compiled_only(function: Callable[..., Any] | None = None, /, **options: Any)
     return without_refcounts(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
+class _Nowhere:
+    """Where files cannot be kept, as in a container that is read only: what a wheel brings is used there, too."""
+
+    @classmethod
+    def from_function(cls, function: Any, file: str) -> "_Nowhere | None":
+        return cls() if Path(file).exists() else None
+
+    def get_cache_path(self) -> str:
+        return os.devnull
+
+    def get_source_stamp(self) -> int:
+        return 0
+
+    def get_disambiguator(self) -> str:
+        return ""
+
+    def ensure_cache_path(self) -> None:
+        raise OSError
+
+
+class _Kept(CompileResultCacheImpl):
+    _locator_classes = (*CompileResultCacheImpl._locator_classes, _Nowhere)
+
+
 class KernelCache(FunctionCache):
     """The machine code of one function on disk: a file for each tuple of argument types, written at once or not at all.
 
     There is no index: two processes that save at the same time cannot mix up each other's files.
     """
+
+    _impl_class = _Kept
 
     def __init__(self, compiled: Dispatcher) -> None:
         super().__init__(compiled.py_func)

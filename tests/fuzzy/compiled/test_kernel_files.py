@@ -199,7 +199,16 @@ def test_the_kernels_of_a_wheel_are_used_by_a_cpu_that_can(tmp_path, features, u
     numbers, compilations = python(RUN, tmp_path, NUMBA_CPU_FEATURES=features)
     assert numbers == [16.0, 6.0]
     assert compilations == ([0, 0] if used else [1, 1])
-    if used:  # what was unpacked is one's own from then on
+    if used:
+        # Where nothing can be written, they are used all the same.
+        for folder in (tmp_path / "toy" / "__pycache__", tmp_path / "file"):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.touch()
+        nowhere = {"HOME": str(tmp_path / "file"), "XDG_CACHE_HOME": str(tmp_path / "file")}
+        assert python(RUN, tmp_path, NUMBA_CPU_FEATURES=features, **nowhere) == [[16.0, 6.0], [0, 0]]
+        (tmp_path / "toy" / "__pycache__").unlink()
+        # What was unpacked is one's own from then on.
+        python(RUN, tmp_path, NUMBA_CPU_FEATURES=features)
         shutil.rmtree(tmp_path / "shipped")
         (tmp_path / "shipped").mkdir()
         pack([], tmp_path / "shipped" / f"{used}.kernels")
