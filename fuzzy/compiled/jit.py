@@ -24,7 +24,7 @@ from functools import cache
 from io import BytesIO
 from pathlib import Path
 from types import CodeType, EllipsisType, FunctionType, ModuleType
-from typing import Any, ClassVar
+from typing import Any
 from uuid import uuid4
 from zipfile import ZipFile
 
@@ -132,7 +132,7 @@ class _Nowhere:
 
 
 class _Kept(CompileResultCacheImpl):
-    _locator_classes: ClassVar[list[Any]] = [*CompileResultCacheImpl._locator_classes, _Nowhere]
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Nowhere]  # noqa: RUF012 (as its base)
 
 
 class KernelCache(FunctionCache):
