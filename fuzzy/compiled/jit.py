@@ -132,7 +132,7 @@ class _Nowhere:
 
 
 class _Kept(CompileResultCacheImpl):
-    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Nowhere]  # noqa: RUF012 (as its base)
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Nowhere]  # type: ignore[list-item]  # noqa: RUF012
 
 
 class KernelCache(FunctionCache):
