@@ -19,7 +19,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        renamed strangers lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
+        renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
         tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
