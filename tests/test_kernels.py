@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from kernels.tasks import ROOT, do, everyday, tasks
 from robotics import CATALOGUE, scenario_names
 
@@ -15,6 +17,13 @@ def test_every_law_scenario_help_and_script_of_the_gallery_is_on_the_list(monkey
     assert {*scenario_names(), "anfis train", "robotics stress crossing", "systems/plot_surface.py"} <= {*found}
     assert len([task for task in found.values() if task.script]) >= len([*(ROOT / "examples").rglob("plot_*.py")])
     assert {task.name for task in everyday()} < {*found}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("task", [task for task in everyday() if task.script], ids=lambda task: task.name)
+def test_a_script_of_the_list_runs(task, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert do(task)[2] == ""
 
 
 def test_a_task_that_fails_says_why(monkeypatch, tmp_path):

@@ -135,7 +135,7 @@ class _Nowhere:
 
 
 class _Kept(CompileResultCacheImpl):
-    _locator_classes = (*CompileResultCacheImpl._locator_classes, _Nowhere)
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Nowhere]  # type: ignore[list-item]  # noqa: RUF012
 
 
 class KernelCache(FunctionCache):
