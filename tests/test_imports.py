@@ -258,6 +258,32 @@ def test_an_import_stays_light(statement, heavy):
     assert done.stdout.strip() == ""
 
 
+@pytest.mark.parametrize("program", FLOORS)
+def test_help_waits_for_no_large_package(program):
+    heavy = {
+        *(
+            "numpy",
+            "torch",
+            "matplotlib",
+            "pandas",
+            "pyarrow",
+            "numba",
+            "skfuzzy",
+            "scipy",
+            "networkx",
+            "jinja2",
+            "rich",
+        ),
+        *("gymnasium", "cvxpy", "distributed", "control", "nicegui", "sklearn", "rosbags"),
+    }
+    code = (
+        f"from {program}.commands.application import main; import sys; main(['--help'])\n"
+        f"print('brought', *{heavy!r} & {{*sys.modules}})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.endswith("\nbrought\n")
+
+
 @pytest.mark.parametrize(
     "module", ["robotics.laws.teams.graph_sliding_mode", "robotics.laws.catalogue", "robotics.world.sensing.posture"]
 )
