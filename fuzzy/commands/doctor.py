@@ -105,12 +105,10 @@ def _compiled(packages: list[dict[str, Any]]) -> dict[str, Any]:
     threads: dict[str, Any] = {"processors": processors()}
     if not all(each["fine"] for each in packages if each["name"] in ("numba", "numpy", "threadpoolctl")):
         return {"baseline": "", "threads": threads, "kernels": {}}
-    import numba
     from threadpoolctl import threadpool_info
 
     from fuzzy.compiled.jit import baselines, kept
 
-    threads["numba"] = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     threads |= {each["internal_api"]: each["num_threads"] for each in threadpool_info()}
     shipped = baselines()
     folders = [Path(str(spec.origin)).parent for name in _OURS[:3] if (spec := find_spec(name))]
