@@ -85,15 +85,13 @@ def test_what_is_not_ready_is_refused(file, now, then, said, tmp_path):
 
 
 def test_this_tree_is_refused_as_long_as_its_addresses_are_placeholders():
-    done = subprocess.run(
-        [sys.executable, "-m", "release", "check"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    asked = [sys.executable, "-m", "release", "check"]
+    done = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=False)
     urls = release.project(ROOT)["urls"]
     if any(".invalid" in url for url in urls.values()):
         assert done.returncode == 1
         assert "pyproject.toml: Homepage is a placeholder" in done.stdout
-    rehearsed = [sys.executable, "-m", "release", "check", "--rehearsal"]
-    assert subprocess.run(rehearsed, cwd=ROOT, capture_output=True, check=False).returncode == 0
+    assert subprocess.run([*asked, "--rehearsal"], cwd=ROOT, capture_output=True, check=False).returncode == 0
 
 
 def test_notes_are_the_section_of_the_version():
@@ -141,5 +139,5 @@ def test_the_recipe_is_one():
     recipe = ROOT / "recipe" / "recipe.yaml"
     (variant,) = rattler.Stage0Recipe.from_file(recipe).render()
     assert variant.recipe.package.name == "fuzzyfleet"
-    with pytest.raises(rattler.RecipeParseError):
+    with pytest.raises(Exception, match="unknown field 'no_arch'"):
         rattler.Stage0Recipe.from_yaml(recipe.read_text(encoding="utf-8").replace("noarch:", "no_arch:"))
