@@ -34,8 +34,8 @@ def doctor(json: Json = False) -> None:
 
     \b
     Example:
-      fuzzy doctor || true
-      fuzzy doctor --json || true
+      fuzzy doctor
+      fuzzy doctor --json > installed.json
     """
     found = _examined()
     if json:
@@ -115,7 +115,7 @@ def _compiled(packages: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "baseline": next((name for name, (_, runs) in shipped.items() if runs), ""),
         "threads": threads,
-        "kernels": {"shipped": {name: count for name, (count, _) in shipped.items()}, "compiled": kept(folders)},
+        "kernels": {"shipped": {name: count for name, (count, _) in shipped.items()}, "kept": kept(folders)},
     }
 
 
@@ -145,10 +145,10 @@ def _print(found: dict[str, Any]) -> None:
     print(f"{found['platform']}, {found['executable']}")
     print("threads: " + ", ".join(f"{name} {count}" for name, count in found["threads"].items()))
     if found["kernels"]:
-        shipped, compiled = found["kernels"]["shipped"], found["kernels"]["compiled"]
+        shipped, kept = found["kernels"]["shipped"], found["kernels"]["kept"]
         print(f"processor: {found['baseline'] or 'none of ' + ', '.join(shipped)}")
         print("kernels that came with it: " + ", ".join(f"{count} for {name}" for name, count in shipped.items()))
-        print("kernels compiled here: " + (", ".join(f"{n} below {f}" for f, n in compiled.items()) or "none"))
+        print("kernels unpacked or compiled: " + (", ".join(f"{n} below {f}" for f, n in kept.items()) or "none"))
     print("packages: " + ", ".join(f"{each['name']} {each['version'] or 'missing'}" for each in found["packages"]))
     print("extras:")
     for each in found["extras"]:

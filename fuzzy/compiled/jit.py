@@ -379,7 +379,7 @@ def baselines() -> dict[str, tuple[int, bool]]:
 
 
 def kept(folders: Sequence[Path]) -> dict[str, int]:
-    """How many kernels were compiled here for this Python, by the folder below which they lie.
+    """How many kernels were compiled or unpacked here for this Python, by the folder below which they lie.
 
     Args:
         folders: The packages with compiled functions, beside whose files caches lie if they can.
