@@ -6,6 +6,9 @@ NODE := node_modules/.bin
 NOTES := $(VENV)/notes
 AGAIN := -p tests.again --notes $(NOTES)
 BROWSER := '{anfis,fuzzy,robotics}/**/*.{js,css}' eslint.config.js
+# What the tests of the core need, and where they are: no designer, no plug-ins of robotics.
+TESTING := array-api-strict build hatchling hypothesis psutil pytest pytest-xdist scikit-learn shapely
+CORE := tests/fuzzy tests/anfis tests/robotics/world tests/robotics/simulation --ignore=tests/fuzzy/plugins/designer --ignore=tests/anfis/plugins
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # Tests and examples start Python more than a hundred times: each time it would read every module's text anew.
 export PYTHONDONTWRITEBYTECODE :=
@@ -16,7 +19,7 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv wheel demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv wheel release oldest demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,6 +48,11 @@ $(VENV)/.development: $(VENV)/.runtime
 $(VENV)/.peers: $(VENV)/.development
 	@echo "installing the peers of the benchmarks"
 	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@
+
+$(VENV)/.release: $(VENV)/.development
+	@echo "installing the tools of a release"
+	@$(PIP) install -c constraints.txt -e '.[release]'
 	@touch $@
 
 $(VENV)/.notebooks: $(VENV)/.development
@@ -136,6 +144,22 @@ wheel: $(VENV)/.development ## both wheels and the source archive: dist/
 	$(BIN)/python -m build
 	FUZZYFLEET_KERNELS=build/kernels/wheel $(BIN)/python -m build --wheel
 
+# The check comes first, and refuses placeholders and what is not committed: make release REHEARSAL=1 goes on.
+release: $(VENV)/.release ## all that is published, built, tried and listed: dist/
+	$(BIN)/python -m release check $(if $(REHEARSAL),--rehearsal)
+	rm -rf dist
+	@$(MAKE) --no-print-directory wheel
+	$(BIN)/python -m twine check --strict dist/*.whl dist/*.tar.gz
+	$(BIN)/python -m release try
+	$(BIN)/python -m release notes
+
+# Kernels of another Numba would push those of this environment off the disk; old packages warn of each other.
+oldest: export NUMBA_CACHE_DIR = $(CURDIR)/build/oldest/kernels
+oldest: $(VENV)/.runtime ## the tests of the core with the oldest packages that are allowed
+	@$(PYTHON) -m venv build/oldest && $(BIN)/python -m release oldest > build/oldest/constraints.txt
+	@build/oldest/bin/python -m pip --disable-pip-version-check install -q -c build/oldest/constraints.txt -e . $(TESTING)
+	build/oldest/bin/python -m pytest -W default -m 'not long and not browser' $(CORE)
+
 docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
 	@$(BIN)/robotics run trap-u --quiet > /dev/null
 	$(BIN)/python -m sphinx -j 2 -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
@@ -146,4 +170,4 @@ bench: $(VENV)/.peers ## speed, beside other packages
 
 clean: ## remove what the targets made, compiled kernels included
 	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info docs/_build docs/gallery docs/howto/designer/made docs/interactive/made docs/paper/made docs/reference/made .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find anfis benchmarks datasets docs examples fuzzy kernels robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find anfis benchmarks datasets docs examples fuzzy kernels release robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -18,7 +18,9 @@ Look:
 Each name is imported from its module when it is first used, so that the command line starts quickly.
 """
 
-exec(__loader__.get_data(f"{__path__[0]}/../fuzzy/strangers.py"), {})
+import _fuzzyfleet
+
+_fuzzyfleet.check()
 
 from fuzzy.lazynames import lazy_names  # noqa: E402
 from fuzzy.renamed import redirect  # noqa: E402

@@ -33,9 +33,13 @@ Look and understand:
 Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """
 
-from fuzzy.lazynames import lazy_names
-from fuzzy.notebookfigures import show_figures
-from fuzzy.renamed import redirect
+import _fuzzyfleet
+
+_fuzzyfleet.check()
+
+from fuzzy.lazynames import lazy_names  # noqa: E402
+from fuzzy.notebookfigures import show_figures  # noqa: E402
+from fuzzy.renamed import redirect  # noqa: E402
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(

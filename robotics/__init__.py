@@ -42,7 +42,9 @@ Each name is imported from its module when it is first used, so that the command
 imported by the names that they had up to version 0.2, and Python says by which they are now.
 """
 
-exec(__loader__.get_data(f"{__path__[0]}/../fuzzy/strangers.py"), {})
+import _fuzzyfleet
+
+_fuzzyfleet.check()
 
 from fuzzy.lazynames import lazy_names  # noqa: E402
 from fuzzy.renamed import redirect  # noqa: E402

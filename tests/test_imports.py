@@ -19,7 +19,7 @@ FLOORS = {"fuzzy": ("fuzzy",), "anfis": ("fuzzy", "anfis"), "robotics": ("fuzzy"
 # The rooms of a package, folders and modules, on their stair: each imports from itself and from those before it only.
 STAIRS = {
     "fuzzy": """
-        renamed strangers lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
+        renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
         tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
@@ -256,6 +256,32 @@ def test_an_import_stays_light(statement, heavy):
     code = f"{statement}; import sys; print(*sorted(set({heavy!r}) & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("program", FLOORS)
+def test_help_waits_for_no_large_package(program):
+    heavy = {
+        *(
+            "numpy",
+            "torch",
+            "matplotlib",
+            "pandas",
+            "pyarrow",
+            "numba",
+            "skfuzzy",
+            "scipy",
+            "networkx",
+            "jinja2",
+            "rich",
+        ),
+        *("gymnasium", "cvxpy", "distributed", "control", "nicegui", "sklearn", "rosbags"),
+    }
+    code = (
+        f"from {program}.commands.application import main; import sys; main(['--help'])\n"
+        f"print('brought', *{heavy!r} & {{*sys.modules}})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.endswith("\nbrought\n")
 
 
 @pytest.mark.parametrize(

@@ -26,18 +26,25 @@ def python(tmp_path_factory):
 
 def installed(folder, tag, **environment):
     """The interpreter of a virtual environment that holds the wheel, and this environment's third-party packages."""
+    wheel = built(folder, tag, **environment)
+    python = borrowing(folder)
+    pip(python, wheel)
+    return python
+
+
+def built(folder, tag, **environment):
+    """The wheel, made from the tree."""
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True, timeout=120, env=os.environ | environment)
     (wheel,) = folder.glob("fuzzyfleet-*.whl")
     assert wheel.name.endswith(f"-{tag}.whl")
+    return wheel
+
+
+def borrowing(folder):
+    """The interpreter of a new virtual environment that has this environment's third-party packages."""
     venv.create(folder / "venv", with_pip=False)
     python = folder / "venv" / "bin" / "python"
-    subprocess.run(
-        [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", "--no-index", str(wheel)],
-        check=True,
-        capture_output=True,
-        timeout=120,
-    )
     # A path in a .pth file is searched, but its own .pth files (our editable install) are not read.
     site = subprocess.run(
         [python, "-c", "import sysconfig; print(sysconfig.get_paths()['purelib'])"],
@@ -47,6 +54,12 @@ def installed(folder, tag, **environment):
     ).stdout.strip()
     (Path(site) / "borrowed.pth").write_text(sysconfig.get_paths()["purelib"] + "\n", encoding="utf-8")
     return python
+
+
+def pip(python, *wheels):
+    """Install wheels as users do, but for what they need."""
+    command = [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", "--no-index"]
+    subprocess.run([*command, *map(str, wheels)], check=True, capture_output=True, timeout=120)
 
 
 @pytest.mark.long

@@ -19,6 +19,7 @@ app = application(
         "make": "example",
         "learn": "identify search",
         "tune": "tune",
+        "more": "doctor",
     },
     version=partial(versions_with, "numpy"),
 )

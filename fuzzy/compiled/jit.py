@@ -32,9 +32,12 @@ import llvmlite
 import numba
 import numpy as np
 from numba import types as types
+from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
+from numba.misc.appdirs import AppDirs
 from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
 
 from fuzzy.compiled import notice
@@ -365,3 +368,23 @@ def _fields(kind: Any) -> Iterator[str]:
     for inner in (*getattr(kind, "types", ()), getattr(kind, "dtype", None), getattr(kind, "type", None)):
         if inner is not None:
             yield from _fields(inner)
+
+
+def baselines() -> dict[str, tuple[int, bool]]:
+    """The number of kernels that came with this installation, by baseline, and whether this CPU can run them."""
+    *_, features = cpu_target.target_context.codegen().magic_tuple()
+    has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
+    counts = {baseline: len(_unpacked(_PACKAGED / f"{baseline}.kernels")) for baseline in BASELINES}
+    return {baseline: (counts[baseline], needed <= has) for baseline, needed in BASELINES.items()}
+
+
+def kept(folders: Sequence[Path]) -> dict[str, int]:
+    """How many kernels were compiled or unpacked here for this Python, by the folder below which they lie.
+
+    Args:
+        folders: The packages with compiled functions, beside whose files caches lie if they can.
+    """
+    set_by_hand: str = config.CACHE_DIR  # type: ignore[attr-defined]
+    chosen = [Path(set_by_hand)] if set_by_hand else [*folders, Path(AppDirs("numba").user_cache_dir)]
+    counts = {str(folder): sum(1 for _ in folder.rglob(f"*.{_PYTHON}.nbc")) for folder in chosen if folder.is_dir()}
+    return {folder: count for folder, count in counts.items() if count}

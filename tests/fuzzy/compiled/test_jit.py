@@ -196,6 +196,7 @@ def test_old_files_go(toy, inside):
 def test_a_copy_of_the_package_sees_a_change_in_a_callee(tmp_path):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "_fuzzyfleet.py", tmp_path)
     code = (
         "from robotics.world.paths.joined import join_paths\n"
         "from robotics.world.paths.path import Line, compile_path\n"

@@ -1,6 +1,7 @@
 """The environments by the checks of Gymnasium and PettingZoo, how they begin anew, and what they refuse."""
 
 import importlib
+import subprocess
 import sys
 from dataclasses import replace
 from typing import Any
@@ -26,6 +27,17 @@ from robotics.plugins.reinforcement.vector import TrackingVectorEnv  # noqa: E40
 
 SHORT = replace(robotics.load_scenario("lyapunov-circle"), duration=3.0, sensing=LABORATORY)
 TEAM = replace(robotics.load_scenario("three-cross"), duration=4.0)
+
+
+@pytest.mark.parametrize("first", ["gymnasium", "robotics.plugins.reinforcement"])
+def test_the_id_is_known_whichever_is_imported_first(first):
+    code = (
+        f"import {first}, gymnasium, robotics.plugins.reinforcement, sys; before = len(sys.meta_path)\n"
+        "gymnasium.spec('fuzzyfleet/Tracking-v0'); robotics.plugins.reinforcement.register()\n"
+        "print(len(sys.meta_path) - before)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == "0\n", "the finder stays behind"
 
 
 @pytest.mark.parametrize("options", [{"scenario": SHORT}, {"scenario": SHORT, "level": "torque"}, {"draws": 2}])
