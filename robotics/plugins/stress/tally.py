@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.plugins.stress.judge import JudgeNotes, judge
@@ -143,7 +144,9 @@ def run_ensemble(
         size = max(1, CHUNK // len(ensemble.robots))
         told = Periods(ensemble.ticks + 1, runs, advance)
         tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
+        guards = isinstance(controller, EquationLaw) and controller.guards
         for tally in tallies:
+            tally.guards = guards
             drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
         return judged(kind, tallies, seeds)
     tally = Tally(ensemble, limits, 0, runs)
