@@ -449,9 +449,7 @@ class EquationLaw(Law[Memory]):
         rules = np.concatenate([np.empty(0), *self.rule_rows()])[None]
         tables = self.tables(setting)
         table = lanes // robots % len(tables)
-        return Setup(
-            road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules, table, tables
-        )
+        return Setup(road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules, table, tables)
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
@@ -487,7 +485,9 @@ class EquationLaw(Law[Memory]):
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
         command = fresh_commands(lanes, self)
         after = memory.rows.copy()
-        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working_for(robots, len(memory.reads))))
+        compiled(type(self).equation)(
+            0, runs * robots, known, after, command, np.empty(self.working_for(robots, len(memory.reads)))
+        )
         return self.commanded(command.reshape(-1, runs, robots)), memory._replace(rows=after)
 
     @cached_property
