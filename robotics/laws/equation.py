@@ -485,9 +485,8 @@ class EquationLaw(Law[Memory]):
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
         command = fresh_commands(lanes, self)
         after = memory.rows.copy()
-        compiled(type(self).equation)(
-            0, runs * robots, known, after, command, np.empty(self.working_for(robots, len(memory.reads)))
-        )
+        work = np.empty(self.working_for(robots, len(memory.reads)))
+        compiled(type(self).equation)(0, runs * robots, known, after, command, work)
         return self.commanded(command.reshape(-1, runs, robots)), memory._replace(rows=after)
 
     @cached_property

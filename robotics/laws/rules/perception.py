@@ -280,13 +280,6 @@ def recalled(recall: Recall) -> np.ndarray:
 
 
 @compiled_only
-def other_of(rest, asks, head, robots, j):  # type: ignore[no-untyped-def]
-    """What is found out of robot ``j``."""
-    first = int(asks.readings) + int(head.sensors) + robots
-    return OtherColumns(rest, first + j * _OTHER)
-
-
-@compiled_only
 def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[no-untyped-def]
     """Find out all that the robot knows in this period.
 

@@ -95,7 +95,7 @@ def bases(folder: Any, names: dict[str, Sequence[str]], rules: int) -> dict[str,
 def test_it_knows_every_quantity(case: str, rules: int, tmp_path: Any) -> None:
     half = len(ALONE) // 2
     numbered = [*NUMBERED, *(name for name in SOME if case == "obstacles" or not name.startswith("range"))]
-    together = {"cooperation": ALONE[:half], "crash": (*PAIRS, "v"), "supervisor": numbered}
+    together: dict[str, Sequence[str]] = {"cooperation": ALONE[:half], "crash": (*PAIRS, "v"), "supervisor": numbered}
     for names in (together, {"cooperation": ALONE[half:]}):
         team = FuzzyTeam(**bases(tmp_path, names, rules))
         check(ensemble(case, range(2), HARD), team, range(2), HARD, 150)
@@ -109,7 +109,7 @@ def test_a_quantity_of_ones_own_drives_on_arrays(monkeypatch: pytest.MonkeyPatch
     assert not team.has_equation
     run = simulate(parse_scenario(lines((0.0, 0.0), (0.0, 1.0), duration=20.0), "pair"), team)
     assert run.inputs is not None
-    np.testing.assert_array_equal(run.inputs[:, 4], run["x_measured"])
+    np.testing.assert_array_equal(np.moveaxis(run.inputs[:, 4], 0, -1), run["x_measured"])
 
 
 def outcomes(stress: Callable[[Any], Any]) -> tuple[pd.DataFrame, pd.DataFrame]:
