@@ -231,10 +231,11 @@ def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
 
     ``way`` are the cells of the path, x and y [m] one after the other (2 cells,).
     """
-    here, off = int(max(place, 0.0) / CELL), np.inf
+    here, square = int(max(place, 0.0) / CELL), np.inf
     for c in range(here, min(here + reach, len(way) // 2)):
-        off = min(off, np.hypot(way[2 * c] - x, way[2 * c + 1] - y))
-    return off
+        dx, dy = way[2 * c] - x, way[2 * c + 1] - y
+        square = min(square, dx * dx + dy * dy)
+    return np.sqrt(square)
 
 
 @kernel

@@ -109,7 +109,7 @@ def test_a_quantity_of_ones_own_drives_on_arrays(monkeypatch: pytest.MonkeyPatch
     assert not team.has_equation
     run = simulate(parse_scenario(lines((0.0, 0.0), (0.0, 1.0), duration=20.0), "pair"), team)
     assert run.inputs is not None
-    np.testing.assert_array_equal(np.moveaxis(run.inputs[:, 4], 0, -1), run["x_measured"])
+    np.testing.assert_allclose(np.moveaxis(run.inputs[:, 4], 0, -1), run["x_measured"], rtol=1e-6)
 
 
 def outcomes(stress: Callable[[Any], Any]) -> tuple[pd.DataFrame, pd.DataFrame]:
