@@ -112,7 +112,7 @@ def ask_numbers(
     }
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, inputs, out):  # type: ignore[no-untyped-def]
     """Write what a rule base says into ``out`` (OUTPUTS,), and its inputs where runs record them.
 
@@ -133,25 +133,25 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
     count, system, told = int(ask.count), rules[int(ask.begin) :], int(ask.told)
     for o in range(OUTPUTS):
         out[o] = ask.neutral[o]
-    if count == 0:
-        return
-    if ask.pairs == 0:
-        _pick(ask, system, memory, known, i, table, now, work.asked, readings, 0)
-        for n in range(count):
-            inputs[told + n] = work.asked[n]
-        if ask.rules == 1:
-            evaluate_packed(system, work.asked, work.said, rest)
-            for o in range(OUTPUTS):
-                if ask.given[o] >= 0:
-                    out[o] = work.said[int(ask.given[o])]
-        return
     for n in range(count):
         inputs[told + n] = np.nan
-    head, robots, nobody, urgent = TeamColumns(table), known.heard.shape[2], True, np.inf
-    for j in range(robots):
-        if other_of(readings, head, robots, j).counts == 0:
+    head, high, pairs = TeamColumns(table), int(PackedColumns(system).high), ask.pairs == 1
+    nobody, urgent = True, np.inf
+    for j in range((known.heard.shape[2] if pairs else 1) if count > 0 else 0):
+        other = other_of(readings, head, known.heard.shape[2], j)
+        if pairs and other.counts == 0:
             continue
-        _pick(ask, system, memory, known, i, table, now, work.asked, readings, j)
+        for n in range(count):
+            place = int(ask.places[n])
+            if place < FIRST_PAIR:
+                value = now.known[place]
+            elif place < FIRST_LATER:
+                value = other.told[place - FIRST_PAIR]
+            else:
+                value = _numbered(place, ask.numbers[n], memory, known, i, head, readings)
+            if math.isnan(value) or value == np.inf:  # what is not known is the end of its universe
+                value = system[high + n]
+            work.asked[n] = value
         urgency = 0.0
         if ask.rules == 1:
             evaluate_packed(system, work.asked, work.said, rest)
@@ -159,31 +159,16 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
             for o in range(OUTPUTS):
                 if ask.given[o] >= 0:
                     said = work.said[int(ask.given[o])]
-                    out[o] = out[o] + said if ask.adds[o] == 1 else min(out[o], said)
+                    if pairs:
+                        said = out[o] + said if ask.adds[o] == 1 else min(out[o], said)
+                    out[o] = said
         if nobody or urgency < urgent:
             nobody, urgent = False, urgency
             for n in range(count):
                 inputs[told + n] = work.asked[n]
 
 
-@compiled_only
-def _pick(ask, system, memory, known, i, table, now, asked, readings, j):  # type: ignore[no-untyped-def]
-    """Write the inputs of a rule base of robot ``j`` into ``asked``; what is not known is the end of its universe."""
-    header, head, robots = PackedColumns(system), TeamColumns(table), known.heard.shape[2]
-    for n in range(int(ask.count)):
-        place = int(ask.places[n])
-        if place < FIRST_PAIR:
-            value = now.known[place]
-        elif place < FIRST_LATER:
-            value = other_of(readings, head, robots, j).told[place - FIRST_PAIR]
-        else:
-            value = _numbered(place, ask.numbers[n], memory, known, i, head, readings)
-        if math.isnan(value) or value == np.inf:
-            value = system[int(header.high) + n]
-        asked[n] = value
-
-
-@compiled_only
+@compiled_only(forceinline=True)
 def _numbered(place, number, memory, known, i, head, readings):  # type: ignore[no-untyped-def]
     """A quantity of a later time, of a robot by its number, or what a range sensor reads."""
     robots = known.heard.shape[2]

@@ -116,7 +116,7 @@ class EmergencyColumns(Columns):
     on = column("1")
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type: ignore[no-untyped-def]
     """Bring the command of one robot down to what is safe, as :meth:`EmergencySettings.kept` does.
 

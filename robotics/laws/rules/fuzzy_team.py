@@ -36,7 +36,7 @@ from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.obstacle_avoidance import GROUP_DIAGRAM
 from robotics.laws.avoidance.planned_way import planned_timing
-from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw, equation
+from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw, equation, gain_columns
 from robotics.laws.law import Command, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
 from robotics.laws.rules.asking import OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules, is_compiled
@@ -112,6 +112,7 @@ NEUTRAL: dict[str, dict[str, float]] = {
     "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
     "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},
 }
+_TASKS, _ASK = len(TEAM_OUTPUTS), AskColumns.size
 _TOGETHER, _CRASH, _OBSTACLES, _URGENCY = (codes(tuple(NEUTRAL[task])) for task in TEAM_OUTPUTS)
 
 
@@ -127,6 +128,7 @@ class TeamDerived(Columns):
     tracks = column("", "1: it has a rule base of tracking; 2: one without rules")
     tracking_inputs = column("", "how many that has")
     asks = within(AskingColumns)
+    first_ask = column("", "the row of the next among the gains")
     cooperation = within(AskColumns)
     crash = within(AskColumns)
     obstacles = within(AskColumns)
@@ -139,10 +141,7 @@ class TeamWork(Columns):
 
     now = within(PerceivedColumns)
     answer = within(AnswerColumns)
-    together = several(OUTPUTS, "", "what the rule bases say, as NEUTRAL")
-    crash = several(OUTPUTS)
-    obstacles = several(OUTPUTS)
-    urgency = several(OUTPUTS)
+    answers = several(len(TEAM_OUTPUTS) * OUTPUTS, "", "what the rule bases say, as NEUTRAL")
     tracking = within(TrackingWork)
 
 
@@ -152,12 +151,12 @@ def drive_team(robot, gain, memory, command, work, known, i, rules, table):  # t
     now, rest, asks, dt = work.now, work.tracking.rest, gain.asks, known.dt
     readings, inputs = rest[int(asks.readings) :], command.inputs
     perceive(robot, memory, asks, known, i, table, now, rest)
-    together, crash, obstacles, urgency = work.together, work.crash, work.obstacles, work.urgency
-    given = memory, known, i, table, now, work.answer, rest, readings, inputs
-    ask_rules(gain.supervisor, rules, *given, urgency)
-    ask_rules(gain.crash, rules, *given, crash)
-    ask_rules(gain.obstacles, rules, *given, obstacles)
-    ask_rules(gain.cooperation, rules, *given, together)
+    for task in range(_TASKS):
+        ask = AskColumns(known.gains[int(gain.first_ask) + task * _ASK :], known.column[i])
+        answer = work.answers[task * OUTPUTS : (task + 1) * OUTPUTS]
+        ask_rules(ask, rules, memory, known, i, table, now, work.answer, rest, readings, inputs, answer)
+    together, crash = work.answers[0:OUTPUTS], work.answers[OUTPUTS : 2 * OUTPUTS]
+    obstacles, urgency = work.answers[2 * OUTPUTS : 3 * OUTPUTS], work.answers[3 * OUTPUTS :]
     joint = urgency[_URGENCY.cooperation]
     pace = (1 - math.exp(-known.time)) * (1 + joint * (together[_TOGETHER.rate] - 1))
     in_time = FREE_SPEED + joint * (together[_TOGETHER.speed] - FREE_SPEED)
@@ -195,7 +194,7 @@ def drive_team(robot, gain, memory, command, work, known, i, rules, table):  # t
     remember(memory, known, i, now, pace, obstacles[_OBSTACLES.keep], yields, safe, safe_w)
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _track(robot, gain, memory, command, work, known, i, rules, table, pace, in_time):  # type: ignore[no-untyped-def]
     """v [m/s] and ω [rad/s] towards the sample due, beside the path no faster than ``in_time`` [m/s]."""
     inputs, count = command.inputs, int(gain.tracking_inputs)
@@ -289,7 +288,13 @@ class FuzzyTeam(EquationLaw):
         count, begin = len(self.tracker.inputs), sum(map(len, self.tracker.rule_rows()))
         told = count * (self.tracking_rule_base != "none")
         rules = 0 if not told else 1 if self.tracker.tracking.fis.rules else 2
-        found: dict[str, Any] = {"tracks": rules, "tracking_inputs": told, "emergency": asdict(self.guard)}
+        first = gain_columns(FuzzyTeam).columns["cooperation"].row
+        found: dict[str, Any] = {
+            "first_ask": first,
+            "tracks": rules,
+            "tracking_inputs": told,
+            "emergency": asdict(self.guard),
+        }
         sensors, names = self.reads(setting), {v.name for base in self.rule_bases.values() for v in base.fis.inputs}
         for task, base in self.bases.items():
             found[task] = ask_numbers(base, NEUTRAL[task], begin, told, sensors)

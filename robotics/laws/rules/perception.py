@@ -279,7 +279,7 @@ def recalled(recall: Recall) -> np.ndarray:
 # In a period -------------------------------------------------------------------------------------------------------
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[no-untyped-def]
     """Find out all that the robot knows in this period.
 
@@ -313,7 +313,7 @@ def other_of(rest, head, robots, j):  # type: ignore[no-untyped-def]
     return OtherColumns(rest, int(head.sensors) + robots + j * _OTHER)
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-untyped-def]
     road, path, due, told, planned_too = known.road, known.path[i], now.due, now.known, head.planned == 1
     place = nearest(road, path, robot.x, robot.y, memory.place, reach(known.heard, i, known.time))
@@ -341,7 +341,7 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
         told[KNOWN.path_away] = bearing if memory.side >= 0 else -bearing
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _target(robot, memory, asks, now):  # type: ignore[no-untyped-def]
     """The sample due as the robot sees it (5.9), and smoothed."""
     told, due = now.known, now.due
@@ -360,7 +360,7 @@ def _target(robot, memory, asks, now):  # type: ignore[no-untyped-def]
     told[KNOWN.heading_err_smooth] = memory.heading_err
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _others(robot, memory, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """The other robots as their messages predict them for now, and who of each two goes first."""
     road, robots, radii, plans = known.road, known.heard.shape[2], int(head.radii), head.planned == 1
@@ -416,7 +416,7 @@ def _goes_first(head, table, robots, place, other, i, j):  # type: ignore[no-unt
     return demanded if demanded != 0 else 1.0 if j > i else -1.0
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _meetings(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Where the robot's path meets that of each other next. One that is parked is met nowhere."""
     robots, begin, last = known.heard.shape[2], int(head.sensors), table[int(head.last) : int(head.points)]
@@ -435,7 +435,7 @@ def _meetings(robot, known, i, head, table, now, rest):  # type: ignore[no-untyp
             other.told[TOLD.lead] = min(max(lead, -NOTHING_NEAR), NOTHING_NEAR)
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _room(robot, memory, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """The clearance in each sector [m]; infinite: nothing is seen. What was seen is remembered."""
     clear, robots, dt = now.clear, known.heard.shape[2], known.dt
@@ -476,7 +476,7 @@ def _stands(clear, gap, bearing):  # type: ignore[no-untyped-def]
             clear[sector] = min(clear[sector], max(gap, 0.0))
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Read the sensors, into ``rest`` without the robots that are in nobody's way."""
     robots, sensors = known.heard.shape[2], int(head.sensors)
@@ -508,7 +508,7 @@ def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-d
                 now.clear[sector] = min(now.clear[sector], max(rest[q] - sight.inner, 0.0))
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Remember where the nearest thing in each sector was seen, until it is looked past or forgotten."""
     sensors, begin = int(head.sensors), int(head.sights)
@@ -540,7 +540,7 @@ def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # 
             memory.mark_age[k] = 0.0
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _aside(robot, memory, dt, now):  # type: ignore[no-untyped-def]
     """What is told of the room around the robot."""
     clear, told, kept_left = now.clear, now.known, memory.side >= 0
@@ -574,7 +574,7 @@ def _aside(robot, memory, dt, now):  # type: ignore[no-untyped-def]
     told[KNOWN.room], told[KNOWN.coming] = room, now.nearing - now.driven
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def _formation(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Where the robot is among those of a formation."""
     road, path, told, robots = known.road, known.path[i], now.known, known.heard.shape[2]
@@ -617,7 +617,7 @@ def _on_leader(road, path, leader, s, head, table, number):  # type: ignore[no-u
     return first + (s - mine) / (road.lengths[path] - mine) * (road.lengths[leader] - first)
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def remember(memory, known, i, now, pace, keep, yields, v, w):  # type: ignore[no-untyped-def]
     """Remember this period; the copies of the clock agree on the slowest. As Situation.remembered."""
     clock = memory.clock + known.dt * pace
@@ -637,7 +637,7 @@ def remember(memory, known, i, now, pace, keep, yields, v, w):  # type: ignore[n
     memory.v_command, memory.w_command = v, w
 
 
-@compiled_only
+@compiled_only(forceinline=True)
 def tell(say, robot, memory, now, dt, pace, yields):  # type: ignore[no-untyped-def]
     """Write the message of this period, before it is remembered."""
     say.place, say.speed, say.clock, say.pace = now.place, (now.place - memory.place) / dt, memory.clock, pace
