@@ -445,7 +445,9 @@ class EquationLaw(Law[Memory]):
         road, lanes = setting.references.road, np.arange(runs * robots)
         flat = [np.ravel(row) for row in (*self.gain_rows(setting), *self.knowledge_rows(setting))]
         width = max(len(row) for row in flat)
-        gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
+        gains = np.empty((len(flat), width))
+        for row, values in zip(gains, flat, strict=True):
+            row[...] = values if len(values) in (1, width) else np.resize(values, width)
         rules = np.concatenate([np.empty(0), *self.rule_rows()])[None]
         tables = self.tables(setting)
         table = lanes // robots % len(tables)
