@@ -16,7 +16,7 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv wheel demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,9 +28,15 @@ $(VENV)/.runtime: pyproject.toml constraints.txt
 	@$(PIP) install -c constraints.txt -e .
 	@touch $@
 
+# By two processes, where tests and commands would compile by one; what changes later is compiled when it runs.
+$(VENV)/.kernels: | $(VENV)/.runtime
+	@echo "compiling the kernels of every day, once: see $(VENV)/kernels.log"
+	@$(BIN)/python -m kernels --here > $(VENV)/kernels.log 2>&1 || true
+	@touch $@
+
 $(VENV)/.development: $(VENV)/.runtime
 	@echo "installing the tools of the tests"
-	@$(BIN)/robotics run trap-u --quiet > /dev/null 2>&1 & \
+	@$(MAKE) --no-print-directory $(VENV)/.kernels & \
 	$(PIP) install -c constraints.txt -e '.[test]'; installed=$$?; wait; exit $$installed
 	@$(PIP) install -c constraints.txt -e '.[ros]' 2> $(VENV)/ros.log || \
 		echo "ROS 2 cannot be installed here, and the tests that need it will be skipped: see $(VENV)/ros.log"
@@ -70,7 +76,7 @@ node_modules/.installed: package.json package-lock.json
 
 venv: $(VENV)/.development ## the environment of the tests
 
-demo: $(VENV)/.runtime ## compare controllers, teams and formations: out/report.html
+demo: $(VENV)/.kernels ## compare controllers, teams and formations: out/report.html
 	$(BIN)/robotics compare --out out
 
 design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
@@ -124,6 +130,12 @@ lint-browser: node_modules/.installed
 format-browser: node_modules/.installed
 	$(NODE)/prettier --write --log-level warn $(BROWSER)
 
+# The kernels take minutes; those that are there are not compiled again.
+wheel: $(VENV)/.development ## both wheels and the source archive: dist/
+	$(BIN)/python -m kernels
+	$(BIN)/python -m build
+	FUZZYFLEET_KERNELS=build/kernels/wheel $(BIN)/python -m build --wheel
+
 docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
 	@$(BIN)/robotics run trap-u --quiet > /dev/null
 	$(BIN)/python -m sphinx -j 2 -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
@@ -134,4 +146,4 @@ bench: $(VENV)/.peers ## speed, beside other packages
 
 clean: ## remove what the targets made, compiled kernels included
 	rm -rf $(VENV) node_modules out dist build *.egg-info ros/build ros/*.egg-info docs/_build docs/gallery docs/howto/designer/made docs/interactive/made docs/paper/made docs/reference/made .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find anfis benchmarks datasets docs examples fuzzy robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find anfis benchmarks datasets docs examples fuzzy kernels robotics ros tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -19,11 +20,16 @@ ROOT = Path(__file__).parent.parent
 
 @pytest.fixture(scope="module")
 def python(tmp_path_factory):
+    """The interpreter of an environment with the pure wheel."""
+    return installed(tmp_path_factory.mktemp("wheel"), "py3-none-any")
+
+
+def installed(folder, tag, **environment):
     """The interpreter of a virtual environment that holds the wheel, and this environment's third-party packages."""
-    folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
-    subprocess.run(build, check=True, capture_output=True, timeout=120)
+    subprocess.run(build, check=True, capture_output=True, timeout=120, env=os.environ | environment)
     (wheel,) = folder.glob("fuzzyfleet-*.whl")
+    assert wheel.name.endswith(f"-{tag}.whl")
     venv.create(folder / "venv", with_pip=False)
     python = folder / "venv" / "bin" / "python"
     subprocess.run(
@@ -98,6 +104,31 @@ def test_the_installed_package_brings_its_examples_and_names_what_an_extra_needs
     assert {extra: sorted(words) for extra, words in json.loads(commands).items()} == {
         extra: sorted(words) for extra, words in wanted.items()
     }
+
+
+@pytest.mark.long
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="kernels are shipped for x86-64 only")
+def test_a_wheel_with_kernels_compiles_nothing(tmp_path):
+    """What was compiled for it, that is: another command still compiles what it lacks."""
+    make = [sys.executable, "-m", "kernels", "--only", "^first steps$", "--baseline", "x86-64-v2"]
+    subprocess.run([*make, "--out", str(tmp_path)], cwd=ROOT, check=True, capture_output=True, timeout=600)
+    tag = f"cp{sys.version_info[0]}{sys.version_info[1]}"
+    kernels = {"FUZZYFLEET_KERNELS": str(tmp_path / "wheel")}
+    python = installed(tmp_path, f"{tag}-{tag}-manylinux_2_17_x86_64", **kernels)
+    code = (
+        "import sys; from numba.core.event import install_recorder; from robotics.commands.application import main\n"
+        "with install_recorder('numba:compile') as recorder: assert main(sys.argv[1:]) == 0\n"
+        "print(len(recorder.buffer))"
+    )
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "NUMBA"))}
+
+    def compiled(*words):
+        command = [python, "-c", code, *words]
+        done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True, timeout=300, check=True)
+        return int(done.stdout.split()[-1])
+
+    assert compiled("run", "lyapunov-sine", "--plot", "sine.png") == 0
+    assert compiled("run", "lyapunov-sine", "-c", "lyapunov") > 0
 
 
 def test_the_wheel_carries_data_and_types(python):

@@ -6,39 +6,58 @@ of the cache bears a fingerprint of all that Numba compiles: the code of the fun
 calls, the values of the globals they name, the options and the versions. A change anywhere is another file name.
 What a fingerprint cannot see (a dict, a class) is refused at the first call.
 
-The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder.
-With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
+The cache lies where Numba puts its own: ``NUMBA_CACHE_DIR``, else ``__pycache__``, else the user's cache folder. What
+is not there is looked for among the kernels that a wheel brings, the same files in an archive for each baseline: a CPU
+that can do no more than the user's. With ``NUMBA_DISABLE_JIT=1`` functions stay as they are.
 """
 
 import dis
 import hashlib
+import lzma
+import os
 import pickle
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import cache
+from io import BytesIO
 from pathlib import Path
 from types import CodeType, EllipsisType, FunctionType, ModuleType
 from typing import Any
 from uuid import uuid4
+from zipfile import ZipFile
 
 import llvmlite
 import numba
 import numpy as np
 from numba import types as types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.serialize import dumps
 from numba.np.numpy_support import as_dtype as as_dtype  # for those who declare types
 
+from fuzzy.compiled import notice
 from fuzzy.compiled.columns import LOWERING, Columns, check_names
 
 # Whose functions and classes are told by their name: what is in them changes with the versions only.
 _LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
 # Of what a type of columns is, too: files keep such types.
 _COLUMNS = hashlib.sha256(Path(__file__).with_name("columns.py").read_bytes()).hexdigest()
-_VERSIONS = (sys.version, numba.__version__, llvmlite.__version__, np.__version__, _COLUMNS)
+# Bytecode is that of a minor version of Python, and Numba asks NumPy for no more than its (major, minor): a patch
+# release of either leaves the kernels in use.
+_VERSIONS = (
+    *(sys.implementation.name, *sys.version_info[:2], *np.__version__.split(".")[:2]),
+    *(numba.__version__, llvmlite.__version__, _COLUMNS),
+)
 _PYTHON = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # files of another are its own
+_PACKAGED = Path(__file__).with_name("kernels")
+_V2 = {"cx16", "crc32", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"}
+# What a CPU must have to run the packaged kernels of a baseline, in LLVM's names; the first that it has is taken.
+BASELINES = {
+    "x86-64-v3": _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"},
+    "x86-64-v2": _V2,
+}
 _PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
 _CODE = (
     *("co_code", "co_exceptiontable", "co_flags", "co_names", "co_varnames", "co_freevars", "co_cellvars"),
@@ -92,11 +111,37 @@ def compiled_only(function: Callable[..., Any] | None = None, /, **options: Any)
     return without_refcounts(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
+class _Nowhere:
+    """Where files cannot be kept, as in a container that is read only: what a wheel brings is used there, too."""
+
+    @classmethod
+    def from_function(cls, function: Any, file: str) -> "_Nowhere | None":
+        return cls() if Path(file).exists() else None
+
+    def get_cache_path(self) -> str:
+        return os.devnull
+
+    def get_source_stamp(self) -> int:
+        return 0
+
+    def get_disambiguator(self) -> str:
+        return ""
+
+    def ensure_cache_path(self) -> None:
+        raise OSError
+
+
+class _Kept(CompileResultCacheImpl):
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Nowhere]  # type: ignore[list-item]  # noqa: RUF012
+
+
 class KernelCache(FunctionCache):
     """The machine code of one function on disk: a file for each tuple of argument types, written at once or not at all.
 
     There is no index: two processes that save at the same time cannot mix up each other's files.
     """
+
+    _impl_class = _Kept
 
     def __init__(self, compiled: Dispatcher) -> None:
         super().__init__(compiled.py_func)
@@ -111,23 +156,40 @@ class KernelCache(FunctionCache):
                 file.unlink(missing_ok=True)
 
     def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
-        stamp = fingerprint(self._compiled)
-        try:
-            of, data = pickle.loads(self._file(stamp, sig, target_context.codegen()).read_bytes())
-        except (OSError, EOFError, pickle.UnpicklingError):
-            return None
-        return self._impl.rebuild(target_context, data) if of == (stamp, sig) else None
+        stamp, machine = fingerprint(self._compiled), target_context.codegen().magic_tuple()
+        # One's own first: they know all of this CPU, and are what was compiled since.
+        for archive, cpu in ((None, machine), *_packaged(*machine)):
+            about = _about(stamp, sig, cpu)
+            file = self._file(stamp, about)
+            of, reduced = _checked(_content(file), about)
+            if of is None and archive:
+                content = _unpacked(archive).get(file.name, b"")
+                of, reduced = _checked(content, about)
+                if of is not None:  # unpacking takes a while: the next process need not
+                    self._write(file, content, stamp)
+            if of == sig:
+                return self._impl.rebuild(target_context, reduced)
+        notice.compiling()
+        return None
 
     def _save_overload(self, sig: tuple[Any, ...], data: Any) -> None:
         if not self._impl.check_cachable(data):
             return
-        self._impl.locator.ensure_cache_path()
         stamp = fingerprint(self._compiled)
-        file = self._file(stamp, sig, data.codegen)
+        about = _about(stamp, sig, data.codegen.magic_tuple())
+        # The one text among the parts is the whole source with its types, for people, as long as the machine code.
+        reduced = tuple("" if isinstance(part, str) else part for part in self._impl.reduce(data))
+        body = dumps((sig, reduced))
+        self._write(self._file(stamp, about), with_digest(body, about), stamp)
+
+    def _write(self, file: Path, content: bytes, stamp: str) -> None:
+        """Write a file; where that cannot be, the next process compiles anew."""
         part = file.with_name(f"{file.name}.{uuid4().hex}")
-        part.write_bytes(dumps(((stamp, sig), self._impl.reduce(data))))
-        part.replace(file)
-        self._delete_old(stamp)
+        with suppress(OSError):
+            self._impl.locator.ensure_cache_path()
+            part.write_bytes(content)
+            part.replace(file)
+            self._delete_old(stamp)
 
     def _delete_old(self, stamp: str) -> None:
         """Delete the files of other fingerprints, and those of functions that the module no longer has.
@@ -141,10 +203,9 @@ class KernelCache(FunctionCache):
             if gone or former:
                 file.unlink(missing_ok=True)
 
-    def _file(self, stamp: str, sig: tuple[Any, ...], codegen: Any) -> Path:
-        about = repr((str(sig), [list(_fields(kind)) for kind in sig], codegen.magic_tuple()))
-        types = hashlib.sha256(about.encode()).hexdigest()[:16]
-        return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{types}.{_PYTHON}.nbc")
+    def _file(self, stamp: str, about: bytes) -> Path:
+        kinds = hashlib.sha256(about).hexdigest()[:16]
+        return Path(self.cache_path, f"{self._module}.{self._function}-{stamp[:16]}-{kinds}.{_PYTHON}.nbc")
 
     def _files(self) -> Iterator[tuple[Path, str]]:
         """The files of the functions of this module and their names, Numba's own files of earlier days included."""
@@ -152,6 +213,56 @@ class KernelCache(FunctionCache):
         for file in Path(self.cache_path).iterdir():
             if match := pattern.fullmatch(file.name):
                 yield file, match[1]
+
+
+def _about(stamp: str, sig: tuple[Any, ...], cpu: Sequence[str]) -> bytes:
+    """What a file is of: fingerprint, types of arguments and CPU. Its digest covers this, too."""
+    return repr((stamp, str(sig), [list(_fields(kind)) for kind in sig], *cpu)).encode()
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError:
+        return b""
+
+
+def _checked(content: bytes, about: bytes) -> tuple[Any, Any]:
+    """The types and the machine code in a file; None where it is damaged or of something else."""
+    body = _intact(content, about)
+    return pickle.loads(body) if body else (None, None)
+
+
+def with_digest(body: bytes, about: bytes = b"") -> bytes:
+    """A file's content: a digest of the rest and of what it is ``about``, and the rest."""
+    return hashlib.sha256(about + body).digest() + body
+
+
+def _intact(content: bytes, about: bytes = b"") -> bytes:
+    """What follows the digest, or nothing: one flipped bit gives wrong numbers, or ends the process."""
+    body = content[hashlib.sha256().digest_size :]
+    return body if content == with_digest(body, about) else b""
+
+
+def _packaged(triple: str, cpu: str, features: str) -> Iterator[tuple[Path, tuple[str, str, str]]]:
+    """The archives of kernels that a CPU runs, and what they were compiled for, the best first."""
+    has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
+    for baseline, needed in BASELINES.items():
+        archive = _PACKAGED / f"{baseline}.kernels"
+        if needed <= has and archive.is_file():
+            yield archive, (triple, baseline, "")
+
+
+@cache
+def _unpacked(archive: Path) -> dict[str, bytes]:
+    """The files in an archive by name; none if it is damaged.
+
+    Compressed as one they take half of what they take one by one: kernels contain what they call.
+    """
+    if not (body := _intact(_content(archive))):
+        return {}
+    with ZipFile(BytesIO(lzma.decompress(body))) as files:
+        return {name: files.read(name) for name in files.namelist()}
 
 
 class NotCompiledError(TypeError):

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fuzzy.compiled import notice
 from fuzzy.errors import InputError
 from fuzzy.naming import did_you_mean
 from fuzzy.shell.commandgroup import CommandGroup
@@ -108,12 +109,16 @@ def run(app: typer.Typer, prog_name: str = "", arguments: Sequence[str] | None =
         # A terminal that cannot show a character gets an escape, not an exception.
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    words = sys.argv[1:] if arguments is None else arguments
+    notice.watch(sys.stderr.isatty() and not {"-q", "--quiet"}.intersection(words))
     with answered(prog_name), _warnings_as_lines():
         try:
             return _ended(app, prog_name, arguments)
         except BrokenPipeError:
             _drop_output()
             return BROKEN_PIPE
+        finally:
+            notice.watch(False)
 
 
 def _ended(app: typer.Typer, prog_name: str, arguments: Sequence[str] | None) -> int:

@@ -160,7 +160,7 @@ def each(first, last, known, memory, command, work):
             read_ahead(reference, known.road, known.path[lane], known.time + given.lead)
         {call}
         if given.share < 1:
-            smooth_correction(Out(command, lane), reference, given.share, given.limit, Smoothed(kept, lane))
+            smooth_correction(Sent(command, lane), reference, given.share, given.limit, Smoothed(kept, lane))
         reference.v, reference.w = at_v, at_w
 """
 _RETURNED = """v, w = {call}
@@ -211,6 +211,7 @@ class Equation:
             "Memory": law.remembers,
             "Out": command_columns(law),
             "Work": law.works,
+            "Sent": CommandColumns,  # with which all commands begin: one type, compiled once for all laws
             "Given": KnowledgeColumns,
             "Smoothed": SmoothedColumns,
             "read_ahead": read_ahead,

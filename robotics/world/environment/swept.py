@@ -515,7 +515,8 @@ def sweep(  # type: ignore[no-untyped-def]
     runs, robots, samples = poses.shape[1:]
     spans, least, ends, floor = known.spans, known.least, known.ends, known.floor
     moves, each = circles.shape[0] > 1, circles.shape[1] > 1
-    log, length = np.empty((16, 7)), 0
+    log, length = np.empty((16, 7)), np.int64(0)
+    nobody = np.int64(-1)  # and not the literal, of which every function below would be compiled anew
     motion = np.empty((robots, 3, 4))
     way, arc, turn, bend = np.empty(robots), np.empty(robots), np.empty(robots), np.empty(robots)
     stack, corners = np.empty((200, 4)), np.empty((segments.shape[2], 4))
@@ -551,7 +552,7 @@ def sweep(  # type: ignore[no-untyped-def]
             for i in range(robots):
                 for j in range(i + 1, robots):
                     pair += 1
-                    who = i, j, -1
+                    who = i, j, nobody
                     if not (here[i] and here[j]):
                         log, length = _gone(log, length, r, who, known, pair, times[k])
                         continue
@@ -577,7 +578,7 @@ def sweep(  # type: ignore[no-untyped-def]
             for i in range(robots):
                 for o in range(spans.shape[1]):
                     pair += 1
-                    who = i, -1, o
+                    who = i, nobody, o
                     if spans[g, o, 0] == spans[g, o, 1]:
                         continue
                     if not here[i]:
