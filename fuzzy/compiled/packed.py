@@ -204,6 +204,19 @@ def _degree(kind: int, a: float, b: float, c: float, d: float, x: np.ndarray, de
     fill_degrees(kind, a, b, c, d, x, degree, 1)
 
 
+@compiled_only
+def _at_trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
+    """The degree of one trapezoid.
+
+    A function of its own with jumps: few terms are slanted where the point is, and a loop of few terms is no vector.
+    """
+    if x < a or x > d:
+        return 0.0
+    if b <= x <= c:
+        return 1.0
+    return trapezoid(x, a, b, c, d)
+
+
 @compiled_only(forceinline=True)
 def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: np.ndarray, at: int) -> None:
     """Degrees of one segment, whose input is ``work[i]``; from Gaussian on as logarithms, not-a-number if unknown."""
@@ -215,7 +228,7 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: 
     elif kind in (KIND.Triangle, KIND.Trapezoid):
         c, d = (b, c) if kind == KIND.Triangle else (c, d)
         for t in range(begin, end):
-            work[at + t] = trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
+            work[at + t] = _at_trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
     elif kind == KIND.Sampled:
         for t in range(begin, end):
             values = whole(header.samples + system[a + t])
@@ -366,14 +379,14 @@ def _defuzzified(
     linear = system[whole(header.linear) + o] != 0.0
     weighted_sum = header.weighted_sum != 0.0
     share = firing if weighted_sum else weights
-    everyone, total, output = header.logs == 0.0, 0.0, 0.0
+    everyone, clips, total, output = header.logs == 0.0, header.clip != 0.0, 0.0, 0.0
     for r in range(rules):
         if system[takes_part + r] == 0.0:
             everyone = False
             continue
         total += work[weights + r]
         proposal = system[constant + r]
-        if linear:
+        if linear and (work[share + r] != 0.0 or not clips):  # an input beyond its universe may be infinite
             for i in range(inputs):
                 proposal += system[slopes + r * inputs + i] * work[i]
         output += work[share + r] * proposal

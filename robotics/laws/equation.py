@@ -118,13 +118,15 @@ class Known(NamedTuple):
     dt: float  # s, the control period
     seen: Floats2  # (SeenColumns, lanes)
     heard: Floats3  # (HeardColumns and values, lanes, robots): what each lane heard of each robot of its run
-    ranges: Floats2  # (sensors, lanes) m: what the range sensors of Law.needs read, in their order
+    ranges: Floats2  # (sensors, lanes) m: what the range sensors of EquationLaw.reads read, in their order
     road: Road  # the paths and their timing
     path: Ints1  # (lanes,): the lane's path on the road
     column: Ints1  # (lanes,): the lane's column of the gains
     gains: Floats2  # (gains, columns)
     base: Ints1  # (lanes,): the lane's row of the rule bases
     rules: Floats2  # (rows, numbers): packed rule bases, one after the other
+    table: Ints1  # (lanes,): the lane's row of the tables
+    tables: Floats2  # (rows, numbers): of EquationLaw.tables
 
 
 EQUATION_TYPE = types.void(
@@ -146,6 +148,7 @@ ARGUMENTS = {
     "road": "known.road",
     "path": "known.path[lane]",  # the lane's path on the road
     "rules": "known.rules[known.base[lane]]",  # the packed rule bases, one after the other
+    "table": "known.tables[known.table[lane]]",  # what the law knows before the start of the lane's run
 }
 _LOOP = """
 def each(first, last, known, memory, command, work):
@@ -304,6 +307,8 @@ class Setup(NamedTuple):
     gains: np.ndarray
     base: np.ndarray
     rules: np.ndarray
+    table: np.ndarray
+    tables: np.ndarray
 
 
 class Memory(NamedTuple):
@@ -311,6 +316,7 @@ class Memory(NamedTuple):
 
     setup: Setup
     rows: np.ndarray  # (numbers, runs * robots)
+    reads: tuple[str, ...]  # the range sensors that the equation is told of
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -365,6 +371,7 @@ class EquationLaw(Law[Memory]):
     aims: ClassVar[bool] = False  # whether its target is another than the setting's reference
     progresses: ClassVar[bool] = False  # whether it has a path parameter of its own
     has_modes: ClassVar[bool] = False
+    guards: ClassVar[bool] = False  # whether an emergency rule is below it, which writes ``guarded``
     may_refuse: ClassVar[bool] = False
 
     @property
@@ -421,6 +428,14 @@ class EquationLaw(Law[Memory]):
         """The packed rule bases that the equation reads as a row of ``known.rules``."""
         return ()
 
+    def reads(self, setting: Setting) -> tuple[str, ...]:
+        """The names of the range sensors that the equation is told of as ``known.ranges``, in their order."""
+        return self.needs
+
+    def tables(self, setting: Setting) -> np.ndarray:
+        """What the equation knows before the start as ``table``: a row for each run, or one for all."""
+        return np.empty((1, 0))
+
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """The memory (numbers, runs, robots) at the start. Raises ControllerError where it cannot drive ``setting``."""
         return np.zeros((self.remembers.size, runs, len(setting.robots)))
@@ -431,16 +446,21 @@ class EquationLaw(Law[Memory]):
         road, lanes = setting.references.road, np.arange(runs * robots)
         flat = [np.ravel(row) for row in (*self.gain_rows(setting), *self.knowledge_rows(setting))]
         width = max(len(row) for row in flat)
-        gains = np.array([np.resize(row, width) for row in flat], dtype=float).reshape(-1, width)
+        gains = np.empty((len(flat), width))
+        for row, values in zip(gains, flat, strict=True):
+            row[...] = values if len(values) in (1, width) else np.resize(values, width)
         rules = np.concatenate([np.empty(0), *self.rule_rows()])[None]
-        return Setup(road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules)
+        tables = self.tables(setting)
+        table = lanes // robots % len(tables)
+        return Setup(road, lanes % len(road.lengths), lanes % width, gains, np.zeros_like(lanes), rules, table, tables)
 
     def init(self, setting: Setting, runs: int) -> Memory:
         """Return its memory at the start of ``runs`` runs. Raises ControllerError where it cannot drive ``setting``."""
         rows = self.begin(setting, runs)
         lanes = runs * len(setting.robots)
         rows = np.asarray(rows, dtype=float).reshape(len(rows), lanes)
-        return Memory(self.setup(setting, runs), np.concatenate([rows, SmoothedColumns.zeros(lanes).array]))
+        kept = np.concatenate([rows, SmoothedColumns.zeros(lanes).array])
+        return Memory(self.setup(setting, runs), kept, self.reads(setting))
 
     def control(self, seen: Observation, memory: Memory, dt: float) -> tuple[Command, Memory]:
         """Return its command for what the robots have ``seen``, and its new memory, ``dt`` seconds after the last."""
@@ -462,19 +482,24 @@ class EquationLaw(Law[Memory]):
         else:
             planes.age, planes.hears = np.inf, 0.0
         lanes = rows.reshape(len(rows), -1)
-        ranges = np.full((len(self.needs), runs * robots), np.inf)
+        ranges = np.full((len(memory.reads), runs * robots), np.inf)
         if seen.ranges is not None:
-            ranges[...] = seen.ranges.of(self.needs).reshape(runs * robots, -1).T
+            ranges[...] = seen.ranges.of(memory.reads).reshape(runs * robots, -1).T
         known = Known(float(seen.time), float(dt), lanes, heard, ranges, *memory.setup)
         command = fresh_commands(lanes, self)
         after = memory.rows.copy()
-        compiled(type(self).equation)(0, runs * robots, known, after, command, np.empty(self.working))
-        return self.commanded(command.reshape(-1, runs, robots)), Memory(memory.setup, after)
+        work = np.empty(self.working_for(robots, len(memory.reads)))
+        compiled(type(self).equation)(0, runs * robots, known, after, command, work)
+        return self.commanded(command.reshape(-1, runs, robots)), memory._replace(rows=after)
 
     @cached_property
     def working(self) -> int:
         """How many numbers the equation works in: its own, and those in which its rule bases are evaluated."""
         return self.works.size + max((packed_work(rules) for rules in self.rule_rows()), default=0)
+
+    def working_for(self, robots: int, sensors: int) -> int:
+        """The same where so many ``robots`` of a run and range ``sensors`` each need some of them."""
+        return self.working
 
     def commanded(self, rows: np.ndarray) -> Command:
         """The rows (rows, runs, robots) that the equation has written, as a command."""
@@ -491,6 +516,7 @@ class EquationLaw(Law[Memory]):
             out.refused[:, 0] > 0 if self.may_refuse else None,
             out.mode.astype(int) if self.has_modes else None,
             out.values[said:] if self.rule_inputs else None,
+            out.guarded > 0 if self.guards else None,
         )
 
 

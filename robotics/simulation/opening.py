@@ -148,7 +148,7 @@ class PreparedRuns:
             known,
             memory,
             fresh_commands(known.seen, law),
-            np.empty(max((d.law.working for d in self.drivers if isinstance(d.law, EquationLaw)), default=0)),
+            self._work(),
             np.zeros((2, runs * robots)),
             np.zeros(runs * robots),
             np.full(runs * robots, -1),
@@ -181,6 +181,17 @@ class PreparedRuns:
             parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps
         )
 
+    def _reads(self) -> tuple[str, ...]:
+        """The range sensors that the equation of the law is told of."""
+        setting, law = self.drivers[0]
+        return law.reads(setting) if self.setups and isinstance(law, EquationLaw) else ()
+
+    def _work(self) -> np.ndarray:
+        """What the equation of each law works in."""
+        setting, read = self.drivers[0].setting, len(self._reads())
+        laws = (law for _, law in self.drivers if isinstance(law, EquationLaw))
+        return np.empty(max((law.working_for(len(setting.robots), read) for law in laws), default=0))
+
     def _looks(self, first: int, last: int) -> tuple[CarriedSensors | None, Looks]:
         """The range sensors of the lanes, and their columns."""
         setting, law = self.drivers[0]
@@ -195,38 +206,49 @@ class PreparedRuns:
         here, moving = setting.world.during(setting.times, worlds)
         sizes = {d: footprints(self.drivers[d].setting.robots) for d in {run // each for run in runs}}
         lanes = np.concatenate([sizes[run // each] for run in runs], axis=1)
-        return sensors, sensors.looks(here, moving, lanes, law.needs if self.setups else ())
+        return sensors, sensors.looks(here, moving, lanes, self._reads())
 
     def _known(self, first: int, last: int, heard: np.ndarray) -> tuple[Known, np.ndarray]:
         """What the equation may read, and the memory with which it begins (numbers, lanes)."""
         setting = self.drivers[0].setting
         robots, each = len(setting.robots), len(self.seeds)
         lanes = np.arange(first * robots, last * robots)
-        seen, needed = np.zeros((SeenColumns.size, len(lanes))), len(self.drivers[0].law.needs)
-        ranges = np.full((needed if self.setups else 0, len(lanes)), np.inf)
+        seen = np.zeros((SeenColumns.size, len(lanes)))
+        ranges = np.full((len(self._reads()), len(lanes)), np.inf)
         if not self.setups:
             road, none = setting.references.road, np.zeros_like(lanes)
-            nothing = np.zeros((0, 1)), np.zeros((1, 0))
+            gains, row = np.zeros((0, 1)), np.zeros((1, 0))
             path = lanes % len(road.lengths)
-            known = Known(0.0, setting.period, seen, heard, ranges, road, path, none, nothing[0], none, nothing[1])
+            known = Known(0.0, setting.period, seen, heard, ranges, road, path, none, gains, none, row, none, row)
             return known, np.zeros((0, len(lanes)))
         of, place = lanes // (robots * each), lanes % (robots * each)
         used = range(of[0], of[-1] + 1)
         setup = self.setups[used[0]]
         begin = np.cumsum([0, *(self.setups[d].gains.shape[1] for d in used)])
-        longest = max(self.setups[d].rules.shape[1] for d in used)
-        rules = np.zeros((len(used), longest))
-        column = np.empty_like(lanes)
+        rules, _ = _stacked([self.setups[d].rules for d in used])
+        tables, row = _stacked([self.setups[d].tables for d in used])
+        column, table = np.empty_like(lanes), np.empty_like(lanes)
         memory = np.empty((len(self.memories[0]), len(lanes)))
         for n, d in enumerate(used):
             here = of == d
-            rules[n, : self.setups[d].rules.shape[1]] = self.setups[d].rules
+            table[here] = row[n] + self.setups[d].table[place[here]]
             column[here] = begin[n] + self.setups[d].column[place[here]]
             memory[:, here] = self.memories[d][:, place[here]]
         gains = np.concatenate([self.setups[d].gains for d in used], axis=1)
         path = setup.path[place]
-        own = setup.road, path, column, gains, of - used[0], rules
+        own = setup.road, path, column, gains, of - used[0], rules, table, tables
         return Known(0.0, setting.period, seen, heard, ranges, *own), memory
+
+
+def _stacked(parts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of several laws below each other, each as long as the longest; and where those of each begin."""
+    begin = np.cumsum([0, *map(len, parts)])
+    if len(parts) == 1:
+        return np.ascontiguousarray(parts[0]), begin
+    rows = np.zeros((begin[-1], max(part.shape[1] for part in parts)))
+    for first, part in zip(begin, parts, strict=False):
+        rows[first : first + len(part), : part.shape[1]] = part
+    return rows, begin
 
 
 def _sensing(setting: Setting, law: Law[Any]) -> tuple[Sensing, ...]:

@@ -132,8 +132,10 @@ class Recorder:
                 self._room(name, lengths.get(name, 0))
         if self.rule_bases:
             self._room("inputs", law.rule_inputs)
-        if isinstance(law, EquationLaw) and law.has_equation and law.has_modes:
-            self._room("modes")
+        if isinstance(law, EquationLaw) and law.has_equation:
+            for name, has in (("modes", law.has_modes), ("guarded", law.guards)):
+                if has:
+                    self._room(name)
         if looks(setting, law):
             self._room("ranges", len(sensor_names(setting.sensors)))
 

@@ -72,7 +72,7 @@ def _decide(law, k, first, last, old, memory, command, work):  # type: ignore[no
         out.target = SeenColumns(old.seen, i).aim
     known = Known(
         k * old.dt, old.dt, old.seen, old.heard, old.ranges,
-        old.road, old.path, old.column, old.gains, old.base, old.rules,
+        old.road, old.path, old.column, old.gains, old.base, old.rules, old.table, old.tables,
     )  # fmt: skip
     law(first, last, known, memory, command, work)
 

@@ -16,13 +16,17 @@ Two things that follow from what the sensors do not tell:
 * There may be no sensor behind. A robot goes back only over ground that it has just driven.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import check_quantities, quantity
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import SECTOR
+from robotics.laws.rules.perception import KNOWN, TeamColumns, other_of
 from robotics.laws.rules.situation import Situation
 
 TURNING = 0.03  # m: a robot that drives ahead has so much more room than one that turns, whose corners swing out
@@ -100,3 +104,69 @@ class EmergencySettings:
         b = self.delay + np.asarray(approach) / self.braking
         root = np.sqrt(b**2 + 2 * np.maximum(room, 0.0) / self.braking)
         return np.asarray(self.braking * (root - b))
+
+
+class EmergencyColumns(Columns):
+    """The numbers of :class:`EmergencySettings`."""
+
+    braking = column("m/s²")
+    delay = column("s")
+    least = column("m")
+    near = column("m")
+    on = column("1")
+
+
+@compiled_only(forceinline=True)
+def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type: ignore[no-untyped-def]
+    """Bring the command of one robot down to what is safe, as :meth:`EmergencySettings.kept` does.
+
+    Args:
+        v: The speed wanted [m/s].
+        w: The turn rate wanted [rad/s].
+        halted: For how long the robot has stood still for what comes nearer [s]; 0: it does not.
+        guard: EmergencyColumns.
+        robot: RobotColumns.
+        known: What the law knows.
+        table: What the team knows before the start.
+        now: What the robot knows, robotics.laws.rules.perception.PerceivedColumns.
+        readings: What it is told of the others, likewise.
+    """
+    if guard.on == 0:
+        return v, w, halted
+    room, nearing = now.known[KNOWN.room], now.nearing
+    begins = room < guard.near and nearing > COMES_NEARER and halted == 0
+    goes_on = halted > 0 and nearing > SETTLED
+    halted = halted + known.dt if begins or (goes_on and room < 2 * guard.near) else 0.0
+    # Where a team-mate is known to be there may be something else as well.
+    clear, echoes = now.clear, now.echoes
+    left = min(clear[SECTOR.front_left], echoes[SECTOR.front_left])
+    right = min(clear[SECTOR.front_right], echoes[SECTOR.front_right])
+    behind = min(clear[SECTOR.behind], echoes[SECTOR.behind])
+    v = min(v, max(_fastest(guard, min(left, right) + TURNING - guard.least, 0.0), 0.0))
+    v = max(v, -max(_fastest(guard, behind - guard.least, 0.0), 0.0))
+    if halted > 0:
+        v, w = 0.0, 0.0
+    if v < 0 and now.known[KNOWN.way_back] <= 0:
+        v = 0.0
+    forward, limit = -1.0 if v < 0 else 1.0, np.inf
+    head, robots = TeamColumns(table), known.heard.shape[2]
+    for j in range(robots):
+        other = other_of(readings, head, robots, j)
+        cos = math.cos(other.bearing) * forward
+        if other.counts == 0 or not cos > ASIDE or not other.gap < FAR:
+            continue
+        distance = max(other.distance, 1e-6)
+        approach = max(-(other.dx * other.v_x + other.dy * other.v_y) / distance, 0.0)
+        # An old message says less of where the other is.
+        unsure = UNSURE * min(other.age, 1.0) * other.speed
+        free = other.gap - guard.least - approach * guard.delay - unsure
+        limit = min(limit, _fastest(guard, free, approach) / max(cos, ASIDE))
+    v = min(abs(v), limit) * (-1.0 if v < 0 else 1.0)
+    return v, w, halted
+
+
+@compiled_only
+def _fastest(guard, room, approach):  # type: ignore[no-untyped-def]
+    """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""
+    b = guard.delay + approach / guard.braking
+    return guard.braking * (math.sqrt(b**2 + 2 * max(room, 0.0) / guard.braking) - b)

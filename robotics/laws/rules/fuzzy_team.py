@@ -22,27 +22,49 @@ work on the plan's paths and timing in the place of the scenario's, and the righ
 Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, which knows no rules and no paths.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, codes, column, several, within
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.obstacle_avoidance import GROUP_DIAGRAM
 from robotics.laws.avoidance.planned_way import planned_timing
-from robotics.laws.law import Command, Law, Observation, check_connected, check_team
+from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw, equation, gain_columns
+from robotics.laws.law import Command, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
-from robotics.laws.rules.emergency import EmergencySettings
+from robotics.laws.rules.asking import OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules, is_compiled
+from robotics.laws.rules.emergency import EmergencyColumns, EmergencySettings, kept_safe
 from robotics.laws.rules.evaluation import RuleBase
+from robotics.laws.rules.perception import (
+    KNOWN,
+    AskingColumns,
+    PerceivedColumns,
+    RecallColumns,
+    TeamColumns,
+    TeamMessage,
+    asking,
+    perceive,
+    recalled,
+    remember,
+    team_rows,
+    tell,
+    work_for,
+)
 from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import JOINING, held
+from robotics.laws.teams.cooperation import JOINING, held, hold
 from robotics.laws.teams.neighbours import OUTAGE
-from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
+from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, TrackingWork, toward
 from robotics.world.paths.posture import posture_error
+from robotics.world.paths.road import moving, share
+from robotics.world.sensing.carried import sensor_names
 
 TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
     "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},
@@ -84,6 +106,119 @@ _DIAGRAM = StateDiagram(  # thesis Fig 6.26; the rule bases blend what here are 
 )
 
 
+NEUTRAL: dict[str, dict[str, float]] = {
+    "cooperation": {"rate": 1.0, "speed": FREE_SPEED},
+    "crash": {"turn": 0.0, "speed": FREE_SPEED},
+    "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
+    "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},
+}
+_TASKS, _ASK = len(TEAM_OUTPUTS), AskColumns.size
+_TOGETHER, _CRASH, _OBSTACLES, _URGENCY = (codes(tuple(NEUTRAL[task])) for task in TEAM_OUTPUTS)
+
+
+class TeamMemory(RecallColumns):
+    """What a robot of the team remembers."""
+
+    halted = column("s", "as of EmergencySettings.kept")
+
+
+class TeamDerived(Columns):
+    """What the law makes of its rule bases and of the emergency rule's numbers."""
+
+    tracks = column("", "1: it has a rule base of tracking; 2: one without rules")
+    tracking_inputs = column("", "how many that has")
+    asks = within(AskingColumns)
+    first_ask = column("", "the row of the next among the gains")
+    cooperation = within(AskColumns)
+    crash = within(AskColumns)
+    obstacles = within(AskColumns)
+    supervisor = within(AskColumns)
+    emergency = within(EmergencyColumns)
+
+
+class TeamWork(Columns):
+    """What the law works in."""
+
+    now = within(PerceivedColumns)
+    answer = within(AnswerColumns)
+    answers = several(len(TEAM_OUTPUTS) * OUTPUTS, "", "what the rule bases say, as NEUTRAL")
+    tracking = within(TrackingWork)
+
+
+@equation
+def drive_team(robot, gain, memory, command, work, known, i, rules, table):  # type: ignore[no-untyped-def]
+    """Perceive, ask the rule bases, blend what they say, and guard it."""
+    now, rest, asks, dt = work.now, work.tracking.rest, gain.asks, known.dt
+    readings, inputs = rest[int(asks.readings) :], command.inputs
+    perceive(robot, memory, asks, known, i, table, now, rest)
+    for task in range(_TASKS):
+        ask = AskColumns(known.gains[int(gain.first_ask) + task * _ASK :], known.column[i])
+        answer = work.answers[task * OUTPUTS : (task + 1) * OUTPUTS]
+        ask_rules(ask, rules, memory, known, i, table, now, work.answer, rest, readings, inputs, answer)
+    together, crash = work.answers[0:OUTPUTS], work.answers[OUTPUTS : 2 * OUTPUTS]
+    obstacles, urgency = work.answers[2 * OUTPUTS : 3 * OUTPUTS], work.answers[3 * OUTPUTS :]
+    joint = urgency[_URGENCY.cooperation]
+    pace = (1 - math.exp(-known.time)) * (1 + joint * (together[_TOGETHER.rate] - 1))
+    in_time = FREE_SPEED + joint * (together[_TOGETHER.speed] - FREE_SPEED)
+    v, w = _track(robot, gain, memory, command, work, known, i, rules, table, pace, in_time)
+    # blended
+    tracking, avoiding = urgency[_URGENCY.tracking], urgency[_URGENCY.obstacles]
+    total = max(tracking + avoiding, 1e-6)
+    w += urgency[_URGENCY.crash] * crash[_CRASH.turn] / TURN_TIME
+    v = (tracking * v + avoiding * min(obstacles[_OBSTACLES.speed], in_time)) / total
+    turn = obstacles[_OBSTACLES.turn] if memory.side >= 0 else -obstacles[_OBSTACLES.turn]
+    w = (tracking * w + avoiding * turn / TURN_TIME) / total
+    asked = min(v, FREE_SPEED + urgency[_URGENCY.crash] * (crash[_CRASH.speed] - FREE_SPEED))
+    # guarded
+    stays = TeamColumns(table).stays
+    if stays == 1:
+        asked, w = 0.0, 0.0
+    if asked < 0:  # back it goes straight
+        w = 0.0
+    safe, safe_w, memory.halted = kept_safe(asked, w, memory.halted, gain.emergency, robot, known, table, now, readings)
+    yields = min(max((v - safe) / max(v, _SLOWEST), 0.0), 1.0)
+    mode, stuck = TRACK, now.known[KNOWN.stuck]
+    if avoiding > tracking:
+        mode = FOLLOW if stuck > WALL_AFTER else AVOID
+    if yields > 0.5:
+        mode = YIELD
+    command.mode = mode + (LEFT_BEHIND if stuck > LEFT_AFTER else 0)
+    command.first, command.second, command.wish_v, command.wish_w = safe, safe_w, safe, safe_w
+    due, target = now.due, command.target
+    target.x, target.y, target.heading, target.s = due.x, due.y, due.heading, due.s
+    target.v, target.w = due.v * pace, due.w * pace
+    command.progress = share(known.road, known.path[i], now.place)
+    command.refused = stays
+    command.guarded = 1.0 if abs(safe - asked) > GUARDED or abs(safe_w - w) > GUARDED_TURN else 0.0
+    tell(command.say, robot, memory, now, dt, pace, yields)
+    remember(memory, known, i, now, pace, obstacles[_OBSTACLES.keep], yields, safe, safe_w)
+
+
+@compiled_only(forceinline=True)
+def _track(robot, gain, memory, command, work, known, i, rules, table, pace, in_time):  # type: ignore[no-untyped-def]
+    """v [m/s] and ω [rad/s] towards the sample due, beside the path no faster than ``in_time`` [m/s]."""
+    inputs, count = command.inputs, int(gain.tracking_inputs)
+    if gain.tracks != 1:
+        for n in range(count):
+            inputs[n] = np.nan
+        return 0.0, 0.0
+    road, path, aim, own = known.road, known.path[i], work.tracking.aim, work.tracking
+    ahead = min(memory.clock + gain.look_ahead * pace, TeamColumns(table).end)
+    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path, ahead)
+    behind, phase = hold(road, path, robot, work.now.place, aim, gain.reach)
+    v, w, _ = toward(robot, aim, behind, 0.0, False, gain.tracker, rules, own)
+    if phase == JOINING:
+        # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target
+        # that is beside it.
+        _, w, _ = toward(robot, aim, behind, 0.0, False, gain.joiner, rules, own)
+        dx, dy, cos, sin = aim.x - robot.x, aim.y - robot.y, work.now.cos, work.now.sin
+        facing = math.cos(math.atan2(cos * dy - sin * dx, cos * dx + sin * dy))
+        v = min(v, in_time) * min(max(facing, 0.0), 1.0)
+    for n in range(count):
+        inputs[n] = own.asked[n]
+    return v, w
+
+
 class _Memory(NamedTuple):
     fixed: Fixed
     recall: Recall
@@ -92,10 +227,11 @@ class _Memory(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTeam(Law[_Memory]):
+class FuzzyTeam(EquationLaw):
     """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out.
 
-    So does one without rules.
+    So does one without rules. With a rule base of quantities that are not compiled, such as a user's own, it drives by
+    the same formulas on arrays.
     """
 
     tracking_rule_base: str | Sugeno = "tracking"
@@ -116,6 +252,9 @@ class FuzzyTeam(Law[_Memory]):
     looks = True
     diagrams = (_DIAGRAM, GROUP_DIAGRAM)
     message = TEAM_MESSAGE
+    says, remembers, derived, works = TeamMessage, TeamMemory, TeamDerived, TeamWork
+    equation = drive_team
+    aims = progresses = has_modes = guards = True
     watchdog = OUTAGE  # s
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})
 
@@ -131,6 +270,56 @@ class FuzzyTeam(Law[_Memory]):
         object.__setattr__(self, "bases", bases)
 
     @property
+    def has_equation(self) -> bool:  # type: ignore[override]
+        """Whether its rule bases ask for nothing that is not compiled."""
+        return all(map(is_compiled, self.rule_bases.values()))
+
+    @property
+    def may_refuse(self) -> bool:  # type: ignore[override]
+        """Whether it plans, which may find no plan."""
+        return self.plan != "none"
+
+    def reads(self, setting: Setting) -> tuple[str, ...]:
+        """All sensors that robots carry, where there is something to see."""
+        return sensor_names(setting.sensors) if setting.world is not None else ()
+
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """How the rule bases are asked, and the numbers of the emergency rule."""
+        count, begin = len(self.tracker.inputs), sum(map(len, self.tracker.rule_rows()))
+        told = count * (self.tracking_rule_base != "none")
+        rules = 0 if not told else 1 if self.tracker.tracking.fis.rules else 2
+        first = gain_columns(FuzzyTeam).columns["cooperation"].row
+        found: dict[str, Any] = {
+            "first_ask": first,
+            "tracks": rules,
+            "tracking_inputs": told,
+            "emergency": asdict(self.guard),
+        }
+        sensors, names = self.reads(setting), {v.name for base in self.rule_bases.values() for v in base.fis.inputs}
+        for task, base in self.bases.items():
+            found[task] = ask_numbers(base, NEUTRAL[task], begin, told, sensors)
+            if base is not None:
+                begin, told = begin + len(base.compiled.system), told + len(base.inputs)
+        return found | {"asks": asking(names, setting.period, self.working - self.works.size)}
+
+    def rule_rows(self) -> Sequence[np.ndarray]:
+        """The rule bases of tracking, and those of named inputs."""
+        return (*self.tracker.rule_rows(), *(base.compiled.system for base in self.rule_bases.values()))
+
+    def working_for(self, robots: int, sensors: int) -> int:
+        """Room for the sensors and for the other robots, too."""
+        return self.working + work_for(robots, sensors)
+
+    def tables(self, setting: Setting) -> np.ndarray:
+        """What the robots know before the start."""
+        return team_rows(setting, self.margin, self.reads(setting))
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Nothing is remembered but where the robots are."""
+        start = recalled(Recall.start(setting, runs))
+        return np.concatenate([start, np.zeros((TeamMemory.size - len(start), *start.shape[1:]))])
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """The range sensors that the rule bases name."""
         return tuple(dict.fromkeys(name for base in self.rule_bases.values() for name in base.sensors))
@@ -141,7 +330,7 @@ class FuzzyTeam(Law[_Memory]):
         found = {"tracking": self.tracker.tracking.fis} if self.tracking_rule_base != "none" else {}
         return found | {task: base.fis for task, base in self.rule_bases.items()}
 
-    def init(self, setting: Setting, runs: int) -> _Memory:
+    def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths, and plan where a plan is wanted and robots may meet.
 
         In an ensemble the runs without a plan are refused. Raises ControllerError where the robots are no team, the
@@ -156,6 +345,8 @@ class FuzzyTeam(Law[_Memory]):
         plan = None
         if self.plan == "reservation" and len(setting.robots) > 1:
             plan = planned_timing(setting, 2 * float(turning_circles(setting).max()) + self.margin)
+        if self.has_equation:
+            return super().init(setting if plan is None else replace(setting, references=plan), runs)
         stays = None if plan is None else np.broadcast_to(~plan.found, (runs, 1))
         return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), halted, stays)
 
@@ -181,8 +372,10 @@ class FuzzyTeam(Law[_Memory]):
             seen = seen._replace(references=memory.fixed.plan)
         return Situation(seen, memory.fixed, memory.recall, dt)
 
-    def control(self, seen: Observation, memory: _Memory, dt: float) -> tuple[Command, _Memory]:
+    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
         """Know the situation, ask the rule bases, blend what they say, and guard it."""
+        if self.has_equation:
+            return super().control(seen, memory, dt)
         stays = memory.stays
         now = self.situation(seen, memory, dt)
         inputs: dict[str, np.ndarray] = {}
@@ -265,9 +458,12 @@ class FuzzyTeam(Law[_Memory]):
         return v, w
 
 
-NEUTRAL: dict[str, dict[str, float]] = {
-    "cooperation": {"rate": 1.0, "speed": FREE_SPEED},
-    "crash": {"turn": 0.0, "speed": FREE_SPEED},
-    "obstacles": {"turn": 0.0, "speed": 0.0, "keep": 0.0},
-    "supervisor": {"tracking": 1.0, "cooperation": 1.0, "crash": 1.0, "obstacles": 0.0},
-}
+class InterpretedTeam(FuzzyTeam):
+    """The same law on arrays: who learns from it looks at its situation in every period."""
+
+    has_equation = False
+
+    @classmethod
+    def of(cls, law: FuzzyTeam) -> "InterpretedTeam":
+        """The same as ``law``."""
+        return cls(**{f.name: getattr(law, f.name) for f in fields(law) if f.init and f.name not in KNOWLEDGE_FIELDS})

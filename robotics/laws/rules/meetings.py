@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.world.paths.joined import PathTable
 
 CELL = 0.05  # m of a path for which one number is kept
@@ -62,7 +62,7 @@ def next_meetings(meetings: Meetings, place: np.ndarray, others: np.ndarray) -> 
 
     The others' abscissae are what each robot knows of them; not-a-number: nothing, and they meet nowhere.
     """
-    return Meeting(*_next(meetings.last, meetings.lengths, meetings.room, place, others))
+    return Meeting(*_next(_flat(meetings.last, 1), meetings.room, place, others))
 
 
 def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, ot
         place: Where robots are (runs, robots) [m].
         others: What each knows of where the others are (runs, robots, others) [m]; not-a-number: nothing.
     """
-    return np.asarray(_order(meetings.last, np.ascontiguousarray(reached), place, others))
+    return np.asarray(_order(_flat(meetings.last, 1), _flat(reached, 1), place, others))
 
 
 def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarray, reach: float) -> np.ndarray:
@@ -84,7 +84,12 @@ def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarr
 
     ``place`` is (runs, robots); ``x`` and ``y`` [m] are where each robot knows the others to be.
     """
-    return np.asarray(_off(meetings.points, meetings.lengths, place, x, y, int(np.ceil(reach / CELL))))
+    return np.asarray(_off(_flat(meetings.points, 2), place, x, y, int(np.ceil(reach / CELL))))
+
+
+def _flat(values: np.ndarray, axes: int) -> np.ndarray:
+    """The same with all but the first ``axes`` axes one after the other."""
+    return np.ascontiguousarray(values).reshape(*values.shape[:axes], -1)
 
 
 @kernel
@@ -134,54 +139,67 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _next(last, lengths, room, place, others):  # type: ignore[no-untyped-def]
+def _next(last, room, place, others):  # type: ignore[no-untyped-def]
     runs, robots = place.shape
-    way = np.full((runs, robots, robots), NO_MEETING)
-    through = np.zeros((runs, robots, robots))
-    theirs = np.full((runs, robots, robots), NO_MEETING)
-    cells = last.shape[3]
-    reach = int(LOOK / CELL)
+    out = np.empty((3, runs, robots, robots))
     for r in range(runs):
-        t = r if len(last) > 1 else 0
         for i in range(robots):
-            here = int(max(place[r, i], 0.0) / CELL)
             for j in range(robots):
-                s = others[r, i, j]
-                if i == j or np.isnan(s):
-                    continue
-                end = min(here + reach, cells)
-                found = -1
-                for c in range(here, end):
-                    if last[t, i, j, c] >= s:
-                        found = c
-                        break
-                if found < 0:
-                    continue
-                out = found
-                while out < cells - 1 and last[t, i, j, out] >= s:
-                    out += 1
-                line = _line(last, others, room, r, t, i, here, found)
-                way[r, i, j] = INSIDE if found == here else max(line * CELL - place[r, i], 0.0)
-                through[r, i, j] = (out - min(line, found)) * CELL
-                # the other's way to its own line, as far as I can tell: without third robots
-                start = int(max(s, 0.0) / CELL)
-                for c in range(start, min(start + reach, cells)):
-                    if last[t, j, i, c] >= place[r, i]:
-                        theirs[r, i, j] = INSIDE if c == start else c * CELL - s
-                        break
-    return way, through, theirs
+                out[0, r, i, j], out[1, r, i, j], out[2, r, i, j] = next_meeting(
+                    last[r if len(last) > 1 else 0], place[r, i], others[r, i], room[i], i, j
+                )
+    return out[0], out[1], out[2]
 
 
-@kernel
-def _line(last, others, room, r, t, i, here, found):  # type: ignore[no-untyped-def]
+@compiled_only
+def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-def]
+    """The next meeting of robot i, at ``place`` [m], with j; the fields of :class:`Meeting`.
+
+    Args:
+        last: Of its run, as :attr:`Meetings.last` (robots · robots · cells,), one after the other.
+        place: Its abscissa [m].
+        others: Those of all robots, as far as it knows them (robots,) [m].
+        room: What it needs between two meetings in order to wait there [m].
+        i: Its number from 0.
+        j: That of the other.
+    """
+    robots, s = len(others), others[j]
+    cells = len(last) // (robots * robots)
+    if i == j or np.isnan(s):
+        return NO_MEETING, 0.0, NO_MEETING
+    mine, yours = (i * robots + j) * cells, (j * robots + i) * cells
+    here, reach = int(max(place, 0.0) / CELL), int(LOOK / CELL)
+    found = -1
+    for c in range(here, min(here + reach, cells)):
+        if last[mine + c] >= s:
+            found = c
+            break
+    if found < 0:
+        return NO_MEETING, 0.0, NO_MEETING
+    out = found
+    while out < cells - 1 and last[mine + out] >= s:
+        out += 1
+    line = _line(last, others, room, i, here, found, cells)
+    way = INSIDE if found == here else max(line * CELL - place, 0.0)
+    # the other's way to its own line, as far as I can tell: without third robots
+    start, theirs = int(max(s, 0.0) / CELL), NO_MEETING
+    for c in range(start, min(start + reach, cells)):
+        if last[yours + c] >= place:
+            theirs = INSIDE if c == start else c * CELL - s
+            break
+    return way, (out - min(line, found)) * CELL, theirs
+
+
+@compiled_only
+def _line(last, others, room, i, here, found, cells):  # type: ignore[no-untyped-def]
     """The cell before all meetings that leave no room to stand between them and the one at cell ``found``."""
-    line, free = found, 0
-    needed = int(room[i] / CELL)
+    line, free, robots = found, 0, len(others)
+    needed = int(room / CELL)
     c = found - 1
     while c >= here and free < needed:
         taken = False
-        for k in range(last.shape[1]):
-            if k != i and not np.isnan(others[r, i, k]) and last[t, i, k, c] >= others[r, i, k]:
+        for k in range(robots):
+            if k != i and not np.isnan(others[k]) and last[(i * robots + k) * cells + c] >= others[k]:
                 taken = True
                 break
         if taken and c == here:
@@ -195,20 +213,29 @@ def _line(last, others, room, r, t, i, here, found):  # type: ignore[no-untyped-
 
 
 @kernel
-def _off(points, lengths, place, x, y, reach):  # type: ignore[no-untyped-def]
+def _off(points, place, x, y, reach):  # type: ignore[no-untyped-def]
     runs, robots = place.shape
     off = np.full((runs, robots, robots), np.inf)
     for r in range(runs):
-        t = r if len(points) > 1 else 0
         for i in range(robots):
-            here = int(max(place[r, i], 0.0) / CELL)
             for j in range(robots):
-                if i == j or np.isnan(x[r, i, j]):
-                    continue
-                for c in range(here, min(here + reach, points.shape[2])):
-                    gap = np.hypot(points[t, i, c, 0] - x[r, i, j], points[t, i, c, 1] - y[r, i, j])
-                    off[r, i, j] = min(off[r, i, j], gap)
+                if i != j and not np.isnan(x[r, i, j]):
+                    way = points[r if len(points) > 1 else 0, i]
+                    off[r, i, j] = off_the_way(way, place[r, i], x[r, i, j], y[r, i, j], reach)
     return off
+
+
+@compiled_only
+def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
+    """The distance [m] of (x, y) from the next ``reach`` cells of a path behind ``place`` [m].
+
+    ``way`` are the cells of the path, x and y [m] one after the other (2 cells,).
+    """
+    here, square = int(max(place, 0.0) / CELL), np.inf
+    for c in range(here, min(here + reach, len(way) // 2)):
+        dx, dy = way[2 * c] - x, way[2 * c + 1] - y
+        square = min(square, dx * dx + dy * dy)
+    return np.sqrt(square)
 
 
 @kernel
@@ -219,23 +246,31 @@ def _order(last, reached, place, others):  # type: ignore[no-untyped-def]
         t = r if len(last) > 1 else 0
         for i in range(robots):
             for j in range(robots):
-                if i == j or np.isnan(others[r, i, j]):
-                    continue
-                mine, theirs = _passing(last[t], reached[t], i, j, place[r, i], others[r, i, j])
-                their_own, my_own = _passing(last[t], reached[t], j, i, others[r, i, j], place[r, i])
-                if min(my_own, their_own) < min(mine, theirs):
-                    mine, theirs = my_own, their_own
-                if mine < theirs:
-                    order[r, i, j] = 1.0
-                elif theirs < mine:
-                    order[r, i, j] = -1.0
+                order[r, i, j] = goes_first(last[t], reached[t], robots, place[r, i], others[r, i, j], i, j)
     return order
 
 
-@kernel
-def _passing(last, reached, i, j, place, other):  # type: ignore[no-untyped-def]
+@compiled_only
+def goes_first(last, reached, robots, place, other, i, j):  # type: ignore[no-untyped-def]
+    """Who goes first by a plan, as :func:`planned_order`: robot i, at ``place`` [m], or j, at ``other`` [m].
+
+    ``last`` is as of :func:`next_meeting`, ``reached`` of the run (robots · cells,) [s].
+    """
+    if i == j or np.isnan(other):
+        return 0.0
+    mine, theirs = _passing(last, reached, robots, i, j, place, other)
+    their_own, my_own = _passing(last, reached, robots, j, i, other, place)
+    if min(my_own, their_own) < min(mine, theirs):
+        mine, theirs = my_own, their_own
+    return 1.0 if mine < theirs else -1.0 if theirs < mine else 0.0
+
+
+@compiled_only
+def _passing(last, reached, robots, i, j, place, other):  # type: ignore[no-untyped-def]
     """When robot i, at ``place``, enters its next meeting with j, at ``other``, and when j leaves it; infinite: none"""
-    for c in range(int(max(place, 0.0) / CELL), last.shape[2]):
-        if last[i, j, c] >= other:
-            return reached[i, c], reached[j, min(int(np.ceil(last[i, j, c] / CELL)), last.shape[2] - 1)]
+    cells = len(reached) // robots
+    mine = (i * robots + j) * cells
+    for c in range(int(max(place, 0.0) / CELL), cells):
+        if last[mine + c] >= other:
+            return reached[i * cells + c], reached[j * cells + min(int(np.ceil(last[mine + c] / CELL)), cells - 1)]
     return np.inf, np.inf

@@ -21,7 +21,7 @@ from robotics.laws.rules.situation import BACK_TO_PATH, NOTHING_NEAR, ONWARD, SM
 from robotics.world.paths.references import Reference
 
 QUANTITIES_PAGE = "docs/reference/quantities.md"  # made of this table; messages name it
-_CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
+CRUISE = 0.2  # m/s: a robot that is slower is taken to go on at this speed
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ def _mirrored(left: int, right: int) -> Callable[[Situation], np.ndarray]:
 def _lead(s: Situation) -> np.ndarray:
     """How much earlier the robot would be through than the other would come [s]."""
     m, heard = s.meeting, s.seen.heard
-    mine = np.maximum(np.abs(s.seen.v), _CRUISE)[:, :, None]
-    them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), _CRUISE) if heard.fields else _CRUISE
+    mine = np.maximum(np.abs(s.seen.v), CRUISE)[:, :, None]
+    them = np.maximum(np.hypot(heard["v_x"], heard["v_y"]), CRUISE) if heard.fields else CRUISE
     return np.clip(m.theirs / them - (np.maximum(m.way, 0.0) + m.through) / mine, -NOTHING_NEAR, NOTHING_NEAR)
 
 
@@ -172,7 +172,7 @@ QUANTITY_GROUPS: dict[str, dict[str, Quantity]] = {
 RULE_QUANTITIES: dict[str, Quantity] = {
     name: quantity for group in QUANTITY_GROUPS.values() for name, quantity in group.items()
 }
-_NUMBERED: dict[str, Quantity] = {
+NUMBERED: dict[str, Quantity] = {
     "ahead": Quantity("m", "robot N is so far ahead, along the robot's heading", lambda s: s.others.ahead),
     "left": Quantity("m", "robot N is so far to the left", lambda s: s.others.left),
     "v": Quantity("m/s", "speed of robot N", lambda s: np.hypot(s.others.v_x, s.others.v_y)),
@@ -192,7 +192,7 @@ _LATER: dict[str, tuple[str, str, Callable[[Reference], Any]]] = {  # unit, mean
     ),
 }
 PATTERNS: dict[str, tuple[str, str]] = {  # the quantities with a number or a name in theirs: unit and meaning
-    **{f"robotN_{name}": (q.unit, q.meaning) for name, q in _NUMBERED.items()},
+    **{f"robotN_{name}": (q.unit, q.meaning) for name, q in NUMBERED.items()},
     **{f"{name}:SECONDS": (unit, meaning) for name, (unit, meaning, _) in _LATER.items()},
     "range:NAME": ("m", "what the range sensor of that name reads"),
 }
@@ -212,13 +212,18 @@ def quantity_of(name: str, where: str) -> Quantity:
     if at := later(name):
         (unit, meaning, of), ahead = _LATER[at[0]], at[1]
         return Quantity(unit, meaning, lambda s: np.broadcast_to(of(s.later(ahead)), s.place.shape))
-    numbered = _ROBOT.fullmatch(name)
-    if numbered and numbered[2] in _NUMBERED:
-        return _of_robot(int(numbered[1]) - 1, _NUMBERED[numbered[2]])
+    if found := numbered(name):
+        return _of_robot(found[0], NUMBERED[found[1]])
     known = [*RULE_QUANTITIES, *PATTERNS]
     raise ControllerError(
         f"{where}: " + expected(name, known, "quantity that a robot knows") + f"; {QUANTITIES_PAGE} tells what each is"
     )
+
+
+def numbered(name: str) -> tuple[int, str] | None:
+    """The number of a robot, from 0, and which of NUMBERED a quantity is of it; None of any other."""
+    found = _ROBOT.fullmatch(name)
+    return (int(found[1]) - 1, found[2]) if found and found[2] in NUMBERED else None
 
 
 def _reading(sensor: str) -> Quantity:

@@ -33,9 +33,9 @@ from robotics.world.paths.references import Level, Reference
 
 BACK_TO_PATH = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
-_GROWTH = 0.05  # m: a place on the path that has grown by more is progress
-BESIDE, _AHEAD = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
-_PATIENCE = 12.0  # s without progress: from then on the robot expects less
+GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+BESIDE, AHEAD_SEEN = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
+PATIENCE = 12.0  # s without progress: from then on the robot expects less
 EXPECTATION_LOSS = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 LOOK_ALONG_PATH = 1.2  # m of the path ahead that it may stand in the way of
@@ -46,8 +46,8 @@ STANDS = 0.03  # m/s: a robot that is slower stands
 TEAM_MESSAGE = ("place", "speed", "clock", "pace", *WHEREABOUTS, "yields", "stuck")  # what robots tell each other
 NEAR_END = 0.1  # m: a robot this near to its path's end is parked
 ON_PLAN = 0.1  # m: a robot no farther behind a plan, which may have it stand, is on time
-_NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
-_SMOOTHING = 0.8  # s: the time constant of that
+NOTICED = 1.0  # m: with less room ahead it is smoothed where there is more of it
+SMOOTHING = 0.8  # s: the time constant of that
 SWINGING = 0.05  # m/rad: a robot that turns sees other corners of what is near
 QUICK, SLOW = 0.1, 1.0  # s: the time constants by which it is noticed that something comes nearer
 FARTHEST = 2.0  # m: room beyond is no more room
@@ -288,13 +288,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by _GROWTH.
+        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
 
         A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
         """
         net, before = self.place - self.off, self.recall.best
-        relaxed = before - np.where(self.recall.stuck > _PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
-        return np.where(net > before + _GROWTH, net, relaxed)
+        relaxed = before - np.where(self.recall.stuck > PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
+        return np.where(net > before + GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
@@ -413,8 +413,8 @@ class Situation:
         """How much more room there is ahead on the left than on the right [m], smoothed while something is near."""
         left, right = (np.minimum(self.clear[sector], FARTHEST) for sector in (SECTOR.front_left, SECTOR.front_right))
         now, before = left - right, self.recall.lean
-        near = (np.minimum(left, right) < _NOTICED) & (before != 0)
-        return np.where(near, before + self.dt / _SMOOTHING * (now - before), now)
+        near = (np.minimum(left, right) < NOTICED) & (before != 0)
+        return np.where(near, before + self.dt / SMOOTHING * (now - before), now)
 
     @cached_property
     def way(self) -> np.ndarray:
@@ -432,7 +432,7 @@ class Situation:
             self.on_wall_side(SECTOR.left, SECTOR.right),
             self.on_wall_side(SECTOR.front_left, SECTOR.front_right),
         )
-        sees = (beside < BESIDE) | (ahead < _AHEAD) | (self.recall.side == 0)
+        sees = (beside < BESIDE) | (ahead < AHEAD_SEEN) | (self.recall.side == 0)
         return np.where(sees, 0.0, self.recall.lost + self.dt)
 
     @cached_property

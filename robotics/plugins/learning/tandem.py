@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from robotics.laws.law import Command, Law, Observation
+from robotics.laws.rules.fuzzy_team import FuzzyTeam, InterpretedTeam
 from robotics.laws.rules.own_rules import InterpretedRules, OwnRules
 from robotics.laws.setting import Setting
 from robotics.world.radio.channel import Heard
@@ -49,6 +50,9 @@ class TeacherAndPupil(Law[TandemMemory]):
             corrects, asked = asked.corrects, InterpretedRules.of(replace(asked, lead=None, smooth=None))
             if not corrects:
                 object.__setattr__(self, "pupil", asked)
+        elif isinstance(asked, FuzzyTeam):
+            asked = InterpretedTeam.of(asked)
+            object.__setattr__(self, "pupil", asked)
         object.__setattr__(self, "asked", asked)
         object.__setattr__(self, "estimator", self.pupil.estimator)
 

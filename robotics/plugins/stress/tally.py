@@ -17,11 +17,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fuzzy.compiled.threads import share_out
+from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.plugins.stress.judge import JudgeNotes, judge
 from robotics.plugins.stress.outcome import Outcome, table_of
-from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk
+from robotics.simulation.loop import CHUNK, Periods, Simulation, checked_seeds, drive_chunk, threads_for
 from robotics.simulation.observer import Observer
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.world.environment.collision import footprints, obstacle_clearance, robot_clearance
@@ -143,8 +145,13 @@ def run_ensemble(
         size = max(1, CHUNK // len(ensemble.robots))
         told = Periods(ensemble.ticks + 1, runs, advance)
         tallies = [Tally(ensemble, limits, first, min(first + size, runs)) for first in range(0, runs, size)]
-        for tally in tallies:
+        guards = isinstance(controller, EquationLaw) and controller.guards
+
+        def drive(tally: Tally) -> None:
+            tally.guards = guards
             drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
+
+        share_out(drive, tallies, threads_for(None))
         return judged(kind, tallies, seeds)
     tally = Tally(ensemble, limits, 0, runs)
     for _, command in Simulation(ensemble, controller, checked, faults, observers=[tally.observer]).periods():

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from fuzzy.shell.options import Application
 from robotics.laws.catalogue import make_controller
 from robotics.laws.rules import clearances
+from robotics.laws.rules.fuzzy_team import InterpretedTeam
 from robotics.plugins.stress import obstaclecourse
 from robotics.plugins.stress.commands_stress_obstacles import obstacles
 from robotics.plugins.stress.crossings import drawn_ensemble, growth
@@ -179,8 +180,8 @@ def test_a_robot_without_eyes_behind_remembers_the_wall_that_it_goes_round(monke
     setting = walls(seeds, "pioneer-3dx")
     outcome = run_ensemble(ObstacleOutcome, setting, law, seeds)
     assert outcome.succeeded.all()
-    monkeypatch.setattr(clearances, "REMEMBERED", -1.0)
-    assert run_ensemble(ObstacleOutcome, setting, law, seeds).hit.sum() > 10
+    monkeypatch.setattr(clearances, "REMEMBERED", -1.0)  # which compiled code has taken for a constant
+    assert run_ensemble(ObstacleOutcome, setting, InterpretedTeam(), seeds).hit.sum() > 10
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3-burger", "pioneer-3dx", "mir100"])

@@ -1,0 +1,133 @@
+"""The equation of the fuzzy team says, in the same situations, what its form on arrays says."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from robotics.laws.rules.fuzzy_team import FuzzyTeam, InterpretedTeam
+from robotics.laws.rules.quantities import PATTERNS, QUANTITY_GROUPS, RULE_QUANTITIES, Quantity
+from robotics.plugins.stress.crossings import crossing_ensemble, stress_crossing
+from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
+from robotics.plugins.stress.obstaclecourse import obstacle_ensemble
+from robotics.simulation.channels import RECORDS
+from robotics.simulation.loop import Simulation, simulate
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from robotics.simulation.scenario.robots import load_robot
+from tests.robotics.laws.rules.arrayteam import BothTeams
+from tests.robotics.laws.rules.handmade import linear_base, lines
+
+EXACT = 1e-9  # m, rad, ...: numpy's cosines and exponentials differ from those of compiled code in the last bit
+HARD = Disturbance(loss=0.2, latency=0.3, freeze=6.0)
+CASES: dict[str, tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = {
+    "crossings": (crossing_ensemble, (3,), {}),
+    "crossings of four, ends near paths": (crossing_ensemble, (4,), {"kind": "B"}),
+    "obstacles, alone": (obstacle_ensemble, (), {}),
+    "obstacles": (obstacle_ensemble, (), {"kind": "A", "robots": 3, "moving": 2}),
+    "obstacles, tight": (obstacle_ensemble, (), {"kind": "B", "robots": 3}),
+    "traps": (obstacle_ensemble, (), {"kind": "U", "robots": 3}),
+}
+
+
+def check(ensemble: Any, team: FuzzyTeam, seeds: Sequence[int], disturbance: Disturbance, periods: int) -> None:
+    """Drive at most so many periods, and hold what the two forms said against each other."""
+    both, faults = BothTeams(team=team), disturbance.faults(ensemble, seeds)
+    for k, _ in Simulation(ensemble, both, tuple(seeds), faults).periods():
+        if k >= periods:
+            break
+    assert len(both.farthest) > 15
+    assert {name: worst for name, worst in both.farthest.items() if not worst <= EXACT} == {}
+
+
+def ensemble(case: str, seeds: Sequence[int], disturbance: Disturbance, **more: Any) -> Any:
+    make, first, options = CASES[case]
+    given = (*first, seeds) if first else (seeds,)
+    return make(*given, **options, **more, disturbance=disturbance)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_says_the_same(case: str) -> None:
+    check(ensemble(case, range(2), HARD), FuzzyTeam(), range(2), HARD, 150)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("disturbance", [UNDISTURBED, HARD])
+@pytest.mark.parametrize("case", CASES)
+def test_it_says_the_same_to_the_end(case: str, disturbance: Disturbance) -> None:
+    check(ensemble(case, range(8), disturbance), FuzzyTeam(), range(8), disturbance, 1000)
+
+
+@pytest.mark.parametrize("robot", ["mir100", "pioneer-3dx", "turtlebot3-burger"])
+def test_it_says_the_same_of_other_robots(robot: str) -> None:
+    check(ensemble("obstacles", range(1), HARD, robot=load_robot(robot)), FuzzyTeam(), range(1), HARD, 120)
+
+
+def test_it_says_the_same_on_a_plan() -> None:
+    check(ensemble("crossings", range(6), HARD), FuzzyTeam(plan="reservation"), range(6), HARD, 150)
+
+
+ALONE = tuple(name for name, q in RULE_QUANTITIES.items() if not q.pair)
+PAIRS = tuple(name for name, q in RULE_QUANTITIES.items() if q.pair)
+SOME = "target_v:0.5", "target_w:1", "target_curvature:2.5", "range:front-left", "range:right"
+NUMBERED = tuple(name.replace("N", n) for name in PATTERNS if name.startswith("robotN_") for n in "12")
+
+
+def bases(folder: Any, names: dict[str, Sequence[str]], rules: int) -> dict[str, Any]:
+    """Rule bases, by their tasks, of inputs of these names."""
+    outputs = {"cooperation": "rate", "crash": "speed", "obstacles": "turn", "supervisor": "cooperation"}
+    return {
+        f"{task}_rule_base": str(
+            linear_base(
+                folder / f"{task}.fis",
+                dict.fromkeys(inputs, (-9.0, 9.0)),
+                {outputs[task]: [*([0.02] * len(inputs)), 0.5]},
+                rules,
+            )
+        )
+        for task, inputs in names.items()
+    }
+
+
+@pytest.mark.parametrize("rules", [0, 1])
+@pytest.mark.parametrize("case", ["crossings", "obstacles"])
+def test_it_knows_every_quantity(case: str, rules: int, tmp_path: Any) -> None:
+    half = len(ALONE) // 2
+    numbered = [*NUMBERED, *(name for name in SOME if case == "obstacles" or not name.startswith("range"))]
+    together: dict[str, Sequence[str]] = {"cooperation": ALONE[:half], "crash": (*PAIRS, "v"), "supervisor": numbered}
+    for names in (together, {"cooperation": ALONE[half:]}):
+        team = FuzzyTeam(**bases(tmp_path, names, rules))
+        check(ensemble(case, range(2), HARD), team, range(2), HARD, 150)
+
+
+def test_a_quantity_of_ones_own_drives_on_arrays(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    made = Quantity("m", "how far east the robot is", lambda s: s.seen.x)
+    monkeypatch.setitem(QUANTITY_GROUPS["Its own motion"], "east", made)
+    monkeypatch.setitem(RULE_QUANTITIES, "east", made)
+    team = FuzzyTeam(**bases(tmp_path, {"cooperation": ["east"]}, 1))
+    assert not team.has_equation
+    run = simulate(parse_scenario(lines((0.0, 0.0), (0.0, 1.0), duration=20.0), "pair"), team)
+    assert run.inputs is not None
+    np.testing.assert_allclose(np.moveaxis(run.inputs[:, 4], 0, -1), run["x_measured"], rtol=1e-6)
+
+
+def outcomes(stress: Callable[[Any], Any]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    return stress(FuzzyTeam()).table, stress(InterpretedTeam()).table
+
+
+@pytest.mark.parametrize("runs", [10, pytest.param(100, marks=pytest.mark.long)])
+def test_whole_crossings_end_alike(runs: int) -> None:
+    own, arrays = outcomes(lambda law: stress_crossing(law, 3, range(runs)))
+    pd.testing.assert_frame_equal(own, arrays, rtol=0.0, atol=0.051)
+
+
+def test_what_a_run_records_is_there_from_both() -> None:
+    scenario = load_scenario("three-cross")
+    own, arrays = (simulate(scenario, law(), (3,)) for law in (FuzzyTeam, InterpretedTeam))
+    assert own.recorded.keys() == arrays.recorded.keys()
+    early = own.time < 20.0
+    for name in ("samples", "inputs", "modes", "guarded"):
+        axis = RECORDS[name].axes.index("sample")
+        one, other = (np.compress(early, run.recorded[name].values, axis) for run in (own, arrays))
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-6, err_msg=name)
