@@ -141,14 +141,14 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
 @kernel
 def _next(last, room, place, others):  # type: ignore[no-untyped-def]
     runs, robots = place.shape
-    out = np.empty((3, runs, robots, robots))
+    way, through, theirs = np.empty((runs, robots, robots)), np.empty((runs, robots, robots)), np.empty(others.shape)
     for r in range(runs):
         for i in range(robots):
             for j in range(robots):
-                out[0, r, i, j], out[1, r, i, j], out[2, r, i, j] = next_meeting(
-                    last[r if len(last) > 1 else 0], place[r, i], others[r, i], room[i], i, j
-                )
-    return out[0], out[1], out[2]
+                own = last[r if len(last) > 1 else 0]
+                found = next_meeting(own, place[r, i], others[r, i], room[i], i, j)
+                way[r, i, j], through[r, i, j], theirs[r, i, j] = found
+    return way, through, theirs
 
 
 @compiled_only
