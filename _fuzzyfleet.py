@@ -17,6 +17,7 @@ _MARK = b"import _fuzzyfleet"  # which stands in each of our __init__.py
 # What takes the place of a package, among the files that a distribution installed
 _TAKES = rf"(?m)^(?:\.\./)*(({'|'.join(PACKAGES)})(?:/__init__\.py|\.py|(?:\.[\w-]+)?\.(?:so|pyd)))(?=,|$)"
 _LISTS = ("RECORD", "installed-files.txt")  # of a wheel, and of installers before there were wheels
+_STRANGERS = tuple(f"{name}-" for name in PACKAGES)  # how their descriptions begin, such as anfis-0.3.1.dist-info
 _AGAIN = "pip install --force-reinstall fuzzyfleet --no-deps"
 _checked = False
 
@@ -82,7 +83,7 @@ def _looked(thorough: bool = False) -> tuple[set[str], list[tuple[str, str]]]:
     """The packages that are not ours, and what is wrong; what is installed is read only where something is."""
     places = {name: _place(name) for name in PACKAGES}
     missing = {name for name, (_, ours) in places.items() if not ours}
-    if not (missing or thorough or any(map(_of_known_stranger, listdir(_HERE) if exists(_HERE) else ()))):  # noqa: PTH110, PTH208
+    if not (missing or thorough or _known_strangers()):
         return missing, []
     found = []
     for title, folder, file, name in _takers():
@@ -126,9 +127,9 @@ def _place(name: str) -> tuple[str, bool]:
     return spec.origin, read is not None and _MARK in read(spec.origin)
 
 
-def _of_known_stranger(entry: str) -> bool:
-    name, dash, _ = entry.lower().partition("-")
-    return bool(dash) and name in PACKAGES and entry.endswith((".dist-info", ".egg-info"))
+def _known_strangers() -> bool:
+    """Whether a distribution of the name of a package has been installed here."""
+    return any(entry.lower().startswith(_STRANGERS) for entry in (listdir(_HERE) if exists(_HERE) else ()))  # noqa: PTH110, PTH208
 
 
 def _takers() -> Iterator[tuple[str, str, str, str]]:
