@@ -280,8 +280,8 @@ class FuzzyTeam(EquationLaw):
         return self.plan != "none"
 
     def reads(self, setting: Setting) -> tuple[str, ...]:
-        """All sensors that robots carry, where there is something to see."""
-        return sensor_names(setting.sensors) if setting.world is not None else ()
+        """All sensors that robots carry."""
+        return sensor_names(setting.sensors)
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """How the rule bases are asked, and the numbers of the emergency rule."""

@@ -444,8 +444,8 @@ def _room(robot, memory, known, i, head, table, now, rest):  # type: ignore[no-u
     for sector in range(len(SECTOR)):
         clear[sector], now.echoes[sector] = np.inf, np.inf
     if head.sensors > 0:
-        _look(robot, known, i, head, table, now, rest)
-        _renew_marks(robot, memory, dt, number, radius, head, table, now, rest)
+        sees = _look(robot, known, i, head, table, now, rest)
+        _renew_marks(robot, memory, dt, number, radius, sees, head, table, now, rest)
         for k in range(MARKS):
             if memory.mark_age[k] < np.inf:
                 ahead, left = _in_own_frame(now, memory.mark_x[k] - robot.x, memory.mark_y[k] - robot.y)
@@ -478,7 +478,8 @@ def _stands(clear, gap, bearing):  # type: ignore[no-untyped-def]
 
 @compiled_only(forceinline=True)
 def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
-    """Read the sensors, into ``rest`` without the robots that are in nobody's way."""
+    """Read the sensors, into ``rest`` without the robots that are in nobody's way; return whether one sees a thing."""
+    sees = False
     robots, sensors = known.heard.shape[2], int(head.sensors)
     number, begin, radii = i % robots, int(head.sights), int(head.radii)
     for q in range(sensors):
@@ -503,13 +504,15 @@ def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-d
             ):  # fmt: skip
                 rest[q] = np.inf
                 break
+        sees |= rest[q] < np.inf
         for sector in range(len(SECTOR)):
             if sight.sector[sector] == 1:
                 now.clear[sector] = min(now.clear[sector], max(rest[q] - sight.inner, 0.0))
+    return sees
 
 
 @compiled_only(forceinline=True)
-def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # type: ignore[no-untyped-def]
+def _renew_marks(robot, memory, dt, number, radius, sees, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Remember where the nearest thing in each sector was seen, until it is looked past or forgotten."""
     sensors, begin = int(head.sensors), int(head.sights)
     for k in range(MARKS):
@@ -528,7 +531,7 @@ def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # 
             else:
                 memory.mark_age[k] = age + dt
                 limit = min(math.hypot(ahead, left) - radius, WORTH_A_MARK)
-        for q in range(sensors):
+        for q in range(sensors if sees else 0):
             sight = SightColumns(table, begin + (number * sensors + q) * _SIGHT)
             if sight.sector[MARKED[k]] == 1 and sight.half_cone <= NARROW and rest[q] - sight.inner < limit:
                 limit, nearest_q = rest[q] - sight.inner, q
