@@ -33,9 +33,9 @@ from robotics.world.paths.references import Level, Reference
 
 BACK_TO_PATH = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
-GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+BEST_GROWTH = 0.05  # m: a place on the path that has grown by more is progress
 BESIDE, AHEAD_SEEN = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
-PATIENCE = 12.0  # s without progress: from then on the robot expects less
+STUCK_PATIENCE = 12.0  # s without progress: from then on the robot expects less
 EXPECTATION_LOSS = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 LOOK_ALONG_PATH = 1.2  # m of the path ahead that it may stand in the way of
@@ -288,13 +288,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
+        """The largest place less the way back to the path [m], updated where it has grown by BEST_GROWTH.
 
         A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
         """
         net, before = self.place - self.off, self.recall.best
-        relaxed = before - np.where(self.recall.stuck > PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
-        return np.where(net > before + GROWTH, net, relaxed)
+        relaxed = before - np.where(self.recall.stuck > STUCK_PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
+        return np.where(net > before + BEST_GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
