@@ -18,8 +18,8 @@ from robotics.laws.rules.perception import (
     FIRST_LATER,
     FIRST_NUMBERED,
     FIRST_PAIR,
+    FIRST_READING,
     PLACES,
-    READING,
     TOLD,
     TeamColumns,
     other_of,
@@ -27,7 +27,7 @@ from robotics.laws.rules.perception import (
 from robotics.laws.rules.quantities import NUMBERED, numbered
 from robotics.world.paths.road import moving
 
-INPUTS, OUTPUTS = 32, 4  # of a rule base, at most
+MOST_INPUTS, MOST_OUTPUTS = 32, 4  # of a rule base, at most
 _V, _W = (FIRST_LATER + LATER.index(name) for name in ("target_v", "target_w"))
 _AHEAD, _LEFT, _SPEED, _GAP, _BEARING, _CLOSING, _LAG, _AGE = (
     FIRST_NUMBERED + [*NUMBERED].index(name)
@@ -42,11 +42,11 @@ class AskColumns(Columns):
     begin = column("", "where it begins among the packed rule bases")
     rules = column("", "1: it has some")
     pairs = column("", "1: it is asked once for each other robot")
-    places = several(INPUTS, "", "of its inputs in PLACES")
-    numbers = several(INPUTS, "", "of each: seconds from now [s], the number of a robot from 0, or of a sensor")
-    given = several(OUTPUTS, "", "where it gives each output; -1: it does not")
-    neutral = several(OUTPUTS, "", "what holds where it does not, and of a robot that is not heard")
-    adds = several(OUTPUTS, "", "1: over the other robots it adds up, 0: the least holds")
+    places = several(MOST_INPUTS, "", "of its inputs in PLACES")
+    numbers = several(MOST_INPUTS, "", "of each: seconds from now [s], the number of a robot from 0, or of a sensor")
+    given = several(MOST_OUTPUTS, "", "where it gives each output; -1: it does not")
+    neutral = several(MOST_OUTPUTS, "", "what holds where it does not, and of a robot that is not heard")
+    adds = several(MOST_OUTPUTS, "", "1: over the other robots it adds up, 0: the least holds")
     least = column("", "the place of its output by which the most urgent robot is found; -1: the first, by its size")
     told = column("", "where its inputs begin among those of all rule bases")
 
@@ -54,14 +54,14 @@ class AskColumns(Columns):
 class AnswerColumns(Columns):
     """What a rule base is asked in."""
 
-    asked = several(INPUTS, "", "its inputs")
-    said = several(OUTPUTS, "", "what it says")
+    asked = several(MOST_INPUTS, "", "its inputs")
+    said = several(MOST_OUTPUTS, "", "what it says")
 
 
 def is_compiled(base: RuleBase) -> bool:
     """Whether compiled code can ask a rule base: by its inputs, and what is to be beyond their universes."""
-    known = all(_place(v.name) is not None for v in base.fis.inputs) and len(base.fis.inputs) <= INPUTS
-    return known and len(base.fis.outputs) <= OUTPUTS and base.fis.out_of_range != "error"
+    known = all(_place(v.name) is not None for v in base.fis.inputs) and len(base.fis.inputs) <= MOST_INPUTS
+    return known and len(base.fis.outputs) <= MOST_OUTPUTS and base.fis.out_of_range != "error"
 
 
 def _place(name: str, sensors: tuple[str, ...] = ()) -> tuple[int, float] | None:
@@ -72,7 +72,7 @@ def _place(name: str, sensors: tuple[str, ...] = ()) -> tuple[int, float] | None
         return FIRST_LATER + LATER.index(at[0]), at[1]
     if name.startswith("range:"):
         sensor = name.removeprefix("range:")
-        return READING, float(sensors.index(sensor)) if sensor in sensors else -1.0
+        return FIRST_READING, float(sensors.index(sensor)) if sensor in sensors else -1.0
     if found := numbered(name):
         return FIRST_NUMBERED + [*NUMBERED].index(found[1]), float(found[0])
     return None
@@ -90,14 +90,14 @@ def ask_numbers(
         told: Where its inputs begin among those of all.
         sensors: The range sensors that the equation is told of.
     """
-    nothing = [0.0] * (OUTPUTS - len(neutral))
+    nothing = [0.0] * (MOST_OUTPUTS - len(neutral))
     rows: dict[str, object] = dict.fromkeys(AskColumns.columns, 0.0)
-    rows |= {"places": [0.0] * INPUTS, "numbers": [0.0] * INPUTS, "given": [-1.0] * OUTPUTS}
+    rows |= {"places": [0.0] * MOST_INPUTS, "numbers": [0.0] * MOST_INPUTS, "given": [-1.0] * MOST_OUTPUTS}
     rows |= {"neutral": [*neutral.values(), *nothing], "adds": [*(float(n in ADDED) for n in neutral), *nothing]}
     if base is None:
         return rows
     places = [_place(v.name, sensors) or (0, 0.0) for v in base.fis.inputs]
-    rest = [0.0] * (INPUTS - len(places))
+    rest = [0.0] * (MOST_INPUTS - len(places))
     least = [place for name, place in base.outputs.items() if name not in ADDED]
     return rows | {
         "count": len(places),
@@ -114,7 +114,7 @@ def ask_numbers(
 
 @compiled_only(forceinline=True)
 def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, inputs, out):  # type: ignore[no-untyped-def]
-    """Write what a rule base says into ``out`` (OUTPUTS,), and its inputs where runs record them.
+    """Write what a rule base says into ``out`` (MOST_OUTPUTS,), and its inputs where runs record them.
 
     Args:
         ask: AskColumns.
@@ -131,7 +131,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
         out: Where the answer is written.
     """
     count, system, told = int(ask.count), rules[int(ask.begin) :], int(ask.told)
-    for o in range(OUTPUTS):
+    for o in range(MOST_OUTPUTS):
         out[o] = ask.neutral[o]
     for n in range(count):
         inputs[told + n] = np.nan
@@ -156,7 +156,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
         if ask.rules == 1:
             evaluate_packed(system, work.asked, work.said, rest)
             urgency = work.said[int(ask.least)] if ask.least >= 0 else -abs(work.said[0])
-            for o in range(OUTPUTS):
+            for o in range(MOST_OUTPUTS):
                 if ask.given[o] >= 0:
                     said = work.said[int(ask.given[o])]
                     if pairs:
@@ -172,7 +172,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
 def _numbered(place, number, memory, known, i, head, readings):  # type: ignore[no-untyped-def]
     """A quantity of a later time, of a robot by its number, or what a range sensor reads."""
     robots = known.heard.shape[2]
-    if place == READING:
+    if place == FIRST_READING:
         return known.ranges[int(number), i] if number >= 0 else np.inf
     if place < FIRST_NUMBERED:
         _, _, _, v, w, _ = moving(known.road, known.path[i], memory.clock + number)

@@ -29,7 +29,7 @@ MARKED = (SECTOR.front_left, SECTOR.front_right, SECTOR.left, SECTOR.right)
 NARROW = 0.3  # rad: half the opening angle of the widest cone that tells where a thing is
 WORTH_A_MARK = 0.5  # m between the thing and the turning circle
 REMEMBERED = 5.0  # s: with 3 s, 20 of 400 Pioneers touch the end of a wall that they go round, with 5 or 8 s none
-PAST = 0.1  # m: a beam that reads so much more looks past a thing
+LOOKED_PAST = 0.1  # m: a beam that reads so much more looks past a thing
 BEAM = 0.05  # rad: half the opening angle of a beam, and how far beside it a thing may lie
 NEARBY = 0.3  # m between the turning circles: a robot that stands farther away is no obstacle
 
@@ -125,7 +125,7 @@ def without_robots(
     return np.asarray(without_echoes(np.ascontiguousarray(values), *mounts, ahead, left, known, radii, nearer, unsure))
 
 
-class Marks(NamedTuple):
+class EchoMarks(NamedTuple):
     """Where a robot last saw the nearest thing in each sector of MARKED; each field is (runs, robots, sectors).
 
     A thing that no sensor sees any more, as the end of a wall beside the robot's tail, or a thin wall seen end-on, is
@@ -137,12 +137,14 @@ class Marks(NamedTuple):
     age: np.ndarray  # s since it was seen; infinite: nothing is remembered
 
     @classmethod
-    def none(cls, runs: int, robots: int) -> "Marks":
+    def none(cls, runs: int, robots: int) -> "EchoMarks":
         """Nothing is remembered."""
         zero = np.zeros((runs, robots, len(MARKED)))
         return cls(zero, zero, zero + np.inf)
 
-    def renewed(self, sensors: Sensors, seen: Observation, values: np.ndarray, radii: np.ndarray, dt: float) -> "Marks":
+    def renewed(
+        self, sensors: Sensors, seen: Observation, values: np.ndarray, radii: np.ndarray, dt: float
+    ) -> "EchoMarks":
         """What is remembered after a period of ``dt`` [s]; the other arguments are as of :func:`without_robots`."""
         ahead, left = in_own_frame(seen, self.x - seen.x[..., None], self.y - seen.y[..., None])
         away = np.hypot(ahead, left) - radii[:, None]
@@ -162,7 +164,7 @@ class Marks(NamedTuple):
             x[..., k] = np.where(new, seen.x + cos * there[0] - sin * there[1], x[..., k])
             y[..., k] = np.where(new, seen.y + sin * there[0] + cos * there[1], y[..., k])
             age[..., k] = np.where(new, 0.0, age[..., k])
-        return Marks(x, y, age)
+        return EchoMarks(x, y, age)
 
     def clearances(self, seen: Observation, radii: np.ndarray) -> np.ndarray:
         """The clearance in each sector [m] (sectors, runs, robots) to what is remembered, wherever that lies now."""
@@ -180,7 +182,7 @@ def _looks_past(sensors: Sensors, values: np.ndarray, ahead: np.ndarray, left: n
     aside = np.abs(wrapped(np.arctan2(dy, dx) - sensors.axis[:, None]))
     at_it = (aside <= BEAM) & (sensors.half_cone <= BEAM)[:, None]
     read = np.where(np.isfinite(values), values, 0.0)[:, :, None]
-    return np.asarray((at_it & (read > np.hypot(dx, dy) + PAST)).any(axis=-1))
+    return np.asarray((at_it & (read > np.hypot(dx, dy) + LOOKED_PAST)).any(axis=-1))
 
 
 def standing_robots(gap: np.ndarray, bearing: np.ndarray, counts: np.ndarray) -> np.ndarray:

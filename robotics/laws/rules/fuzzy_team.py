@@ -39,16 +39,16 @@ from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw, equation, gain_columns
 from robotics.laws.law import Command, Observation, check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
-from robotics.laws.rules.asking import OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules, is_compiled
+from robotics.laws.rules.asking import MOST_OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules, is_compiled
 from robotics.laws.rules.emergency import EmergencyColumns, EmergencySettings, kept_safe
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.perception import (
     KNOWN,
-    AskingColumns,
     PerceivedColumns,
     RecallColumns,
     TeamColumns,
     TeamMessage,
+    WantedColumns,
     asking,
     perceive,
     recalled,
@@ -127,7 +127,7 @@ class TeamDerived(Columns):
 
     tracks = column("", "1: it has a rule base of tracking; 2: one without rules")
     tracking_inputs = column("", "how many that has")
-    asks = within(AskingColumns)
+    asks = within(WantedColumns)
     first_ask = column("", "the row of the next among the gains")
     cooperation = within(AskColumns)
     crash = within(AskColumns)
@@ -141,7 +141,7 @@ class TeamWork(Columns):
 
     now = within(PerceivedColumns)
     answer = within(AnswerColumns)
-    answers = several(len(TEAM_OUTPUTS) * OUTPUTS, "", "what the rule bases say, as NEUTRAL")
+    answers = several(len(TEAM_OUTPUTS) * MOST_OUTPUTS, "", "what the rule bases say, as NEUTRAL")
     tracking = within(TrackingWork)
 
 
@@ -153,10 +153,10 @@ def drive_team(robot, gain, memory, command, work, known, i, rules, table):  # t
     perceive(robot, memory, asks, known, i, table, now, rest)
     for task in range(_TASKS):
         ask = AskColumns(known.gains[int(gain.first_ask) + task * _ASK :], known.column[i])
-        answer = work.answers[task * OUTPUTS : (task + 1) * OUTPUTS]
+        answer = work.answers[task * MOST_OUTPUTS : (task + 1) * MOST_OUTPUTS]
         ask_rules(ask, rules, memory, known, i, table, now, work.answer, rest, readings, inputs, answer)
-    together, crash = work.answers[0:OUTPUTS], work.answers[OUTPUTS : 2 * OUTPUTS]
-    obstacles, urgency = work.answers[2 * OUTPUTS : 3 * OUTPUTS], work.answers[3 * OUTPUTS :]
+    together, crash = work.answers[0:MOST_OUTPUTS], work.answers[MOST_OUTPUTS : 2 * MOST_OUTPUTS]
+    obstacles, urgency = work.answers[2 * MOST_OUTPUTS : 3 * MOST_OUTPUTS], work.answers[3 * MOST_OUTPUTS :]
     joint = urgency[_URGENCY.cooperation]
     pace = (1 - math.exp(-known.time)) * (1 + joint * (together[_TOGETHER.rate] - 1))
     in_time = FREE_SPEED + joint * (together[_TOGETHER.speed] - FREE_SPEED)
@@ -280,8 +280,8 @@ class FuzzyTeam(EquationLaw):
         return self.plan != "none"
 
     def reads(self, setting: Setting) -> tuple[str, ...]:
-        """All sensors that robots carry, where there is something to see."""
-        return sensor_names(setting.sensors) if setting.world is not None else ()
+        """All sensors that robots carry."""
+        return sensor_names(setting.sensors)
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """How the rule bases are asked, and the numbers of the emergency rule."""

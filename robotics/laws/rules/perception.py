@@ -19,10 +19,10 @@ from robotics.laws.equation import AimColumns, HeardColumns
 from robotics.laws.knowledge import share_of
 from robotics.laws.rules.clearances import (
     BEAM,
+    LOOKED_PAST,
     MARKED,
     NARROW,
     NEARBY,
-    PAST,
     REMEMBERED,
     RISE,
     SECTOR,
@@ -38,10 +38,10 @@ from robotics.laws.rules.situation import (
     AHEAD_SEEN,
     BACK_TO_PATH,
     BESIDE,
+    BEST_GROWTH,
     CORRIDOR,
     EXPECTATION_LOSS,
     FARTHEST,
-    GROWTH,
     LONGEST_WAY_BACK,
     LOOK_ALONG_PATH,
     NEAR_END,
@@ -49,13 +49,13 @@ from robotics.laws.rules.situation import (
     NOTICED,
     ON_PLAN,
     ONWARD,
-    PATIENCE,
     QUICK,
     SIDE_TIME,
     SLOW,
     SMOOTH_TIME,
     SMOOTHING,
     STANDS,
+    STUCK_PATIENCE,
     SWING,
     SWINGING,
     Fixed,
@@ -73,18 +73,18 @@ from robotics.world.radio.channel import predicted
 # its number, and the range sensors
 _PAIRS = tuple(name for name, q in RULE_QUANTITIES.items() if q.pair)
 _OWN = tuple(name for name in RULE_QUANTITIES if name not in _PAIRS)
-KNOWN, TOLD, _LATER, _NUMBERED = codes(_OWN), codes(_PAIRS), codes(LATER), codes(tuple(NUMBERED))
+KNOWN, TOLD = codes(_OWN), codes(_PAIRS)
 PLACES = (*_OWN, *_PAIRS, *LATER, *(f"robotN_{name}" for name in NUMBERED), "range:NAME")
 FIRST_PAIR, FIRST_LATER = len(_OWN), len(_OWN) + len(_PAIRS)
 FIRST_NUMBERED = FIRST_LATER + len(LATER)
-READING = FIRST_NUMBERED + len(NUMBERED)
+FIRST_READING = FIRST_NUMBERED + len(NUMBERED)
 # What is computed only where a rule base asks for some of it
-TARGET = ("distance", "alpha", "x_err", "y_err", "heading_err", "x_err_smooth", "y_err_smooth", "heading_err_smooth")
-ONWARDS = ("path_bearing", "path_away")
-FORMATION = ("leader_ahead", "stretch", "onward_bearing")
-MEETING = ("meeting", "their_meeting", "lead")
+OF_TARGET = ("distance", "alpha", "x_err", "y_err", "heading_err", "x_err_smooth", "y_err_smooth", "heading_err_smooth")
+OF_ONWARDS = ("path_bearing", "path_away")
+OF_FORMATION = ("leader_ahead", "stretch", "onward_bearing")
+OF_MEETING = ("meeting", "their_meeting", "lead")
 ALONG = int(np.ceil(LOOK_ALONG_PATH / CELL))
-MARKS = len(MARKED)
+MARK_COUNT = len(MARKED)
 
 
 class TeamMessage(Columns):
@@ -99,7 +99,7 @@ class TeamMessage(Columns):
     stuck = column("s", "without progress")
 
 
-class TeamHeard(HeardColumns):
+class FuzzyTeamHeard(HeardColumns):
     """What one robot has heard of another."""
 
     said = within(TeamMessage)
@@ -126,9 +126,9 @@ class RecallColumns(Columns):
     heading_err = column("rad")
     v_command = column("m/s")
     w_command = column("rad/s")
-    mark_x = several(MARKS, "m")
-    mark_y = several(MARKS, "m")
-    mark_age = several(MARKS, "s")
+    mark_x = several(MARK_COUNT, "m")
+    mark_y = several(MARK_COUNT, "m")
+    mark_age = several(MARK_COUNT, "s")
 
 
 class TeamColumns(Columns):
@@ -199,7 +199,7 @@ class PerceivedColumns(Columns):
     echoes = several(len(SECTOR), "m", "by what sensors read now, robots included")
 
 
-class AskingColumns(Columns):
+class WantedColumns(Columns):
     """What rule bases ask for that is computed only then, 1 each; and where things stand in the work."""
 
     target = column("")
@@ -217,8 +217,8 @@ _OTHER, _SIGHT = OtherColumns.size, SightColumns.size
 
 
 def asking(names: set[str], period: float, readings: int) -> dict[str, float]:
-    """The numbers of :class:`AskingColumns` where rule bases ask for quantities of these ``names``."""
-    groups = {"target": TARGET, "onwards": ONWARDS, "formation": FORMATION, "meeting": MEETING}
+    """The numbers of :class:`WantedColumns` where rule bases ask for quantities of these ``names``."""
+    groups = {"target": OF_TARGET, "onwards": OF_ONWARDS, "formation": OF_FORMATION, "meeting": OF_MEETING}
     asked = {group: float(bool(names & {*of})) for group, of in groups.items()}
     return asked | {"smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
 
@@ -286,7 +286,7 @@ def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[n
     Args:
         robot: RobotColumns.
         memory: RecallColumns, of which nothing is changed but the marks.
-        asks: AskingColumns.
+        asks: WantedColumns.
         known: What the law knows; the message is TeamMessage.
         i: The lane.
         table: What the team knows before the start.
@@ -321,8 +321,8 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
     off, length = math.hypot(x - robot.x, y - robot.y), road.lengths[path]
     due.x, due.y, due.heading, due.v, due.w, due.s = moving(road, path, min(memory.clock, head.end))
     net, remaining = place - off, length - place + off
-    expected = memory.best - (EXPECTATION_LOSS * known.dt if memory.stuck > PATIENCE else 0.0)
-    now.best = net if net > memory.best + GROWTH else expected
+    expected = memory.best - (EXPECTATION_LOSS * known.dt if memory.stuck > STUCK_PATIENCE else 0.0)
+    now.best = net if net > memory.best + BEST_GROWTH else expected
     waits = memory.yields > 0.5 or remaining < NEAR_END or due.s < net + (ON_PLAN if planned_too else 0.0)
     stuck = memory.stuck + (0.0 if waits else known.dt)
     now.place, now.off = place, off
@@ -367,7 +367,11 @@ def _others(robot, memory, known, i, head, table, now, rest):  # type: ignore[no
     number, level = i % robots, share(known.road, known.path[i], now.due.s)
     v_x, v_y = robot.v * now.cos, robot.v * now.sin
     for j in range(robots):
-        heard, other, path = TeamHeard(known.heard, i, j), other_of(rest, head, robots, j), known.path[i] - number + j
+        heard, other, path = (
+            FuzzyTeamHeard(known.heard, i, j),
+            other_of(rest, head, robots, j),
+            known.path[i] - number + j,
+        )
         said, where = heard.said, heard.said.where
         hears = heard.hears > 0
         dx, dy = predicted(where.x, where.v_x, heard.age) - robot.x, predicted(where.y, where.v_y, heard.age) - robot.y
@@ -444,9 +448,9 @@ def _room(robot, memory, known, i, head, table, now, rest):  # type: ignore[no-u
     for sector in range(len(SECTOR)):
         clear[sector], now.echoes[sector] = np.inf, np.inf
     if head.sensors > 0:
-        _look(robot, known, i, head, table, now, rest)
-        _renew_marks(robot, memory, dt, number, radius, head, table, now, rest)
-        for k in range(MARKS):
+        sees = _look(robot, known, i, head, table, now, rest)
+        _renew_marks(robot, memory, dt, number, radius, sees, head, table, now, rest)
+        for k in range(MARK_COUNT):
             if memory.mark_age[k] < np.inf:
                 ahead, left = _in_own_frame(now, memory.mark_x[k] - robot.x, memory.mark_y[k] - robot.y)
                 _stands(clear, math.hypot(ahead, left) - radius, math.atan2(left, ahead))
@@ -478,7 +482,8 @@ def _stands(clear, gap, bearing):  # type: ignore[no-untyped-def]
 
 @compiled_only(forceinline=True)
 def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
-    """Read the sensors, into ``rest`` without the robots that are in nobody's way."""
+    """Read the sensors, into ``rest`` without the robots that are in nobody's way; return whether one sees a thing."""
+    sees = False
     robots, sensors = known.heard.shape[2], int(head.sensors)
     number, begin, radii = i % robots, int(head.sights), int(head.radii)
     for q in range(sensors):
@@ -503,16 +508,18 @@ def _look(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-d
             ):  # fmt: skip
                 rest[q] = np.inf
                 break
+        sees |= rest[q] < np.inf
         for sector in range(len(SECTOR)):
             if sight.sector[sector] == 1:
                 now.clear[sector] = min(now.clear[sector], max(rest[q] - sight.inner, 0.0))
+    return sees
 
 
 @compiled_only(forceinline=True)
-def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # type: ignore[no-untyped-def]
+def _renew_marks(robot, memory, dt, number, radius, sees, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Remember where the nearest thing in each sector was seen, until it is looked past or forgotten."""
     sensors, begin = int(head.sensors), int(head.sights)
-    for k in range(MARKS):
+    for k in range(MARK_COUNT):
         age, limit, nearest_q = memory.mark_age[k], WORTH_A_MARK, -1
         if age < np.inf:
             ahead, left = _in_own_frame(now, memory.mark_x[k] - robot.x, memory.mark_y[k] - robot.y)
@@ -522,13 +529,13 @@ def _renew_marks(robot, memory, dt, number, radius, head, table, now, rest):  # 
                 if not gone and sight.half_cone <= BEAM and rest[q] < np.inf:
                     dx, dy = ahead - sight.x, left - sight.y
                     aside = abs(wrapped_compiled(math.atan2(dy, dx) - sight.axis))
-                    gone = aside <= BEAM and rest[q] > math.hypot(dx, dy) + PAST
+                    gone = aside <= BEAM and rest[q] > math.hypot(dx, dy) + LOOKED_PAST
             if gone:
                 memory.mark_age[k] = np.inf
             else:
                 memory.mark_age[k] = age + dt
                 limit = min(math.hypot(ahead, left) - radius, WORTH_A_MARK)
-        for q in range(sensors):
+        for q in range(sensors if sees else 0):
             sight = SightColumns(table, begin + (number * sensors + q) * _SIGHT)
             if sight.sector[MARKED[k]] == 1 and sight.half_cone <= NARROW and rest[q] - sight.inner < limit:
                 limit, nearest_q = rest[q] - sight.inner, q
@@ -622,7 +629,7 @@ def remember(memory, known, i, now, pace, keep, yields, v, w):  # type: ignore[n
     """Remember this period; the copies of the clock agree on the slowest. As Situation.remembered."""
     clock = memory.clock + known.dt * pace
     for j in range(known.heard.shape[2]):
-        heard = TeamHeard(known.heard, i, j)
+        heard = FuzzyTeamHeard(known.heard, i, j)
         if heard.hears > 0:
             theirs = predicted(heard.said.clock, heard.said.pace, heard.age) + known.dt * max(heard.said.pace, 1.0)
             if theirs < clock:  # false where nothing was heard yet

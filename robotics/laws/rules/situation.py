@@ -17,7 +17,7 @@ from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     RISE,
     SECTOR,
-    Marks,
+    EchoMarks,
     Sensors,
     room_for_braking,
     sensed,
@@ -33,9 +33,9 @@ from robotics.world.paths.references import Level, Reference
 
 BACK_TO_PATH = 0.4  # m: the point of the path by whose bearing a robot comes back to its path
 ONWARD = 0.3  # m: the point of the path to which a robot of a formation steers
-GROWTH = 0.05  # m: a place on the path that has grown by more is progress
+BEST_GROWTH = 0.05  # m: a place on the path that has grown by more is progress
 BESIDE, AHEAD_SEEN = 0.4, 0.7  # m: an obstacle that is nearer is seen beside, and ahead
-PATIENCE = 12.0  # s without progress: from then on the robot expects less
+STUCK_PATIENCE = 12.0  # s without progress: from then on the robot expects less
 EXPECTATION_LOSS = 0.05  # m/s: by which it does
 CORRIDOR = 0.1  # m: a standing robot nearer to the path than this beyond both circles is in the way
 LOOK_ALONG_PATH = 1.2  # m of the path ahead that it may stand in the way of
@@ -121,7 +121,7 @@ class Recall(NamedTuple):
     heading_err: np.ndarray  # rad, likewise
     v_command: np.ndarray  # m/s: the last
     w_command: np.ndarray  # rad/s: the last
-    marks: Marks  # where something was seen
+    marks: EchoMarks  # where something was seen
 
     @classmethod
     def start(cls, setting: Setting, runs: int, plan: PlannedTiming | None = None) -> "Recall":
@@ -139,7 +139,7 @@ class Recall(NamedTuple):
         start = dict.fromkeys(cls._fields, zero) | {"place": near, "best": near, "fast": far, "slow": far}
         start |= dict.fromkeys(("x_err", "y_err", "heading_err"), zero + np.nan)
         clear = np.full((len(SECTOR), runs, robots), np.inf)
-        return cls(**start | {"clear": clear, "marks": Marks.none(runs, robots)})
+        return cls(**start | {"clear": clear, "marks": EchoMarks.none(runs, robots)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,13 +288,13 @@ class Situation:
 
     @cached_property
     def best(self) -> np.ndarray:
-        """The largest place less the way back to the path [m], updated where it has grown by GROWTH.
+        """The largest place less the way back to the path [m], updated where it has grown by BEST_GROWTH.
 
         A robot that has been stuck for long expects less: else it might go round and round what it cannot leave there.
         """
         net, before = self.place - self.off, self.recall.best
-        relaxed = before - np.where(self.recall.stuck > PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
-        return np.where(net > before + GROWTH, net, relaxed)
+        relaxed = before - np.where(self.recall.stuck > STUCK_PATIENCE, EXPECTATION_LOSS * self.dt, 0.0)
+        return np.where(net > before + BEST_GROWTH, net, relaxed)
 
     @cached_property
     def stuck(self) -> np.ndarray:
@@ -392,7 +392,7 @@ class Situation:
         return without_robots(self.fixed.sensors, seen, values, dx, dy, speed > STANDS, unsure, self.fixed.radii)
 
     @cached_property
-    def marks(self) -> Marks:
+    def marks(self) -> EchoMarks:
         """Where something was seen that may be there still."""
         if self.seen.ranges is None:
             return self.recall.marks

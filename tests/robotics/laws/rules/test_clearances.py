@@ -9,7 +9,7 @@ from robotics.laws.law import Observation
 from robotics.laws.rules.clearances import (
     REMEMBERED,
     SECTOR,
-    Marks,
+    EchoMarks,
     Sensors,
     room_for_braking,
     sensed,
@@ -169,7 +169,7 @@ TAIL = {"side": RangeSensor(x=0.1, y=-0.1, axis=-np.pi / 2, half_cone=0.2, rays=
 def remembered(carried, sights, dt=0.1):
     """The clearance in each sector [m] after a robot has been at places and read what ``sights`` say, one a period."""
     sensors, radii = Sensors.of([ROBOT], [carried]), np.array([RADIUS])
-    marks = Marks.none(1, 1)
+    marks = EchoMarks.none(1, 1)
     for x, reading in sights:
         pose = np.full((1, 1), x), np.zeros((1, 1)), np.zeros((1, 1))
         seen = Observation(0.0, *pose, pose[1], pose[1], None, None)

@@ -96,8 +96,8 @@ def test_it_knows_every_quantity(case: str, rules: int, tmp_path: Any) -> None:
     half = len(ALONE) // 2
     numbered = [*NUMBERED, *(name for name in SOME if case == "obstacles" or not name.startswith("range"))]
     together: dict[str, Sequence[str]] = {"cooperation": ALONE[:half], "crash": (*PAIRS, "v"), "supervisor": numbered}
-    rest: dict[str, Sequence[str]] = {"cooperation": ALONE[half:]}
-    for names in (together, rest):
+    apart: dict[str, Sequence[str]] = {"cooperation": ALONE[half:]}
+    for names in (together, apart):
         team = FuzzyTeam(**bases(tmp_path, names, rules))
         check(ensemble(case, range(2), HARD), team, range(2), HARD, 150)
 
