@@ -289,7 +289,7 @@ class Sugeno:
         return titled(self.name, sizes(self), table(("variable", "range", "terms", ""), rows), rules)
 
     def without_rule(self, place: int) -> "Sugeno":
-        """The system without the rule at a place, from 0."""
+        """The system without one of its rules, the one at ``place``, counted from 0."""
         return replace(self, rules=(*self.rules[:place], *self.rules[place + 1 :]))
 
     def __getitem__(self, name: str) -> Variable:
