@@ -16,6 +16,8 @@ from tests.helpexamples import helps
 from tests.snippets import run_commands, run_python, snippets
 
 ROOT = Path(__file__).parents[1]
+# The designer's server never ends, and what it computes a script does; an arena takes minutes, and has no kernel more.
+_LEFT_OUT = (("fuzzy", "design"), ("robotics", "arena"))
 
 
 class Task(NamedTuple):
@@ -40,8 +42,7 @@ def tasks() -> list[Task]:
     for page in _listed()["pages"]:
         text = "\n".join(text for kind, text in snippets(ROOT / page) if kind == "python")
         found.append(Task(page, text, script=True))
-    # The designer's server never ends, and what it computes a script does.
-    found += [Task(" ".join(h.words), "\n".join(h.examples)) for h in helps() if h.words != ("fuzzy", "design")]
+    found += [Task(" ".join(h.words), "\n".join(h.examples)) for h in helps() if h.words not in _LEFT_OUT]
     gallery = sorted((ROOT / "examples").rglob("*.py"))
     return found + [Task(f"{f.parent.name}/{f.name}", f.read_text(encoding="utf-8"), script=True) for f in gallery]
 
