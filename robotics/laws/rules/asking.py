@@ -27,7 +27,8 @@ from robotics.laws.rules.perception import (
 from robotics.laws.rules.quantities import NUMBERED, numbered
 from robotics.world.paths.road import moving
 
-MOST_INPUTS, MOST_OUTPUTS = 32, 4  # of a rule base, at most
+MOST_INPUTS = 32  # of a rule base
+MOST_OUTPUTS = 4  # likewise
 _V, _W = (FIRST_LATER + LATER.index(name) for name in ("target_v", "target_w"))
 _AHEAD, _LEFT, _SPEED, _GAP, _BEARING, _CLOSING, _LAG, _AGE = (
     FIRST_NUMBERED + [*NUMBERED].index(name)
