@@ -9,7 +9,7 @@ import pytest
 from benchmarks.avoidance import circle_swap, ensemble
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.catalogue import make_controller
-from robotics.laws.rules.fuzzy_team import FuzzyTeam
+from robotics.laws.rules.fuzzy_team import FuzzyTeam, InterpretedTeam
 from robotics.laws.rules.meetings import CELL, Meetings, planned_order
 from robotics.laws.rules.situation import turning_circles
 from robotics.measures.tracking import cross_track_error
@@ -81,7 +81,8 @@ def test_what_planning_brings_four_robots_swap_their_places_on_a_roundabout():
 @pytest.mark.long
 def test_a_robot_that_waits_by_the_plan_is_no_obstacle_to_drive_round():
     """The plan of this crossing has robots 2 and 6 wait near each other; nobody leaves the path for them."""
-    *_, state = islice(drive(crossing_ensemble(10, [5]), PLANNED, [5]), 560)
+    told = InterpretedTeam(plan="reservation")  # the same, whose memory has the plan
+    *_, state = islice(drive(crossing_ensemble(10, [5]), told, [5]), 560)
     plan, recall = state.memory.fixed.plan, state.memory.recall
     assert (plan.each_at(recall.clock).v[0, [1, 5]] == 0.0).all()
     run, outcome = single_run("crossing", PLANNED, 5, robots=10, name="fuzzy-team-planned")
