@@ -69,9 +69,10 @@ def do(task: Task) -> tuple[float, int, str]:
         os.chdir(folder)
         try:
             with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-                (run_python if task.script else run_commands)(
-                    *((task.text, task.name) if task.script else (task.text,))
-                )
+                if task.script:
+                    run_python(task.text, task.name)
+                else:
+                    run_commands(task.text)
             error = ""
         except (Exception, SystemExit):
             error = traceback.format_exc().splitlines()[-1] + said.getvalue()[-300:]

@@ -249,11 +249,15 @@ def _intact(content: bytes, about: bytes = b"") -> bytes:
 
 def _packaged(triple: str, cpu: str, features: str) -> Iterator[tuple[Path, tuple[str, str, str]]]:
     """The archives of kernels that a CPU runs, and what they were compiled for, the best first."""
-    has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
-    for baseline, needed in BASELINES.items():
+    for baseline in BASELINES:
         archive = _PACKAGED / f"{baseline}.kernels"
-        if needed <= has and archive.is_file():
+        if _runs(baseline, features) and archive.is_file():
             yield archive, (triple, baseline, "")
+
+
+def _runs(baseline: str, features: str) -> bool:
+    """Whether a CPU of these ``features``, as LLVM lists them, can run the kernels of a baseline."""
+    return {f"+{feature}" for feature in BASELINES[baseline]} <= {*features.split(",")}
 
 
 @cache
@@ -373,9 +377,8 @@ def _fields(kind: Any) -> Iterator[str]:
 def baselines() -> dict[str, tuple[int, bool]]:
     """The number of kernels that came with this installation, by baseline, and whether this CPU can run them."""
     *_, features = cpu_target.target_context.codegen().magic_tuple()
-    has = {feature[1:] for feature in features.split(",") if feature.startswith("+")}
     counts = {baseline: len(_unpacked(_PACKAGED / f"{baseline}.kernels")) for baseline in BASELINES}
-    return {baseline: (counts[baseline], needed <= has) for baseline, needed in BASELINES.items()}
+    return {baseline: (count, _runs(baseline, features)) for baseline, count in counts.items()}
 
 
 def kept(folders: Sequence[Path]) -> dict[str, int]:
