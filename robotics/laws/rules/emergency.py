@@ -17,7 +17,7 @@ Two things that follow from what the sensors do not tell:
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -106,14 +106,9 @@ class EmergencySettings:
         return np.asarray(self.braking * (root - b))
 
 
-class EmergencyColumns(Columns):
-    """The numbers of :class:`EmergencySettings`."""
-
-    braking = column("m/s²")
-    delay = column("s")
-    least = column("m")
-    near = column("m")
-    on = column("1")
+EmergencyColumns = Columns.named(
+    "EmergencyColumns", {f.name: column(f.metadata["unit"]) for f in fields(EmergencySettings)}
+)
 
 
 @compiled_only(forceinline=True)
