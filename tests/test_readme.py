@@ -86,7 +86,7 @@ def _check_the_wall_is_followed(folder):
     later = run.time > 5.0  # it starts too far away
     places = shapely.points(run["x"][0, 0, later], run["y"][0, 0, later])
     distance = shapely.distance(places, wall)
-    assert 0.25 < distance.min() < distance.max() < 0.65
+    assert 0.25 < distance.min() < distance.max() < 0.7  # at the outer corner, where it remembers the wall it left
     assert 0.36 < np.median(distance) < 0.46
     along = np.unwrap(shapely.line_locate_point(wall, places), period=wall.length)
     assert along[-1] - along[0] > wall.length

@@ -103,10 +103,6 @@ def test_what_a_file_names_is_looked_for_beside_it(tmp_path, monkeypatch, capsys
             'title = 3\nlaw = "lyapunov"\nmove = 3\n[[cost]]\nmetric = "final_eror_m"\nscale = 0.1\n',
             {1: "title must be", 2: "unknown key 'law'", 3: "move must be", 5: "'final_error_m'"},
         ),
-        (
-            'like = "default"\nlawz = 3\nrepeats = "a"\ntesting_runs = -1\n',
-            {2: "'laws'", 3: "repeats must be", 4: "testing_runs must be"},
-        ),
     ],
 )
 def test_all_that_is_wrong_with_the_file_of_a_plan_is_told_at_once(tmp_path, capsys, text, wanted):

@@ -35,3 +35,12 @@ def test_what_is_wrong_is_said_in_a_sentence(arguments, words, capsys, tmp_path,
     monkeypatch.chdir(tmp_path)
     assert main(arguments) == 2
     assert words in capsys.readouterr().err
+
+
+def test_all_that_is_wrong_with_a_plan_is_told_at_once(tmp_path, capsys):
+    file = tmp_path / "plan.toml"
+    file.write_text('like = "default"\nlawz = 3\nrepeats = "a"\ntesting_runs = -1\n', encoding="utf-8")
+    assert main(["check", str(file), "--json"]) == 1
+    found = {f["line"]: f["sentence"] for f in json.loads(capsys.readouterr().out)["findings"]}
+    assert [*sorted(found)] == [2, 3, 4]
+    assert all(word in found[line] for line, word in {2: "'laws'", 3: "repeats must", 4: "testing_runs must"}.items())
