@@ -103,9 +103,8 @@ def tree_without(package, plugins, folder):
         shutil.copytree(
             ROOT / name, folder / name, ignore=lambda at, names: [n for n in names if f"{at}/{n}" in gone or n == "ros"]
         )
-    for name in {*PACKAGES, "_fuzzyfleet.py", "datasets", "docs", "examples", "pyproject.toml", "README.md"} - {
-        package
-    }:
+    beside = {*PACKAGES, "_fuzzyfleet.py", "kernels", "datasets", "docs", "examples", "pyproject.toml", "README.md"}
+    for name in beside - {package}:
         (folder / name).symlink_to(ROOT / name)
     left = entry_points_without(*(f"{package}.plugins.{name}" for name in plugins))
     declare(folder, "fuzzyfleet", left, requires("fuzzyfleet"))

@@ -159,6 +159,10 @@ def _starts(setting: Setting) -> Iterator[ScenarioFinding]:
             grave: Severity = "warning" if off > FAR_OFF + 1e-6 or turn > TURNED_AWAY else "note"
             text = f"robot {i + 1} starts {off:.2f} m from its reference and {np.degrees(turn):.0f}° turned from it"
             yield ScenarioFinding(grave, "start off the path", text, at, float(x), float(y))
+    longest = float(setting.references.joined.lengths.max())
+    if setting.kind == "team" and longest > setting.divergence:
+        text = f"a robot that gives way may be {longest:.2f} m behind, and at {setting.divergence:g} m it is stopped"
+        yield ScenarioFinding("note", "stopped while it waits", text, ("divergence",))
 
 
 def _accelerations(setting: Setting) -> Iterator[ScenarioFinding]:

@@ -75,7 +75,8 @@ def crossing_ensemble(
         drawn.append(random_crossing(robots, np.random.default_rng([seed, CROSSING_STREAM]), kind))
         if advance is not None:
             advance()
-    return drawn_ensemble(f"crossing-{robots}-{kind}", drawn, factor or StressOutcome.limit, disturbance, robot)
+    name, across = f"crossing-{robots}-{kind}", float(np.hypot(*_field(robots)))
+    return drawn_ensemble(name, drawn, factor or StressOutcome.limit, across, disturbance, robot)
 
 
 def growth(robot: RobotModel | None) -> float:
@@ -87,6 +88,7 @@ def drawn_ensemble(
     name: str,
     drawn: Sequence[Sequence[np.ndarray]],
     factor: float,
+    across: float,
     disturbance: Disturbance,
     robot: RobotModel | None = None,
 ) -> Setting:
@@ -98,6 +100,7 @@ def drawn_ensemble(
         name: What the scenario is called.
         drawn: The tables of the paths: for each run one for each robot.
         factor: The longest a run takes, in times the longest nominal duration, beside what it is held up.
+        across: How far apart two places on a path may be [m]: a robot that waits so far behind has not diverged.
         disturbance: What is wrong in every run, of which the radio belongs to the setting.
         robot: What they are, by default the EtsRo, for which they were drawn.
     """
@@ -121,7 +124,8 @@ def drawn_ensemble(
         sensing=LABORATORY,
         radio=disturbance.radio,
     )
-    return replace(scenario.setting, starts=starts, references=even_timing(paths, durations))
+    far = scenario.divergence + grown * across
+    return replace(scenario.setting, starts=starts, references=even_timing(paths, durations), divergence=far)
 
 
 def speed_of(robot: RobotModel) -> float:
@@ -145,13 +149,18 @@ def random_crossing(robots: int, rng: np.random.Generator, kind: Literal["A", "B
         rng: The generator from which the crossing is drawn; from it more numbers are taken than the crossing needs.
         kind: Class of the crossing, "A" or "B".
     """
-    field = np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT]))
+    field = _field(robots)
     draws = rng.random((_DRAWS * robots, 6))
     while True:
         chosen = _chosen(draws, robots, *field, kind == "A")
         if len(chosen):
             return [tabulated(shape) for shape in _shapes(draws[chosen], field)]
         draws = np.concatenate([draws, rng.random(draws.shape)])
+
+
+def _field(robots: int) -> np.ndarray:
+    """The sides of the field [m]."""
+    return np.asarray(np.sqrt(AREA * robots * np.array([ASPECT, 1 / ASPECT])))
 
 
 def _shapes(draws: np.ndarray, field: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from robotics.laws.setting import Setting
 from robotics.measures.arrival import together
 from robotics.plugins.stress.crossings import SPEED, drawn_ensemble, growth
 from robotics.plugins.stress.disturbance import UNDISTURBED, Disturbance
-from robotics.plugins.stress.lanes import Lanes, lanes_beside, lanes_crossing
+from robotics.plugins.stress.lanes import LENGTH, Lanes, lanes_beside, lanes_crossing
 from robotics.plugins.stress.outcome import StressOutcome, of_runs
 from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.tally import run_ensemble
@@ -150,7 +150,7 @@ def obstacle_ensemble(
         raise ScenarioError(f"obstacles: lanes cross where there are 2 robots or more, got {robots}")
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
-    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, disturbance, robot)
+    setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, LENGTH, disturbance, robot)
     return replace(setting, world=compile_worlds([_grown(world, growth(robot)) for _, world in drawn]))
 
 

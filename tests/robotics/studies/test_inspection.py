@@ -87,6 +87,10 @@ def test_a_start_far_off_turned_away_or_beyond_the_divergence_is_told():
     assert found(text.replace("start = [0.0, 0.0, 0.0]", "start = [0.0, 0.0, 3.0]"), "fuzzy")["start off the path"]
     away = found("divergence = 2.0\n" + text.replace("start = [0.0, 0.0, 0.0]", "start = [0.0, 2.5, 0.0]"), "fuzzy")
     assert away["start beyond divergence"].severity == "error"
+    team = lanes((0.0, 5.0, 0.0), (0.0, 5.0, 2.0))
+    assert "stopped while it waits" not in found(team, "virtual-structure")
+    behind = found("divergence = 4.0\n" + team, "virtual-structure")["stopped while it waits"]
+    assert "may be 5.39 m behind, and at 4 m" in behind.sentence
 
 
 def test_a_sudden_start_is_told_with_the_way_that_is_lost():

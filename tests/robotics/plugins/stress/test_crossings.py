@@ -1,5 +1,6 @@
 """Random crossings: what the classes promise, how runs are judged, and robots that are parked in each other's way."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +16,8 @@ from robotics.plugins.stress.disturbance import Disturbance
 from robotics.plugins.stress.outcome import StressOutcome, table_of
 from robotics.plugins.stress.quintic_table import quintic_table
 from robotics.plugins.stress.running import in_pieces
+from robotics.simulation.loop import record_run
+from robotics.simulation.scenario.robots import load_robot
 from robotics.world.paths.joined import table_length
 from robotics.world.paths.path import PathColumns, Quintic
 from tests.robotics.plugins.stress.equalprogress import samples
@@ -201,3 +204,11 @@ def test_an_outcome_does_not_depend_on_threads():
     alone = stress(seeds)
     shared = in_pieces(stress, 3, seeds, Crew(workers=2), threads=True)
     pd.testing.assert_frame_equal(alone.table, shared.table, check_exact=True)
+
+
+def test_a_robot_that_waits_far_behind_its_reference_is_not_stopped():
+    """A large robot waits for another more than 10 m behind: it goes on when the way is free."""
+    setting = crossing_ensemble(3, [960071], robot=load_robot("mir100"))
+    law = make_controller("fuzzy-team")
+    assert not record_run(setting, law, [960071]).diverged.any()
+    assert record_run(replace(setting, divergence=10.0), law, [960071]).diverged.any()

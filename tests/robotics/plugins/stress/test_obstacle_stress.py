@@ -170,7 +170,7 @@ def walls(seeds, robot):
         top, lean, bottom = rng.uniform(0.1, 0.8), rng.uniform(-0.3, 0.3), rng.uniform(-0.8, 0.0)
         rows.append(World(obstacles=(Wall(points=((2.37, bottom), (2.37 + lean, top))),), known=False))
     lane = quintic_table(Quintic(start=(0.0, 0.0), end=(4.75 / growth(model), 0.0)))
-    setting = drawn_ensemble("walls", [[lane]] * len(rows), ObstacleOutcome.limit, UNDISTURBED, model)
+    setting = drawn_ensemble("walls", [[lane]] * len(rows), ObstacleOutcome.limit, 4.75, UNDISTURBED, model)
     return replace(setting, world=compile_worlds(rows))
 
 
