@@ -74,8 +74,9 @@ def infer(fis: Sugeno, x: Any) -> Inference:
         with np.errstate(under="ignore"):
             degrees = array_namespace(x).exp(degrees)
     memberships = tuple(degrees[..., a:b] for a, b in _columns(fis))
-    outputs = rule_outputs(fis, x)
-    output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number outputs are infinite, as they tell
+        outputs = rule_outputs(fis, x)
+        output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
     return Inference(memberships, firing, weights, outputs, output, fired)
 
 

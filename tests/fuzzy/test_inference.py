@@ -85,6 +85,14 @@ def test_weights_and_first_order_consequents_by_hand():
     assert answer(LOW, replace(plane, weight=0.0), at=(3, 3)) == 0
 
 
+def test_an_output_beyond_the_largest_number_is_infinite_without_a_warning():
+    x = Variable("x", (0, 10), {"all": LinearS(-2, -1)})
+    y = Variable("y", (0, 1), {"steep": Linear((1e308,), 0.0)})
+    steep = Sugeno(inputs=[x], outputs=[y], rules=["if x is all then y is steep"])
+    with warnings.catch_warnings(action="error"):
+        assert steep([[1.0], [9.0]]).ravel().tolist() == [1e308, np.inf]
+
+
 def test_a_weighted_sum_counts_equal_consequents_twice():
     ten = rule({"a": "high"}, {"y": "ten"})
     assert answer(ten, ten, LOW, at=(3, 3), defuzzification="wtsum") == pytest.approx(6, rel=1e-14)
