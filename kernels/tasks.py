@@ -36,6 +36,12 @@ def everyday() -> list[Task]:
     return [*commands[:2], *_runs(listed["scenarios"]), *commands[2:], *scripts]
 
 
+def wide() -> list[Task]:
+    """What is compiled with :func:`fuzzy.compiled.vectors.wide_vectors`, and nothing beside it."""
+    name = "many points"
+    return [Task(name, _listed()["scripts"][name], script=True)]
+
+
 def tasks() -> list[Task]:
     """Those, and all that users copy: pages, the examples of every --help, and the gallery."""
     found = everyday()

@@ -11,6 +11,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.tables import KIND, READ_STEPS
+from fuzzy.compiled.vectors import wide_vectors
 
 # Without Numba's reference counts (NRT): these functions make no arrays, and counting the users of arrays takes
 # longer than the inference of a point.
@@ -112,7 +113,7 @@ def sampled(x: float, values: np.ndarray, low: float, high: float) -> float:
 @compiled_only(forceinline=True)
 def log_gaussian(x: float, sigma: float, c: float) -> float:
     """Logarithm of the Gaussian."""
-    z = (x - c) / sigma
+    z = (x - c) * (1.0 / sigma)
     return -0.5 * (z * z)
 
 
@@ -158,6 +159,7 @@ def fill_degrees(
 
     Each kind has a loop of its own, which has no branch then.
     """
+    wide_vectors()
     if kind == KIND.Triangle:
         for p in range(lanes):
             degree[p] = trapezoid(x[p], a, b, b, c)

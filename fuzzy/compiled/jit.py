@@ -45,20 +45,22 @@ from fuzzy.compiled.columns import LOWERING, Columns, check_names
 
 # Whose functions and classes are told by their name: what is in them changes with the versions only.
 _LIBRARIES = {"builtins", "cmath", "math", "numba", "numpy", "operator"}
-# Of what a type of columns is, too: files keep such types.
-_COLUMNS = hashlib.sha256(Path(__file__).with_name("columns.py").read_bytes()).hexdigest()
+_HASHED = {"fuzzy.compiled.columns", "fuzzy.compiled.vectors"}  # likewise, and whatever changes in their files
+_FILES = [Path(__file__).with_name(f"{name.rpartition('.')[2]}.py") for name in sorted(_HASHED)]
 # Bytecode is that of a minor version of Python, and Numba asks NumPy for no more than its (major, minor): a patch
 # release of either leaves the kernels in use.
 _VERSIONS = (
     *(sys.implementation.name, *sys.version_info[:2], *np.__version__.split(".")[:2]),
-    *(numba.__version__, llvmlite.__version__, _COLUMNS),
+    *(numba.__version__, llvmlite.__version__, *(hashlib.sha256(file.read_bytes()).hexdigest() for file in _FILES)),
 )
 _PYTHON = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # files of another are its own
 _PACKAGED = Path(__file__).with_name("kernels")
 _V2 = {"cx16", "crc32", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"}
 # What a CPU must have to run the packaged kernels of a baseline, in LLVM's names; the first that it has is taken.
+_V3 = _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"}
 BASELINES = {
-    "x86-64-v3": _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"},
+    "x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+    "x86-64-v3": _V3,
     "x86-64-v2": _V2,
 }
 _PLAIN = (bool, int, float, complex, str, bytes, slice, EllipsisType, np.generic, np.dtype)  # told by their repr
@@ -363,7 +365,7 @@ def _value(value: Any, number: dict[Dispatcher, int]) -> Any:
 
 
 def _of_a_library(module: str) -> bool:
-    return module.partition(".")[0] in _LIBRARIES or module == "fuzzy.compiled.columns"
+    return module.partition(".")[0] in _LIBRARIES or module in _HASHED
 
 
 def _fields(kind: Any) -> Iterator[str]:

@@ -16,6 +16,7 @@ from fuzzy.compiled.degrees import exp_nonpositive, fill_degrees, minimum, sampl
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.packed import NEVER, PackedColumns, clipped, evaluate_packed, whole, without_refcounts
 from fuzzy.compiled.tables import KIND
+from fuzzy.compiled.vectors import wide_vectors
 
 LANES = 64  # points a block: enough to outweigh the loops' starts, few enough for the rows to stay in the first cache
 FOUR = np.uint64(4)
@@ -25,6 +26,7 @@ FEW_POINTS = np.uint64(12)  # fewer points than this are evaluated one by one
 @without_refcounts
 def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: Any) -> None:
     """Layer 1: degrees of membership, or their logarithms; row ``unknown`` ← not-a-number where an input or one is."""
+    wide_vectors()
     header = PackedColumns(system)
     logs = header.logs != 0.0
     for p in range(LANES):
@@ -59,6 +61,7 @@ def _memberships(system: np.ndarray, rows: np.ndarray, degrees: Any, unknown: An
 @compiled_only(forceinline=True)
 def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: Any) -> None:
     """Row ``result`` ← the row ``degree`` after hedge and "not"."""
+    wide_vectors()
     if power == 1.0:
         for p in range(LANES):
             rows[result, p] = rows[degree, p]
@@ -79,6 +82,7 @@ def _clause(rows: np.ndarray, degree: Any, power: float, negated: bool, result: 
 @compiled_only(forceinline=True)
 def _firing(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, clause: Any) -> None:
     """Layer 2 from degrees."""
+    wide_vectors()
     header = PackedColumns(system)
     ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
     term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
@@ -115,6 +119,7 @@ def _log_firing(
     system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, top: Any, zero: Any
 ) -> None:
     """Layer 2 from logarithms; the weights ← the strengths over the greatest one, as a softmax has them."""
+    wide_vectors()
     header = PackedColumns(system)
     ends, weight = whole(header.rule_end), whole(header.weight)
     term, power = whole(header.clause_term), whole(header.clause_power)
@@ -155,6 +160,7 @@ def _log_firing(
 @without_refcounts
 def _weights(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, rules: Any, row: Any) -> None:
     """Layers 2 and 3: firing strengths, and their shares w / Σ w, 0 where nothing fires."""
+    wide_vectors()
     header = PackedColumns(system)
     if header.logs != 0.0:
         _log_firing(system, rows, degrees, firing, rules, row, row + np.uint64(3))
@@ -176,6 +182,7 @@ def _weights(system: np.ndarray, rows: np.ndarray, degrees: Any, firing: Any, ru
 @without_refcounts
 def _defuzzify(system: np.ndarray, rows: np.ndarray, firing: Any, o: Any, rules: Any, total: Any) -> None:
     """Layers 4 and 5 of output ``o`` into row ``total + 2``; ``total`` ← the sum of the weights with a say in it."""
+    wide_vectors()
     header = PackedColumns(system)
     place, inputs = o * rules, whole(header.inputs)
     takes_part, constant = whole(header.takes_part) + place, whole(header.constant) + place
@@ -220,6 +227,7 @@ def _evaluate_block(
     system: np.ndarray, rows: np.ndarray, output: np.ndarray, start: int, count: int, missing: np.ndarray
 ) -> None:
     """Write the outputs of the points ``start`` to ``start + count``, whose inputs are the first of ``rows``."""
+    wide_vectors()
     header = PackedColumns(system)
     rules = whole(header.rules)
     degrees = whole(header.inputs)
@@ -258,6 +266,7 @@ def evaluate_batch(
         outside: Where is written (inputs,) whether any point leaves the universe of that input and is not clipped.
         missing: Where is written (outputs,) whether no rule fires for that output at any of the points.
     """
+    wide_vectors()
     header = PackedColumns(system)
     n, inputs = x.shape
     clip = header.clip != 0.0

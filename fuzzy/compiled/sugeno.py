@@ -14,8 +14,8 @@ from fuzzy.compiled.threads import share_out
 from fuzzy.inference import say_no_rule_fires, say_out_of_range
 from fuzzy.system import FuzzySystemError, Sugeno
 
-BLOCK = 16_384  # points that a thread takes at a time, a whole number of the kernel's blocks
-MANY = 8 * BLOCK  # from here on threads: fewer take a few milliseconds, for which another thread may keep one waiting
+BLOCK = 4_096  # points that a thread takes at a time, a whole number of the kernel's blocks
+MANY = 16 * BLOCK  # from here on threads: fewer take three milliseconds, for which a busy processor may keep one waiting
 
 
 @dataclass(frozen=True, eq=False)

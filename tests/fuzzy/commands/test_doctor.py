@@ -81,7 +81,7 @@ def test_kernels_are_counted(tmp_path, capsys, monkeypatch, declared):
     monkeypatch.setattr(jit, "_PACKAGED", tmp_path)
     monkeypatch.setattr(jit.config, "CACHE_DIR", str(tmp_path))
     kernels = examined(capsys)["kernels"]
-    assert kernels == {"shipped": {"x86-64-v3": 0, "x86-64-v2": 2}, "kept": {str(tmp_path): 3}}
+    assert kernels == {"shipped": {"x86-64-v4": 0, "x86-64-v3": 0, "x86-64-v2": 2}, "kept": {str(tmp_path): 3}}
 
 
 def test_a_file_that_was_changed_after_installation_is_named(tmp_path, monkeypatch, capsys, declared):

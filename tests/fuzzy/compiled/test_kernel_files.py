@@ -18,6 +18,7 @@ from tests.fuzzy.compiled.test_jit import compiled, python
 
 V2 = "+cx16,+crc32,+popcnt,+sahf,+sse3,+sse4.1,+sse4.2,+ssse3"
 V3 = f"{V2},+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave"
+V4 = f"{V3},+avx512f,+avx512bw,+avx512cd,+avx512dq,+avx512vl"
 on_x86 = pytest.mark.skipif(platform.machine() != "x86_64", reason="kernels are shipped for x86-64 only")
 
 
@@ -224,6 +225,7 @@ def test_the_best_baseline_comes_first_and_needs_all_that_it_says(tmp_path, monk
     def found(features):
         return [cpu for _, (_, cpu, _) in jit._packaged("x86_64-unknown-linux-gnu", "any", features)]
 
+    assert found(V4) == ["x86-64-v4", "x86-64-v3", "x86-64-v2"]
     assert found(V3) == ["x86-64-v3", "x86-64-v2"]
     for feature in V3.split(","):
         expected = ["x86-64-v2"] if feature not in V2.split(",") else []
