@@ -15,7 +15,7 @@ from fuzzy.inference import say_no_rule_fires, say_out_of_range
 from fuzzy.system import FuzzySystemError, Sugeno
 
 BLOCK = 4_096  # points that a thread takes at a time, a whole number of the kernel's blocks
-MANY = 16 * BLOCK  # from here on threads: fewer take three milliseconds, for which a busy processor may keep one waiting
+MANY = 16 * BLOCK  # from here on threads: fewer take 3 ms, for which another thread may keep one waiting
 
 
 @dataclass(frozen=True, eq=False)

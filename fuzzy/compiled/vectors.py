@@ -15,7 +15,7 @@ def wide_vectors() -> None:
     """
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _ask(_context: Any) -> Any:
     def ask(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         # llvmlite knows few attributes by name and refuses others: this one is LLVM's, for x86.
@@ -27,4 +27,4 @@ def _ask(_context: Any) -> Any:
 
 @overload(wide_vectors, inline="always")  # into the function itself: the attribute is one of functions
 def _compiled() -> Callable[[], None]:
-    return lambda: _ask()
+    return lambda: _ask()  # type: ignore[call-arg]  # Numba gives the context
