@@ -40,6 +40,7 @@ class PackedColumns(Columns):
     weighted_sum = column("", "1: wtsum, otherwise wtaver")
     clip = column("", "1: inputs are clipped to their universe")
     plain = column("", "1: all rules are 'and' without a hedge and without 'not'")
+    every = column("", "1: a rule that does not fire counts, since it proposes what is not finite")
     low = column("", "(inputs,): the lower ends of the universes of discourse")
     high = column("", "(inputs,): the upper ends")
     # The terms are numbered by input and kind: a segment is all terms of one input with one membership function.
@@ -54,10 +55,12 @@ class PackedColumns(Columns):
     rule_end = column("", "(rules,): the last clause's number + 1")
     is_or = column("", "(rules,)")
     weight = column("", "(rules,)")
+    needs = column("", "(rules,): the terms, a bit for each of the first MARKED, at whose 0 the rule does not fire")
     clause_term = column("", "(clauses,)")
     clause_power = column("", "(clauses,)")
     clause_negated = column("", "(clauses,)")
     takes_part = column("", "(outputs, rules): 1: the rule has a consequent for the output")
+    complete = column("", "(outputs,): 1: all rules have one")
     constant = column("", "(outputs, rules): its constant, 0 without")
     linear = column("", "(outputs,): 1: the output has a first-order consequent")
     slopes = column("", "(outputs, rules, inputs)")
@@ -65,6 +68,7 @@ class PackedColumns(Columns):
     samples = column("", "of each term without a number READ_STEPS + 1 degrees, from place a on, between b and c")
 
 
+MARKED = np.uint64(52)  # terms whose degree of 0 is told by a bit of a float64
 # What evaluate_packed tells, to be added
 OUTSIDE = 1  # an input is outside its universe
 NO_RULE = 2  # no rule fires for an output
@@ -92,10 +96,15 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     clauses = [(i, r, number[i][t]) for r, row in enumerate(asked) for i, t in row]
     lists["rule_end"] = np.cumsum([len(row) for row in asked])
     lists |= {"is_or": s.is_or, "weight": s.weight}
+    lists["needs"] = np.zeros(len(fis.rules))
+    for r, row in enumerate(asked):
+        needed = {number[i][t] for i, t in row if not s.is_or[r] and not s.negated[i, r] and s.power[i, r] > 0}
+        lists["needs"][r] = sum(1 << t for t in needed if t < MARKED)
     lists["clause_term"] = [t for _, _, t in clauses]
     lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
     lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
     lists["takes_part"] = s.consequent >= 0
+    lists["complete"] = (s.consequent >= 0).all(axis=-1)
     lists["constant"], lists["slopes"] = proposed_numbers(fis)
     lists["linear"] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
     lists["default"] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
@@ -112,6 +121,7 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
         "or_max": fis.or_method == "max",
         "weighted_sum": fis.defuzzification == "wtsum",
         "clip": fis.out_of_range == "clip",
+        "every": not (np.isfinite(lists["constant"]).all() and np.isfinite(lists["slopes"]).all()),
         "plain": bool((s.power == 1).all()) and not (s.is_or.any() or s.negated.any()),
         **dict(zip(rows, begins, strict=False)),
     }
@@ -277,46 +287,51 @@ def _hedged(degree: float, power: float, negated: bool) -> float:
 
 
 @compiled_only(forceinline=True)
-def _firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
-    """Layer 2 from degrees."""
+def _firing(
+    system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int, every: bool
+) -> tuple[int, float]:
+    """Layer 2 from degrees: the strengths of the rules that fire and, from ``firing + rules`` on, their numbers.
+
+    Returns how many they are, and the sum of their strengths. With ``every`` they are all rules.
+    """
     header = PackedColumns(system)
     ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
     term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
-    and_min, or_max = header.and_min != 0.0, header.or_max != 0.0
-    begin = np.uint64(0)
+    and_min, or_max, plain = header.and_min != 0.0, header.or_max != 0.0, header.plain != 0.0
+    needs, begin, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
+    nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
+    for t in range(min(whole(header.terms), MARKED)):
+        nowhere |= np.uint64(work[degrees + t] == 0.0) << t
     for r in range(rules):
-        end = whole(system[ends + r])
-        either = system[is_or + r] != 0.0
-        w = 0.0 if either else 1.0
-        for k in range(begin, end):
-            degree = work[degrees + whole(system[term + k])]
-            degree = _hedged(degree, system[power + k], system[negated + k] != 0.0)
-            if either and or_max:
-                w = degree if degree > w else w
-            elif either:
-                w = w + degree - w * degree
-            elif and_min:
-                w = minimum(w, degree)
-            else:
-                w *= degree
-        work[firing + r] = w * system[weight + r]
+        end, w = whole(system[ends + r]), 0.0
+        if whole(system[needs + r]) & nowhere:
+            if every:
+                work[firing + count], work[firing + rules + count] = w, np.float64(r)
+                count += np.uint64(1)
+            begin = end
+            continue
+        if plain or system[is_or + r] == 0.0:
+            w = 1.0
+            for k in range(begin, end):
+                degree = work[degrees + whole(system[term + k])]
+                if not plain:
+                    degree = _hedged(degree, system[power + k], system[negated + k] != 0.0)
+                w = minimum(w, degree) if and_min else w * degree
+        else:
+            for k in range(begin, end):
+                degree = work[degrees + whole(system[term + k])]
+                degree = _hedged(degree, system[power + k], system[negated + k] != 0.0)
+                if or_max:
+                    w = degree if degree > w else w
+                else:
+                    w = w + degree - w * degree
+        w *= system[weight + r]
+        if w != 0.0 or every:
+            work[firing + count], work[firing + rules + count] = w, np.float64(r)
+            total += w
+            count += np.uint64(1)
         begin = end
-
-
-@compiled_only(forceinline=True)
-def _plain_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
-    """Layer 2 from degrees for rules that are all "and", without a hedge and without "not"."""
-    header = PackedColumns(system)
-    ends, weight, term = whole(header.rule_end), whole(header.weight), whole(header.clause_term)
-    and_min = header.and_min != 0.0
-    begin = np.uint64(0)
-    for r in range(rules):
-        end, w = whole(system[ends + r]), 1.0
-        for k in range(begin, end):
-            degree = work[degrees + whole(system[term + k])]
-            w = minimum(w, degree) if and_min else w * degree
-        work[firing + r] = w * system[weight + r]
-        begin = end
+    return count, total
 
 
 @compiled_only(forceinline=True)
@@ -338,60 +353,49 @@ def _log_firing(system: np.ndarray, work: np.ndarray, degrees: int, firing: int,
 
 
 @compiled_only(forceinline=True)
-def _weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
-    """Layers 2 and 3: the firing strengths w, and from ``firing + rules`` on the weights, 0 where none fires.
-
-    They are w / Σ w. Those of logarithms lack the sum: they are w over the greatest w.
-    """
+def _log_weights(system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int) -> None:
+    """Layers 2 and 3 from logarithms: firing strengths w, and from ``firing + rules`` on w over the greatest w."""
     header = PackedColumns(system)
     weight, weights = whole(header.weight), firing + rules
-    if header.logs != 0.0:
-        top = _log_firing(system, work, degrees, firing, rules)
+    top = _log_firing(system, work, degrees, firing, rules)
+    for r in range(rules):
+        factor, log = system[weight + r], work[firing + r] - top
+        log = 0.0 if log > 0.0 else log  # a rule without weight is no part of the greatest strength
+        work[weights + r] = exp_nonpositive(log) * factor
+    if header.weighted_sum != 0.0:
         for r in range(rules):
-            factor, log = system[weight + r], work[firing + r] - top
-            log = 0.0 if log > 0.0 else log  # a rule without weight is no part of the greatest strength
-            work[weights + r] = exp_nonpositive(log) * factor
-        if header.weighted_sum != 0.0:
-            for r in range(rules):
-                work[firing + r] = exp_nonpositive(work[firing + r]) * system[weight + r]
-        return
-    if header.plain != 0.0:
-        _plain_firing(system, work, degrees, firing, rules)
-    else:
-        _firing(system, work, degrees, firing, rules)
-    total = 0.0
-    for r in range(rules):
-        total += work[firing + r]
-    total = 1.0 if total == 0.0 else total
-    for r in range(rules):
-        work[weights + r] = work[firing + r] / total
+            work[firing + r] = exp_nonpositive(work[firing + r]) * system[weight + r]
 
 
 @compiled_only(forceinline=True)
 def _defuzzified(
-    system: np.ndarray, work: np.ndarray, firing: int, weights: int, o: int, rules: int
+    system: np.ndarray, work: np.ndarray, firing: int, o: int, rules: int, count: int, sum_: float
 ) -> tuple[float, bool]:
-    """Layers 4 and 5 of output ``o``: its value, and whether a rule fires for it."""
+    """Layers 4 and 5 of output ``o``: its value, and whether a rule fires for it.
+
+    ``count`` rules fire, with strengths of ``sum_`` together, as :func:`_firing` found; of logarithms all are there.
+    """
     header = PackedColumns(system)
     row, inputs = o * rules, whole(header.inputs)
     takes_part, constant = whole(header.takes_part) + row, whole(header.constant) + row
     slopes = whole(header.slopes) + row * inputs
     linear = system[whole(header.linear) + o] != 0.0
-    weighted_sum = header.weighted_sum != 0.0
-    share = firing if weighted_sum else weights
-    everyone, clips, total, output = header.logs == 0.0, header.clip != 0.0, 0.0, 0.0
-    for r in range(rules):
+    weighted_sum, logs, clips = header.weighted_sum != 0.0, header.logs != 0.0, header.clip != 0.0
+    total, output = 0.0, 0.0
+    for n in range(count):
+        r = n if logs else whole(work[firing + rules + n])
         if system[takes_part + r] == 0.0:
-            everyone = False
             continue
-        total += work[weights + r]
+        weight = work[firing + rules + n] if logs else work[firing + n] / sum_
+        share = work[firing + n] if weighted_sum else weight
+        total += weight
         proposal = system[constant + r]
-        if linear and (work[share + r] != 0.0 or not clips):  # an input beyond its universe may be infinite
+        if linear and (share != 0.0 or not clips):  # an input beyond its universe may be infinite
             for i in range(inputs):
                 proposal += system[slopes + r * inputs + i] * work[i]
-        output += work[share + r] * proposal
+        output += share * proposal
     fires = total > 0.0
-    if not everyone and fires and not weighted_sum:
+    if fires and not weighted_sum and (logs or system[whole(header.complete) + o] == 0.0):
         output /= total
     return output, fires
 
@@ -416,7 +420,7 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
     header = PackedColumns(system)
     inputs, terms, rules = whole(header.inputs), whole(header.terms), whole(header.rules)
     low, high, clip = whole(header.low), whole(header.high), header.clip != 0.0
-    unknown, told = False, 0
+    unknown, told, every = False, 0, header.every != 0.0
     for i in range(inputs):
         value = x[i]
         unknown |= value != value
@@ -424,15 +428,18 @@ def evaluate_packed(system: np.ndarray, x: np.ndarray, output: np.ndarray, work:
             if clip:
                 value = system[low + i] if value < system[low + i] else system[high + i]
             else:
-                told = OUTSIDE
+                told, every = OUTSIDE, every or abs(value) == np.inf
         work[i] = value
     unknown |= _memberships(system, work, inputs, header.logs != 0.0)
-    firing = inputs + terms
-    _weights(system, work, inputs, firing, rules)
-    weights = firing + rules
+    firing, count, sum_ = inputs + terms, rules, 1.0
+    if header.logs != 0.0:
+        _log_weights(system, work, inputs, firing, rules)
+    else:
+        count, sum_ = _firing(system, work, inputs, firing, rules, every)
+        sum_ = 1.0 if sum_ == 0.0 else sum_
     default = whole(header.default)
     for o in range(whole(header.outputs)):
-        value, fires = _defuzzified(system, work, firing, weights, o, rules)
+        value, fires = _defuzzified(system, work, firing, o, rules, count, sum_)
         if unknown:  # a minimum or "no rule fires" might have lost it
             output[o] = np.nan
         elif fires:

@@ -134,8 +134,6 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
     count, system, told = int(ask.count), rules[int(ask.begin) :], int(ask.told)
     for o in range(MOST_OUTPUTS):
         out[o] = ask.neutral[o]
-    for n in range(count):
-        inputs[told + n] = np.nan
     head, high, pairs = TeamColumns(table), int(PackedColumns(system).high), ask.pairs == 1
     nobody, urgent = True, np.inf
     for j in range((known.heard.shape[2] if pairs else 1) if count > 0 else 0):
@@ -167,6 +165,9 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
             nobody, urgent = False, urgency
             for n in range(count):
                 inputs[told + n] = work.asked[n]
+    if nobody:
+        for n in range(count):
+            inputs[told + n] = np.nan
 
 
 @compiled_only(forceinline=True)
