@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import robotics
-from robotics.plugins.arena.description import BLOCKS, arena_names
-from robotics.plugins.arena.families import RAMP, STAND, ArenaError, Conditions, Family
+from robotics.plugins.arena.families import RAMP, STAND, Conditions, Family
+from robotics.plugins.arena.kinds import arena_names
+from robotics.plugins.arena.plan import BLOCKS, ArenaError
 
 PATHS = ("sine", "winding", "circle", "eight", "corners")
 
