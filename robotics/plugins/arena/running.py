@@ -1,33 +1,29 @@
 """Holding an arena of tracking: every law tuned with the same budget, chosen on other runs, tested on others again."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property, partial
-from operator import attrgetter
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import write_json
-from fuzzy.files.claim import claimed
 from fuzzy.shell.progress import Begin, unwatched
-from fuzzy.tuning.search import Evaluations
 from fuzzy.words import counted
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.computing import Timed, machine, timed
 from robotics.plugins.arena.description import Arena
+from robotics.plugins.arena.holding import Candidates, Holding, Values, claimed_folder
 from robotics.plugins.arena.outcome import ArenaEntry, Outcome
-from robotics.plugins.arena.work import DriveJob, Search, budgets_of, driven, plain, searched
-from robotics.studies.chunks import Chunk, KeptChunks, discard_chunks, run_chunk
-from robotics.studies.executors import Workers, in_threads
-from robotics.studies.keptcomparison import PACKAGES
-from robotics.studies.pieces import kept_piece, run_pieces
-from robotics.studies.versions import digest, versions
+from robotics.plugins.arena.plan import ArenaError
+from robotics.plugins.arena.work import DriveJob, budgets_of, driven, plain, searched
+from robotics.studies.executors import Workers
+from robotics.studies.pieces import kept_piece
+from robotics.studies.versions import versions
 
 _TIMES = "computing.json"
 PUBLISHED, TUNED = "published", "tuned"

@@ -45,6 +45,4 @@ def _tell(outcome: "Outcome") -> dict[str, Any]:
     }
 
 
-TRACKING = ArenaKind(
-    tracking_from_table, _run, _answer, _show, _tell, "arena.html", ("robotics.plugins.arena.work",)
-)
+TRACKING = ArenaKind(tracking_from_table, _run, _answer, _show, _tell, "arena.html", ("robotics.plugins.arena.work",))

@@ -7,7 +7,7 @@ the nearest to the one wanted is found by linear programs in two and, where ther
 that paper and in its authors' RVO2.
 
 A robot with two wheels cannot go any way at once. Its disc is therefore around a place ``point`` ahead of its axle,
-whose velocity the wheels can choose at will [Snape et al. 2010], as in :mod:`benchmarks.avoidance`; there poses are told
+whose velocity the wheels can choose at will [Snape et al. 2010], as in :mod:`benchmarks.avoidance`; there poses come
 without delay, here what is known of others came by the radio, with its loss and latency, and is led on with their
 velocities. It looks at them no farther than ``sight``. What is wanted is a direction near that of the path in which the
 way is free, which elsewhere a roadmap gives. "keeping right": what is wanted is turned by ``right``, which
@@ -198,7 +198,7 @@ def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # 
     reached, x, y = best_within(planes, count, gain.fastest, speed * math.cos(course), speed * math.sin(course), False)
     if reached < count:
         x, y = least_violation(planes, count, reached, gain.fastest, x, y)
-    tell(command, cos * x + sin * y, (cos * y - sin * x) / point)
+    tell(command, cos * x + sin * y, min(max((cos * y - sin * x) / point, -gain.quickest), gain.quickest))
     tell_whereabouts(command.say.where, robot)
 
 
@@ -219,13 +219,14 @@ def _explained(robot, known, table, i, dx, dy):  # type: ignore[no-untyped-def]
 class Orca(AlongPath):
     """ORCA: the point ahead of the axle, how far ahead in time it looks, and how far around."""
 
-    point: float = quantity(0.08, "m", above=0, most=2)
+    point: float = quantity(0.04, "m", above=0, most=2)
     margin: float = quantity(0.02, "m", above=0, most=2)
     horizon: float = quantity(5.0, "s", above=0, most=60)
-    horizon_seen: float = quantity(1.5, "s", above=0, most=60)  # of what sensors see
+    horizon_seen: float = quantity(0.5, "s", above=0, most=60)  # of what sensors see
     sight: float = quantity(4.0, "m", above=0, most=100)
     near: float = quantity(1.0, "m", above=0, most=100)  # what is seen farther away does not count
     clears: float = quantity(0.6, "m", above=0, most=10)  # the way that is free in the direction it wants
+    quickest: float = quantity(1.5, "rad/s", above=0, most=20)
     right: float = quantity(0.15, "rad", above=0, most=1)
 
     equation = avoid_reciprocally
