@@ -20,7 +20,7 @@ def drawn(name: str) -> tuple[str, list[Row], list[str]]:
 
 ARENA = PlanKind(
     "arena",
-    frozenset({"laws", "like", "kind", "testing_runs", "choosing_runs"}),
+    frozenset({"laws", "like", "engines", "choose", "test", "testing_runs", "choosing_runs"}),
     drawn,
     lambda table, about: plan_from_table(table, about.name, about.folder),
     "a study with [tune], in which every law is tuned with the same budget",
