@@ -152,7 +152,7 @@ class TaskOutcome:
         return pd.DataFrame(columns).groupby(labels, sort=False).mean()
 
 
-def paired_p(first: Sequence[int] | np.ndarray, second: Sequence[int] | np.ndarray) -> float:
+def paired_p(first: Sequence[float] | np.ndarray, second: Sequence[float] | np.ndarray) -> float:
     """McNemar's exact two-sided p of two rows of 0 and 1 on the same runs: by those in which only one has 1.
 
     Runs of which one is not known, not-a-number, do not count.

@@ -1,5 +1,7 @@
 """Families of teams: the same number is the same run, blocks are disjoint, and what is drawn is what was asked for."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -94,7 +96,7 @@ def test_a_corridor_has_room_and_a_gate_is_crossed_by_all():
 
 @pytest.mark.parametrize("name", ["tasks", "tasks-demo"])
 def test_the_blocks_of_the_packaged_arenas_have_nothing_in_common(name):
-    plan = load_plan(name)
+    plan: Any = load_plan(name)
     numbers = {
         block: {plan.scenario(block, place, repeat).seed for place in (0, plan.count(block) - 1) for repeat in range(2)}
         for block in BLOCKS
@@ -106,7 +108,8 @@ def test_the_blocks_of_the_packaged_arenas_have_nothing_in_common(name):
 
 
 def test_the_packaged_arena_has_what_is_asked_of_it():
-    test = load_plan("tasks").test
+    plan: Any = load_plan("tasks")
+    test = plan.test
     assert {family.task for family in test} == {*TASKS}
     assert max(family.most for family in test) == 10
     assert min(family.fewest for family in test) == 3

@@ -1,6 +1,7 @@
 """The ranking of an arena of tasks: lexicographic, by classes, with exact bounds, whatever the laws are called."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,7 +45,7 @@ def table(runs=RUNS, **changes):
 def outcome(**tables):
     """The outcome of an arena of laws by their names, with _ for -."""
     laws = [name.replace("_", "-") for name in tables]
-    plan = parse_plan(TEXT).with_laws(laws)
+    plan: Any = parse_plan(TEXT).with_laws(laws)
     entries = [
         TaskEntry(law, (), (), (0,), 0, None, own, own, None) for law, own in zip(laws, tables.values(), strict=True)
     ]
@@ -122,15 +123,15 @@ def test_the_tail_tells_apart_who_nearly_touched():
     clearance = np.array([0.5] * 18 + [0.02, -0.03])
     assert tail_of(clearance, 0.1, 0.1) == pytest.approx((0.8 + 1.3) / 2)
     assert tail_of(np.full(20, 0.5), 0.1, 0.1) == 0
-    plan = parse_plan(TEXT)
+    plan: Any = parse_plan(TEXT)
     near, far = table(20, clearance_m=(0.01,)), table(20)
     assert search_cost(plan, near) > search_cost(plan, far)
-    without = parse_plan("tail = 0\n" + TEXT)
+    without: Any = parse_plan("tail = 0\n" + TEXT)
     assert search_cost(without, near) == search_cost(without, far)  # of rare contacts it is the tail that tells
 
 
 def test_a_contact_weighs_more_in_a_search_than_a_deadlock_and_that_more_than_time():
-    plan = parse_plan(TEXT)
+    plan: Any = parse_plan(TEXT)
     contact, deadlock, slow = table(20, caused=(1.0,)), table(20, deadlock=(1.0,)), table(20, time=1.5)
     assert search_cost(plan, contact) > 2 * search_cost(plan, deadlock)
     assert search_cost(plan, deadlock) > search_cost(plan, slow) > search_cost(plan, table(20))

@@ -4,6 +4,7 @@ import json
 import shutil
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from robotics.plugins.tasks.running import drive_tasks
 from robotics.simulation.loop import record_run
 from tests.robotics.plugins.tasks.test_task_families import TEXT
 
-PLAN = parse_plan(TEXT, "small")
+PLAN: Any = parse_plan(TEXT, "small")
 
 
 def contents(outcome):
