@@ -45,4 +45,6 @@ def _tell(outcome: "Outcome") -> dict[str, Any]:
     }
 
 
-TRACKING = ArenaKind(tracking_from_table, _run, _answer, _show, _tell, "arena.html", ("robotics.plugins.arena.work",))
+TRACKING_KIND = ArenaKind(
+    tracking_from_table, _run, _answer, _show, _tell, "arena.html", ("robotics.plugins.arena.work",)
+)

@@ -32,11 +32,11 @@ from robotics.world.sensing.carried import sensor_names
 _SIGHT = SightColumns.size
 _NARROW = 0.1  # rad: a cone that is wider may have its echo beside its axis
 _SIDE = 0.7  # of its half: there
-KEPT = 24  # points that are remembered
+REMEMBERED_POINTS = 24  # points that are remembered
 _SAME = 0.1  # m: a point nearer to another is that one
 _WAYS, _STEP = 15, math.radians(10)  # directions to either side that are looked at, and the angle between two
 _OTHER_SIDE = 3  # steps by which a direction on the other side must be nearer to what is wanted
-INSIDE = (
+DRIVEN_OFF = (
     0.95  # of its distance: what is nearer than a robot needs counts as if the robot were so wide, and is driven off
 )
 _PAST = 0.3  # m: a sonar that reads so much more looks past a point
@@ -47,9 +47,9 @@ class AlongMemory(Columns):
 
     place = column("m", "the abscissa of the robot's nearest point")
     side = column("1", "on which side of what is wanted it goes round a thing: 1 left, -1 right, 0 neither")
-    seen_x = several(KEPT, "m", "points that a sonar has seen, in the world")
-    seen_y = several(KEPT, "m")
-    seen_age = several(KEPT, "s", "infinite: there is none")
+    seen_x = several(REMEMBERED_POINTS, "m", "points that a sonar has seen, in the world")
+    seen_y = several(REMEMBERED_POINTS, "m")
+    seen_age = several(REMEMBERED_POINTS, "s", "infinite: there is none")
 
 
 class PointsWork(Columns):
@@ -106,7 +106,7 @@ def sight(table, robots, sensors, i, q):  # type: ignore[no-untyped-def]
 
 def room_for_points(sensors: int) -> int:
     """How many numbers the points take that so many sensors see, and those that are remembered."""
-    return 2 * (3 * sensors + KEPT)
+    return 2 * (3 * sensors + REMEMBERED_POINTS)
 
 
 @compiled_only
@@ -114,7 +114,7 @@ def look_around(robot, gain, memory, known, i, table, far, points):  # type: ign
     """Write the points that are seen no farther than ``far`` [m], and those remembered; return how many they are."""
     robots, sensors, count = known.heard.shape[2], known.ranges.shape[0], 0
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
-    for k in range(KEPT):
+    for k in range(REMEMBERED_POINTS):
         memory.seen_age[k] = memory.seen_age[k] + known.dt if memory.seen_age[k] < gain.keeps else math.inf
     for q in range(sensors):
         seen, reading = sight(table, robots, sensors, i, q), known.ranges[q, i]
@@ -130,7 +130,7 @@ def look_around(robot, gain, memory, known, i, table, far, points):  # type: ign
             count += 1
             if wide and n == 0:
                 _remember(memory, robot.x + cos * ahead - sin * left, robot.y + sin * ahead + cos * left)
-    for k in range(KEPT):
+    for k in range(REMEMBERED_POINTS):
         if 0 < memory.seen_age[k] < math.inf:
             dx, dy = memory.seen_x[k] - robot.x, memory.seen_y[k] - robot.y
             if math.hypot(dx, dy) < far:
@@ -142,7 +142,7 @@ def look_around(robot, gain, memory, known, i, table, far, points):  # type: ign
 @compiled_only
 def _look_past(robot, memory, seen, reading, cos, sin):  # type: ignore[no-untyped-def]
     """Forget the points that a sonar looks past."""
-    for k in range(KEPT):
+    for k in range(REMEMBERED_POINTS):
         if memory.seen_age[k] < math.inf:
             dx, dy = memory.seen_x[k] - robot.x, memory.seen_y[k] - robot.y
             ahead, left = cos * dx + sin * dy - seen.x, cos * dy - sin * dx - seen.y
@@ -155,7 +155,7 @@ def _look_past(robot, memory, seen, reading, cos, sin):  # type: ignore[no-untyp
 def _remember(memory, x, y):  # type: ignore[no-untyped-def]
     """Remember a point of the world [m], in the place of the same one, or of the oldest."""
     oldest = 0
-    for k in range(KEPT):
+    for k in range(REMEMBERED_POINTS):
         if memory.seen_age[k] < math.inf and math.hypot(memory.seen_x[k] - x, memory.seen_y[k] - y) < _SAME:
             oldest = k
             break
@@ -202,7 +202,7 @@ def around(memory, points, count, radius, course, heading, clears):  # type: ign
             cos, sin, free = math.cos(angle), math.sin(angle), True
             for n in range(count):
                 x, y = points[2 * n], points[2 * n + 1]
-                along, wide = cos * x + sin * y, min(radius, INSIDE * math.hypot(x, y))
+                along, wide = cos * x + sin * y, min(radius, DRIVEN_OFF * math.hypot(x, y))
                 free = free and not (0 < along < clears + radius and abs(cos * y - sin * x) < wide)
             if free:
                 best, found, side = value, course + k * _STEP, sign

@@ -19,10 +19,10 @@ from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
 from robotics.laws.equation import equation
 from robotics.laws.setting import Setting
-from robotics.plugins.reactive.along import INSIDE, AlongPath, around, look_around, tell, wanted
+from robotics.plugins.reactive.along import DRIVEN_OFF, AlongPath, around, look_around, tell, wanted
 from robotics.world.paths.posture import wrapped_compiled
 
-SPEEDS, TURNS = 5, 13  # arcs that are looked at: speeds × turn rates
+_SPEEDS, _TURNS = 5, 13  # arcs that are looked at: speeds × turn rates
 _FAR = 1.5  # m: what is farther free counts no more
 _STRAIGHT = 0.02  # rad/s: slower turns are taken for none
 _AHEAD = 1.0  # s: the end of an arc, at which the bearing of the target is taken
@@ -34,7 +34,7 @@ def free_way(v, w, radius, x, y):  # type: ignore[no-untyped-def]
 
     The robot is at (0, 0) and drives along x with v > 0 [m/s] and ω [rad/s].
     """
-    radius = min(radius, INSIDE * math.hypot(x, y))
+    radius = min(radius, DRIVEN_OFF * math.hypot(x, y))
     if abs(w) < _STRAIGHT:
         if abs(y) >= radius or x <= 0:
             return math.inf
@@ -59,10 +59,10 @@ def choose_arc(robot, gain, memory, command, work, known, i, table):  # type: ig
     slowest, quickest = max(robot.v - gain.acceleration * gain.window, 0.0), robot.v + gain.acceleration * gain.window
     quickest = max(min(quickest, speed), slowest)
     best, best_v, best_w = -math.inf, 0.0, 0.0
-    for a in range(SPEEDS + 1):
-        v = 0.0 if a == SPEEDS else slowest + (quickest - slowest) * a / (SPEEDS - 1)
-        for b in range(TURNS):
-            w = robot.w + gain.turning * gain.window * (2 * b / (TURNS - 1) - 1)
+    for a in range(_SPEEDS + 1):
+        v = 0.0 if a == _SPEEDS else slowest + (quickest - slowest) * a / (_SPEEDS - 1)
+        for b in range(_TURNS):
+            w = robot.w + gain.turning * gain.window * (2 * b / (_TURNS - 1) - 1)
             w = min(max(w, -gain.quickest), gain.quickest)
             way = _FAR
             if v > 1e-3:

@@ -22,7 +22,15 @@ from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
 from robotics.laws.avoidance.priority import WhereaboutsColumns, tell_whereabouts
 from robotics.laws.equation import HeardColumns, equation
-from robotics.plugins.reactive.along import KEPT, AlongPath, around, look_around, room_for_points, tell, wanted
+from robotics.plugins.reactive.along import (
+    REMEMBERED_POINTS,
+    AlongPath,
+    around,
+    look_around,
+    room_for_points,
+    tell,
+    wanted,
+)
 from robotics.world.radio.channel import predicted
 
 _ROW = 4  # of a half-plane: a point (x, y) on its edge, and the edge's direction; it is what lies to the left
@@ -169,7 +177,7 @@ def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # 
     """Make the half-planes of all that is heard and seen, and drive the best velocity in them."""
     speed, course = wanted(robot, gain, memory, command, known, i)
     robots, points, count = known.heard.shape[2], work.points, 0
-    planes = points[2 * (3 * known.ranges.shape[0] + KEPT) :]
+    planes = points[2 * (3 * known.ranges.shape[0] + REMEMBERED_POINTS) :]
     own, point = table[i % robots] + gain.point + gain.margin, gain.point
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     v_x, v_y = robot.v * cos - point * robot.w * sin, robot.v * sin + point * robot.w * cos

@@ -6,9 +6,9 @@ import numpy as np
 
 from fuzzy.words import counted, listed
 from robotics.measures.statistics.intervals import Interval
-from robotics.plugins.tasks.outcome import SURE, TaskOutcome
+from robotics.plugins.arena.answer import MOST_SENTENCES
+from robotics.plugins.tasks.outcome import BY_CHANCE, TaskOutcome
 
-MOST_SENTENCES = 10
 _WORDS = {
     "caused": "contacts caused",
     "deadlock": "deadlocks",
@@ -49,7 +49,7 @@ def _of_class(outcome: TaskOutcome, knowledge: str) -> str:
     if by in ("caused", "deadlock"):
         share = caused if by == "caused" else locked
         text += f"has {_WORDS[by]} in {per_thousand(share, second)}"
-        if outcome.surely(by, first, second) >= SURE:
+        if outcome.surely(by, first, second) >= BY_CHANCE:
             text += ", a difference that may be chance"
     elif by:
         text += f"is as good in contacts and deadlocks, and behind it in {_WORDS[by]}"
@@ -64,7 +64,7 @@ def _across(outcome: TaskOutcome) -> Iterator[str]:
     if len(firsts) > 1:
         best = min(firsts, key=lambda k: outcome.keys[k])
         others = [k for k in firsts if k != best]
-        sure = [k for k in others if outcome.surely("caused", best, k) < SURE]
+        sure = [k for k in others if outcome.surely("caused", best, k) < BY_CHANCE]
         text = f"Of the firsts {outcome.titles[best]}, with {outcome.classes[best]}, causes the fewest contacts"
         if len(sure) == len(others):
             text += ", and that is no chance"

@@ -25,7 +25,7 @@ from robotics.world.environment.world import Wall, World, compile_worlds
 from robotics.world.radio.faults import Fault, Faults
 
 TASK_STREAM = 10  # of a scenario's random streams: see robotics.world.radio.channel
-FEWEST, MOST = 2, 10  # robots
+_FEWEST, _MOST = 2, 10  # robots
 _HALL = 2.5  # m from the outermost point of a path to the wall of the hall, for the EtsRo
 _HELD = (2.0, 8.0)  # s, from and to: for which a robot is held up
 _SILENT = (1.0, 6.0)  # s: for which a robot's radio is
@@ -51,8 +51,8 @@ class TaskFamily:
 
     task: Task = described(f"What robots do: one of {', '.join(TASKS)}.", example="crossing")
     count: int = whole(1, least=1, most=100_000, doc="How many scenarios are drawn.")
-    fewest: int = whole(3, least=FEWEST, most=MOST, doc="The least number of robots.")
-    most: int = whole(6, least=FEWEST, most=MOST, doc="The greatest number of robots.")
+    fewest: int = whole(3, least=_FEWEST, most=_MOST, doc="The least number of robots.")
+    most: int = whole(6, least=_FEWEST, most=_MOST, doc="The greatest number of robots.")
     models: tuple[str, ...] = described("The robots, one of which is drawn: names, or .toml files.", (STANDARD,))
     loss: float = part(0.0, doc="The share of messages that is lost is drawn up to this.")
     latency: float = quantity(0.0, "s", least=0, most=10, doc="The latency of the radio is drawn up to this.")

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, styled_figure
 from fuzzy.figures.palette import ROLES
 from robotics.measures.statistics.intervals import Interval
+from robotics.plugins.arena.figures import WIDTH
 
-WIDTH = 6.3  # inches: 16 cm, the text of a printed page
 _MARKS = ("o", "s", "D")  # of the classes, each with a colour of its own
 _PER = 1000  # runs that shares are told of
 

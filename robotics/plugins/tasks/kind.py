@@ -42,4 +42,4 @@ def _tell(outcome: "TaskOutcome") -> dict[str, Any]:
     return {name: table.replace({float("nan"): None}).to_dict(orient="records") for name, table in tables.items()}
 
 
-TASKS = ArenaKind(tasks_from_table, _run, _answer, _show, _tell, "tasks.html", ("robotics.plugins.tasks.running",))
+TASK_KIND = ArenaKind(tasks_from_table, _run, _answer, _show, _tell, "tasks.html", ("robotics.plugins.tasks.running",))

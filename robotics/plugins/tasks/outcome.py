@@ -25,7 +25,7 @@ SHARES = ("caused", "deadlock")
 MEANS = ("time", "spread_s", "gap", "restlessness")  # less is better
 KEY = (*SHARES, *MEANS, "clearance_m")  # the order of the ranking
 _DRAWS = 2000
-SURE = 0.05  # p below which two shares differ
+BY_CHANCE = 0.05  # p below which two shares differ
 
 
 def key_of(table: pd.DataFrame) -> tuple[float, ...]:

@@ -26,7 +26,7 @@ from robotics.show.report.template import rendered
 from robotics.show.report.texts import ReportTexts
 from robotics.studies.executors import Workers
 
-PAGE_FILE = "tasks.html"
+TASKS_PAGE = "tasks.html"
 _TEMPLATE = Path(__file__).parents[1] / "arena" / "arena.html.j2"
 _FORMATS = ("png", "svg", "pdf")
 _TEXTS = ReportTexts("robotics.plugins.tasks")
@@ -92,8 +92,8 @@ def write_tasks(outcome: TaskOutcome, folder: Path, *, command: str | None = Non
         command=command,
         machine=machine(),
     )
-    write_whole(folder / PAGE_FILE, page)
-    return folder / PAGE_FILE
+    write_whole(folder / TASKS_PAGE, page)
+    return folder / TASKS_PAGE
 
 
 def one_look(outcome: TaskOutcome) -> Picture:
