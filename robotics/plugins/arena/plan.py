@@ -136,6 +136,10 @@ class ArenaPlan(ABC):
         """How many candidates each search of ``law``, a specification, tries: 0 where nothing of it moves."""
         return 0 if law in self.untuned else self.exceptions.get(law, self.evaluations)
 
+    def count(self, block: Block) -> int:
+        """How many scenarios a block has."""
+        return sum(family.count for family in getattr(self, block))
+
     def labels(self, block: Block) -> list[str]:
         """What the scenarios of ``block`` are called, no two alike."""
         said = [family.label for family in getattr(self, block) for _ in range(family.count)]

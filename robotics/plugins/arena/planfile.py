@@ -14,7 +14,7 @@ def drawn(name: str) -> tuple[str, list[Row], list[str]]:
         (len(plan.laws), "law", ", ".join(plan.laws)),
         (len(plan.engines) * plan.repeats, "search", f"{', '.join(plan.engines)}, {plan.evaluations} evaluations each"),
     ]
-    blocks = ", ".join(f"{counted(len(plan.scenarios(block)), 'scenario')} to {block}" for block in BLOCKS)
+    blocks = ", ".join(f"{counted(plan.count(block), 'scenario')} to {block}" for block in BLOCKS)
     return plan.title, rows, [f"   {blocks}{plan.tested}"]
 
 

@@ -148,9 +148,10 @@ def _protocol(outcome: TaskOutcome) -> str:
     """What was done."""
     arena = outcome.arena
     tuned = len(arena.laws) - len(arena.untuned)
+    searches = arena.repeats * len(arena.engines)
     alike = ", the same budget for all" if not arena.exceptions else ""
     return (
         f"{counted(tuned, 'law')} had {arena.evaluations} evaluations on {counted(arena.count('tune'), 'scenario')} in "
-        f"each of {counted(arena.repeats * len(arena.engines), 'search')}{alike}, and everybody drove the same "
+        f"{'one search' if searches == 1 else f'each of {searches} searches'}{alike}, and everybody drove the same "
         f"{outcome.runs:,} random scenarios that no search had seen, {len(arena.test)} sorts of them."
     )

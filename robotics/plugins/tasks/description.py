@@ -50,10 +50,6 @@ class TaskArena(ArenaPlan):
             if count > MOST_SEEDS:
                 raise ArenaError(f"{block} must have at most {MOST_SEEDS} scenarios; got {count}").about(block)
 
-    def count(self, block: Block) -> int:
-        """How many scenarios a block has."""
-        return sum(family.count for family in getattr(self, block))
-
     def scenario(self, block: Block, place: int, repeat: int = 0) -> TaskScenario:
         """The scenario at a place of a block, from 0; each repeat of the searches has others to tune on."""
         left = place

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from fuzzy.figures.drawing import COLORS, styled_figure
 from fuzzy.figures.palette import ROLES
@@ -65,7 +66,17 @@ def plot_tasks(
         axes[0].set_xlabel("contacts caused\n[per 1000 runs]  ← better")
         axes[1].set_xlabel("deadlocks\n[per 1000 runs]  ← better")
         axes[2].set_xlabel("time over nominal [1]\n← better")
-        axes[2].set_xlim(left=min(0.95, float(np.nanmin(time.low))))
+        axes[2].set_xlim(left=min(1.0, float(np.nanmin(time.low))) - 0.08)
+        if np.isfinite(unguarded.value).any():
+            hollow = Line2D([], [], linestyle="", marker="o", color="0.3", markerfacecolor="white", markersize=4)
+            axes[0].legend(
+                [hollow],
+                ["without its emergency rule"],
+                loc="upper right",
+                fontsize=6,
+                borderpad=0.1,
+                handletextpad=0.1,
+            )
         axes[0].set_yticks(places, [f"{row.title}  {row.rank}" for row in rows])
         axes[0].set_ylim(places[-1] + 0.7, -0.4)
         axes[0].tick_params(axis="y", length=0)
