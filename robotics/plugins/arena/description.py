@@ -22,6 +22,10 @@ from robotics.studies.tuning.tune import reached
 class Arena(ArenaPlan):
     """An arena of tracking before it is held: one robot on one path, and a cost that is a sum of metrics.
 
+    Attributes:
+        name: What it is called: its file's name.
+        folder: Where files that it names are looked for first.
+
     Raises:
         ArenaError: An arena that cannot be held.
     """
@@ -58,7 +62,7 @@ class Arena(ArenaPlan):
             )
 
     def reached(self, space: LawSpace) -> LawSpace:
-        """Hold what the tuning runs say nothing of."""
+        """The ``space`` in which what the tuning runs say nothing of is held."""
         return reached(space, self.scenarios("tune"), [self.tuning_seed(0)])
 
     @property
@@ -101,7 +105,7 @@ class Arena(ArenaPlan):
         }
 
     def with_laws(self, laws: Sequence[str]) -> Self:
-        """The same arena with other laws. Raises ArenaError."""
+        """The same arena with other ``laws``, their specifications. Raises ArenaError."""
         reference = self.reference if self.reference in laws else ""
         return super(Arena, replace(self, reference=reference)).with_laws(laws)
 

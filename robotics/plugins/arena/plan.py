@@ -112,7 +112,7 @@ class ArenaPlan(ABC):
         return self._spaces[law]
 
     def reached(self, space: LawSpace) -> LawSpace:
-        """A space without what no tuning run says anything of; here the space as it is."""
+        """A ``space`` without what no tuning run says anything of; here as it is."""
         return space
 
     def _movable(self, law: str) -> LawSpace | None:
@@ -137,7 +137,7 @@ class ArenaPlan(ABC):
         return 0 if law in self.untuned else self.exceptions.get(law, self.evaluations)
 
     def count(self, block: Block) -> int:
-        """How many scenarios a block has."""
+        """How many scenarios ``block`` has: "tune", "choose" or "test"."""
         return sum(family.count for family in getattr(self, block))
 
     def labels(self, block: Block) -> list[str]:
@@ -146,7 +146,7 @@ class ArenaPlan(ABC):
         return [f"{text} {said[: n + 1].count(text)}" if said.count(text) > 1 else text for n, text in enumerate(said)]
 
     def with_laws(self, laws: Sequence[str]) -> Self:
-        """The same arena with other laws. Raises ArenaError."""
+        """The same arena with other ``laws``, their specifications. Raises ArenaError."""
         kept = {law: count for law, count in self.exceptions.items() if law in laws}
         return replace(self, laws=tuple(laws), exceptions=kept)
 

@@ -11,6 +11,7 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.laws.catalogue import with_gains
+from robotics.laws.rules.fuzzy_team import InterpretedTeam
 from robotics.plugins.arena.kinds import parse_plan
 from robotics.plugins.arena.plan import ArenaError
 from robotics.plugins.stress.outcome import StressOutcome
@@ -118,6 +119,13 @@ def test_a_row_is_what_the_judge_and_a_recorded_run_say():
     assert row["gap"] == pytest.approx(np.ptp(shares, axis=0).max(), abs=0.05)
     varied = abs(np.diff(run["w_demand"][0, :, : last // 2], axis=-1)).mean() / scenario.setting.period
     assert row["restlessness"] == pytest.approx(varied, rel=1.0)
+
+
+def test_a_law_on_arrays_takes_part_as_one_with_an_equation():
+    scenario = TaskFamily(task="crossing", most=3, latency=0.3, silent=1.0).scenario(8)
+    law: Any = PLAN.law("fuzzy-team")
+    compiled, arrays = run_row(scenario, law), run_row(scenario, InterpretedTeam.of(law))
+    assert arrays == pytest.approx(compiled, rel=1e-6)
 
 
 def test_whoever_cannot_drive_a_robot_is_said_to_have_refused():
