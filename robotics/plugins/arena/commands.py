@@ -42,8 +42,8 @@ def arena(
     The arena "default" asks it of laws that track a path, the arena "tasks" of teams that cooperate, meet and go round
     obstacles.
 
-    Says first how long it will take. Writes arena.html with the answer in one figure and ten sentences, results.csv,
-    summary.csv, figures and the tuned laws. After a stop the same command goes on from there.
+    Says first how much there is to do. Writes a page, arena.html or tasks.html, with the answer in one figure and ten
+    sentences, results.csv, a table a law, figures and the tuned laws. After a stop the same command goes on from there.
 
     \b
     Example:
