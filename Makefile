@@ -84,8 +84,9 @@ node_modules/.installed: package.json package-lock.json
 
 venv: $(VENV)/.development ## the environment of the tests
 
-demo: $(VENV)/.kernels ## compare controllers, teams and formations: out/report.html
+demo: $(VENV)/.kernels ## compare controllers, teams and formations: out/report.html, out/tasks/tasks.html
 	$(BIN)/robotics compare --out out
+	$(BIN)/robotics arena tasks-demo --out out/tasks
 
 design: $(VENV)/.designer ## the designer in a browser: make design FILE=go.fis
 	$(BIN)/fuzzy design $(FILE)

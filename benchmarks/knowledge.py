@@ -16,7 +16,7 @@ import numpy as np
 from robotics.measures.statistics.aggregates import IQM, UNSEEN_IQM
 from robotics.measures.statistics.bootstrap import contrasts
 from robotics.plugins.arena.description import load_arena
-from robotics.plugins.arena.families import ArenaError
+from robotics.plugins.arena.plan import ArenaError
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.tuning.cost import costs_of
 

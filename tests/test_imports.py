@@ -31,7 +31,7 @@ STAIRS = {
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis plugins.ablation plugins.shapes
+        plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -69,8 +69,10 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "shapes": (),
         "logs": ("learning",),
         "predictive": (),
+        "reactive": (),
         "reinforcement": ("arena",),
         "stress": (),
+        "tasks": ("arena", "stress"),
         "thesis": ("learning", "stress"),
     },
 }

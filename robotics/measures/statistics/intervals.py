@@ -1,4 +1,4 @@
-"""Intervals: numbers with the ends between which they lie, Wilson's of a rate and Student's of a mean.
+"""Intervals: numbers with the ends between which they lie, Wilson's and the exact one of a rate, Student's of a mean.
 
 Those by the bootstrap are made in :mod:`robotics.measures.statistics.bootstrap`.
 """
@@ -47,6 +47,30 @@ def wilson(count: np.ndarray | int, trials: np.ndarray | int, level: float = LEV
     # At the ends the exact bound is 0 or 1; rounding must not leave it.
     low, high = np.where(count == 0, 0.0, middle - half), np.where(count == trials, 1.0, middle + half)
     return Interval(share, low, high)
+
+
+def clopper_pearson(count: np.ndarray | int, trials: np.ndarray | int, level: float = LEVEL) -> Interval:
+    """A rate of which ``count`` of ``trials`` are seen, with the exact interval [Clopper and Pearson 1934].
+
+    It holds the true rate at least as often as ``level`` says, however few are seen; of none of n it is 0 to
+    1 − ((1 − level)/2)^{1/n}.
+
+    Args:
+        count: How often it happened, whole numbers (...).
+        trials: Of how many independent ones (...), at least 1.
+        level: How often such intervals hold the true rate.
+
+    >>> found = clopper_pearson(0, 20)
+    >>> round(float(found.high), 4)
+    0.1684
+    """
+    from scipy.special import betaincinv
+
+    count, trials = np.broadcast_arrays(np.asarray(count, dtype=float), np.asarray(trials, dtype=float))
+    tail, none, all_ = (1 - level) / 2, count == 0, count == trials
+    low = np.where(none, 0.0, betaincinv(np.where(none, 1.0, count), trials - count + 1, tail))
+    high = np.where(all_, 1.0, betaincinv(count + 1, np.where(all_, 1.0, trials - count), 1 - tail))
+    return Interval(count / trials, low, high)
 
 
 def student(values: np.ndarray) -> tuple[float, float]:

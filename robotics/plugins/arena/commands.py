@@ -3,7 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder
@@ -14,9 +14,6 @@ from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import arenas, controller_list
 from robotics.commands.shared import Dask
 from robotics.studies.versions import versions
-
-if TYPE_CHECKING:
-    from robotics.plugins.arena.outcome import Outcome
 
 FULL = "full"
 
@@ -40,14 +37,18 @@ def arena(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fuzzy or nonlinear: which, when, by how much? Tune every law alike, then compare them on unseen runs.
+    """Which law, when, by how much? Tune every law alike, then compare them on unseen runs.
 
-    Says first how long it will take. Writes arena.html with the answer in one figure and ten sentences, results.csv,
-    summary.csv, figures and the tuned laws. After a stop the same command goes on from there.
+    The arena "default" asks it of laws that track a path, the arena "tasks" of teams that cooperate, meet and go round
+    obstacles.
+
+    Says first how much there is to do. Writes a page, arena.html or tasks.html, with the answer in one figure and ten
+    sentences, results.csv, a table a law, figures and the tuned laws. After a stop the same command goes on from there.
 
     \b
     Example:
       robotics arena demo --out out/arena
+      robotics arena tasks --out out/tasks
       robotics new law -o mylaw.py
       robotics arena demo --laws fuzzy,lyapunov,mylaw.py:MyLaw --out out/mine
     """
@@ -55,14 +56,13 @@ def arena(
         raise InputError(f"give --full or {file}, not both")
     from fuzzy.compiled.threads import processors
     from robotics.commands.compare import split_controllers
-    from robotics.plugins.arena.answer import answer
-    from robotics.plugins.arena.description import load_arena, with_laws
-    from robotics.plugins.arena.report import PAGE_FILE, pairs_table, run_arena, summary_table
+    from robotics.plugins.arena.kinds import arena_kind, load_plan
     from robotics.studies.executors import workers_at
 
-    plan = load_arena(FULL if full else file)
+    plan = load_plan(FULL if full else file)
+    kind = arena_kind(plan.kind)
     if laws is not None:
-        plan = with_laws(plan, split_controllers(laws))
+        plan = plan.with_laws(split_controllers(laws))
     folder = out if out is not None else Path("out") / "arena"
     check_folder(folder)
     command = ["robotics", "arena", *(["--full"] if full else [file] if file != "default" else [])]
@@ -74,35 +74,14 @@ def arena(
 
     try:
         count = workers or (processors() if dask is None else None)
-        with workers_at(count, dask, ["robotics.plugins.arena.work"]) as crew, progress_bar(quiet) as begin:
-            outcome = run_arena(
+        with workers_at(count, dask, kind.preload) as crew, progress_bar(quiet) as begin:
+            outcome = kind.run(
                 plan, folder, workers=crew, fresh=fresh, begin=begin, announce=announce, command=shlex.join(command)
             )
     except KeyboardInterrupt:
         interrupted(f"what is done is in {folder}; the same command goes on from there")
-    page, sentences = folder / PAGE_FILE, answer(outcome)
+    page, sentences = folder / kind.page, kind.answer(outcome)
     if json:
-        print_json(
-            {
-                "answer": sentences,
-                "laws": summary_table(outcome).to_dict(orient="records"),
-                "pairs": pairs_table(outcome).to_dict(orient="records"),
-                "computing_us": dict(outcome.computing),
-                "machine": outcome.machine,
-                "page": str(page),
-                "versions": versions(),
-            }
-        )
+        print_json({"answer": sentences, **kind.tell(outcome), "page": str(page), "versions": versions()})
     else:
-        _print(outcome)
-        print("", *sentences, page, sep="\n")
-
-
-def _print(outcome: "Outcome") -> None:
-    """Print the costs of every law, as published and tuned, with their intervals."""
-    unit = outcome.titles[outcome.reference]
-    print(f"{'':28} {'published':>10} {'tuned':>10}  {'95 %':>17}  failed   (cost over that of {unit}, tuned)")
-    for k in outcome.order:
-        before, after, rate = outcome.published_ratio, outcome.tuned_ratio, outcome.failures.value[k]
-        ends = f"{after.low[k]:.3g} to {after.high[k]:.3g}"
-        print(f"{outcome.titles[k]:28} {before.value[k]:10.3g} {after.value[k]:10.3g}  {ends:>17}  {100 * rate:5.2g} %")
+        print(kind.show(outcome), "", *sentences, page, sep="\n")

@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, described, quantity, whole
+from robotics.plugins.arena.plan import ArenaError
 from robotics.simulation.scenario.description import InfeasibleError, Member, Scenario
 from robotics.simulation.scenario.robots import STANDARD, RobotModel, load_robot
 from robotics.world.paths.path import Circle, Eight, Shape, Sine, Waypoints, compile_path
@@ -24,10 +24,6 @@ _TRIES = 40  # drawings until one can be driven
 _ROUNDING = 0.05  # m between the points of a rounded corner
 RAMP, STAND = 1.0, 4.0  # s: the reference gathers speed, and slows down; and stands at the end of its path
 _REACH = 1.0  # times the length that is driven: so long a random path is made
-
-
-class ArenaError(InputError):
-    """An arena that cannot be held. The message names the file, line, key and what is accepted."""
 
 
 @dataclass(frozen=True, kw_only=True)

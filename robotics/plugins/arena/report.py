@@ -21,11 +21,12 @@ from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena import figures
 from robotics.plugins.arena.answer import answer, microseconds
 from robotics.plugins.arena.changes import CHANGES
-from robotics.plugins.arena.description import BLOCKS, Arena, load_arena
+from robotics.plugins.arena.description import Arena, load_arena
 from robotics.plugins.arena.design import Cells, Knowledge, called
 from robotics.plugins.arena.entrants import sort_of, terms_of
 from robotics.plugins.arena.figures import Entrant, Standings
 from robotics.plugins.arena.outcome import Outcome
+from robotics.plugins.arena.plan import BLOCKS
 from robotics.plugins.arena.presets import write_presets
 from robotics.plugins.arena.running import drive_arena
 from robotics.plugins.arena.work import plain, tuned

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from fuzzy.tuning.search import Evaluations
 from robotics.plugins.arena.changes import changed
 from robotics.plugins.arena.description import Arena
+from robotics.plugins.arena.plan import ArenaPlan
 from robotics.studies.executors import Workers
 from robotics.studies.population import simulate_many
 from robotics.studies.tuning.tune import Tuned, tune
@@ -64,7 +65,7 @@ def search_folder(folder: Path, search: Search) -> Path:
     return folder / "searches" / plain(search.law) / search.name
 
 
-def budgets_of(arena: Arena, law: str) -> list[int]:
+def budgets_of(arena: ArenaPlan, law: str) -> list[int]:
     """The numbers of evaluations at which the searches of a law are looked at; the last is its whole budget."""
     whole = arena.budget(law)
     return [n for n in BUDGETS if n < whole] + [whole] * (whole > 0)

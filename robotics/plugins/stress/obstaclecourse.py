@@ -151,10 +151,10 @@ def obstacle_ensemble(
     drawn = [random_course(np.random.default_rng([seed, COURSE_STREAM]), kind, robots, moving, lanes) for seed in seeds]
     name = f"obstacles-{robots}-{kind}" + ("-crossing" if lanes == "crossing" else "")
     setting = drawn_ensemble(name, [tables for tables, _ in drawn], ObstacleOutcome.limit, LENGTH, disturbance, robot)
-    return replace(setting, world=compile_worlds([_grown(world, growth(robot)) for _, world in drawn]))
+    return replace(setting, world=compile_worlds([grown_world(world, growth(robot)) for _, world in drawn]))
 
 
-def _grown(world: World, factor: float) -> World:
+def grown_world(world: World, factor: float) -> World:
     """A ``world`` of polygons and of discs on lines that is ``factor`` times as large; discs are as fast."""
 
     def larger(point: Point) -> Point:

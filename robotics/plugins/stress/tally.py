@@ -127,6 +127,7 @@ def run_ensemble(
     faults: Faults | None = None,
     advance: Callable[[], None] | None = None,
     extra: float = 0.0,
+    beside: Callable[[int, int], Observer] | None = None,
 ) -> Outcome:
     """Drive until all robots of every run have arrived, or the time is up.
 
@@ -138,7 +139,12 @@ def run_ensemble(
         faults: The faults of the runs.
         advance: Called after every period.
         extra: The time [s] by which runs may take longer than the limit of their ``kind``.
+        beside: Makes an observer that looks on, too, at the runs from one number to before another.
     """
+
+    def watching(tally: Tally) -> Observer:
+        return tally.observer if beside is None else tally.observer.beside(beside(tally.runs.start, tally.runs.stop))
+
     runs, checked, limits = len(seeds), checked_seeds(seeds), kind.longest(ensemble, extra)
     if has_equation(controller):
         opening = PreparedRuns.of([Driver(ensemble, controller)], checked, faults)
@@ -149,12 +155,12 @@ def run_ensemble(
 
         def drive(tally: Tally) -> None:
             tally.guards = guards
-            drive_chunk(opening, tally.runs.start, tally.runs.stop, tally.observer, ensemble.ticks, told)
+            drive_chunk(opening, tally.runs.start, tally.runs.stop, watching(tally), ensemble.ticks, told)
 
         share_out(drive, tallies, threads_for(None))
         return judged(kind, tallies, seeds)
     tally = Tally(ensemble, limits, 0, runs)
-    for _, command in Simulation(ensemble, controller, checked, faults, observers=[tally.observer]).periods():
+    for _, command in Simulation(ensemble, controller, checked, faults, observers=[watching(tally)]).periods():
         tally.guards |= command.guarded is not None
         if advance is not None:
             advance()

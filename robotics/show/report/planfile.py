@@ -45,7 +45,7 @@ class PlanKind(NamedTuple):
 
 
 def plan_kind(name: str) -> PlanKind | None:
-    """The kind of plan that a file is, by its keys; None for no plan, as a scenario. Plug-ins are asked last."""
+    """The kind of plan of which a file has the most keys; None for no plan, as a scenario. Plug-ins are asked last."""
     if name in study_names():
         return _STUDY
     path = Path(name)
@@ -53,7 +53,8 @@ def plan_kind(name: str) -> PlanKind | None:
         return None
     keys = {*parse_table(read_text(path, InputError), name, InputError)}
     others = (point.load() for point in entry_points(group=PLAN_GROUP))
-    return next((kind for kind in chain((_STUDY, _SWEEP, _TUNING), others) if keys & kind.keys), None)
+    best = max(chain((_STUDY, _SWEEP, _TUNING), others), key=lambda kind: len(keys & kind.keys))
+    return best if keys & best.keys else None
 
 
 class _PlanRemains(Remains):

@@ -9,8 +9,8 @@ import pytest
 from robotics.plugins.arena.answer import answer
 from robotics.plugins.arena.description import parse_arena
 from robotics.plugins.arena.design import Cells, called
-from robotics.plugins.arena.families import ArenaError
 from robotics.plugins.arena.figures import plot_conditions
+from robotics.plugins.arena.plan import ArenaError
 from robotics.plugins.arena.report import panels, run_arena
 from robotics.studies.tuning.cost import COST_TERMS, Term
 from tests.robotics.plugins.arena.synthetic import noisy, outcome

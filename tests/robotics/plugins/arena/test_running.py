@@ -7,8 +7,8 @@ import robotics
 from robotics.commands.filekinds import template_text
 from robotics.plugins.arena.answer import answer
 from robotics.plugins.arena.changes import CHANGES
-from robotics.plugins.arena.description import parse_arena, with_laws
-from robotics.plugins.arena.families import ArenaError
+from robotics.plugins.arena.description import parse_arena
+from robotics.plugins.arena.plan import ArenaError
 from robotics.plugins.arena.report import pairs_table, results_table, summary_table, write_laws
 from robotics.plugins.arena.running import drive_arena
 
@@ -92,7 +92,7 @@ def test_what_is_damaged_is_driven_again(whole):
 
 def test_another_arena_in_the_same_folder_is_refused(whole):
     with pytest.raises(ArenaError, match="holds another arena: laws"):
-        drive_arena(with_laws(ARENA, ["lyapunov"]), whole[1])
+        drive_arena(ARENA.with_laws(["lyapunov"]), whole[1])
 
 
 def test_its_runs_are_those_of_simulate(whole):
@@ -147,7 +147,7 @@ def test_a_law_of_which_nothing_moves_takes_part_as_published(tmp_path):
     assert "of which nothing moves, took part as published" in answer(outcome)[-1]
     assert write_laws(outcome, tmp_path / "out")[1] == entry.law
     with pytest.raises(ArenaError, match="laws: none has anything that moves"):
-        with_laws(arena, [entry.law])
+        arena.with_laws([entry.law])
 
 
 @pytest.mark.parametrize(
