@@ -36,9 +36,7 @@ REMEMBERED_POINTS = 24  # points that are remembered
 _SAME = 0.1  # m: a point nearer to another is that one
 _WAYS, _STEP = 15, math.radians(10)  # directions to either side that are looked at, and the angle between two
 _OTHER_SIDE = 3  # steps by which a direction on the other side must be nearer to what is wanted
-DRIVEN_OFF = (
-    0.95  # of its distance: what is nearer than a robot needs counts as if the robot were so wide, and is driven off
-)
+DRIVEN_OFF = 0.95  # of the distance of what is nearer than the robot needs: the robot counts as so wide
 _PAST = 0.3  # m: a sonar that reads so much more looks past a point
 
 

@@ -22,7 +22,8 @@ from robotics.laws.setting import Setting
 from robotics.plugins.reactive.along import DRIVEN_OFF, AlongPath, around, look_around, tell, wanted
 from robotics.world.paths.posture import wrapped_compiled
 
-_SPEEDS, _TURNS = 5, 13  # arcs that are looked at: speeds × turn rates
+_SPEEDS = 5  # of the arcs that are looked at
+_TURNS = 13  # turn rates, likewise
 _FAR = 1.5  # m: what is farther free counts no more
 _STRAIGHT = 0.02  # rad/s: slower turns are taken for none
 _AHEAD = 1.0  # s: the end of an arc, at which the bearing of the target is taken

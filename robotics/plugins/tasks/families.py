@@ -26,7 +26,8 @@ from robotics.world.paths.joined import table_length
 from robotics.world.radio.faults import Fault, Faults
 
 TASK_STREAM = 10  # of a scenario's random streams: see robotics.world.radio.channel
-_FEWEST, _MOST = 2, 10  # robots
+_FEWEST = 2  # robots
+_MOST = 10
 _HALL = 2.5  # m from the outermost point of a path to the wall of the hall, for the EtsRo
 _HELD = (2.0, 8.0)  # s, from and to: for which a robot is held up
 _SILENT = (1.0, 6.0)  # s: for which a robot's radio is
