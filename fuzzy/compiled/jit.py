@@ -163,16 +163,17 @@ class KernelCache(FunctionCache):
     def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
         stamp, machine = fingerprint(self._compiled), target_context.codegen().magic_tuple()
         # One's own first: they know all of this CPU, and are what was compiled since.
-        for archive, cpu in ((None, machine), *_packaged(*machine)):
-            about = _about(stamp, sig, cpu)
-            file = self._file(stamp, about)
-            of, reduced = _checked(_content(file), about)
-            if of is None and archive:
-                content = _unpacked(archive).get(file.name, b"")
-                of, reduced = _checked(content, about)
-                if of is not None:  # unpacking takes a while: the next process need not
-                    self._write(file, content, stamp)
+        kinds = [_about(stamp, sig, cpu) for cpu in (machine, *(cpu for _, cpu in _packaged(*machine)))]
+        for about in kinds:
+            of, reduced = _checked(_content(self._file(stamp, about)), about)
             if of == sig:
+                return self._impl.rebuild(target_context, reduced)
+        # To unpack takes a while: what was unpacked is a file from then on.
+        for about, (archive, _) in zip(kinds[1:], _packaged(*machine), strict=True):
+            file = self._file(stamp, about)
+            of, reduced = _checked(content := _unpacked(archive).get(file.name, b""), about)
+            if of == sig:
+                self._write(file, content, stamp)
                 return self._impl.rebuild(target_context, reduced)
         notice.compiling()
         return None

@@ -289,7 +289,7 @@ def _hedged(degree: float, power: float, negated: bool) -> float:
 @compiled_only(forceinline=True)
 def _firing(
     system: np.ndarray, work: np.ndarray, degrees: int, firing: int, rules: int, every: bool
-) -> tuple[int, float]:
+) -> tuple[Any, float]:
     """Layer 2 from degrees: the strengths of the rules that fire and, from ``firing + rules`` on, their numbers.
 
     Returns how many they are, and the sum of their strengths. With ``every`` they are all rules.
