@@ -55,7 +55,7 @@ class PackedColumns(Columns):
     rule_end = column("", "(rules,): the last clause's number + 1")
     is_or = column("", "(rules,)")
     weight = column("", "(rules,)")
-    needs = column("", "(rules,): the terms, a bit for each of the first MARKED, at whose 0 the rule does not fire")
+    needs = column("", "(rules,): a bit for each of the first MARKED_TERMS at whose 0 the rule does not fire")
     clause_term = column("", "(clauses,)")
     clause_power = column("", "(clauses,)")
     clause_negated = column("", "(clauses,)")
@@ -68,7 +68,7 @@ class PackedColumns(Columns):
     samples = column("", "of each term without a number READ_STEPS + 1 degrees, from place a on, between b and c")
 
 
-MARKED = np.uint64(52)  # terms whose degree of 0 is told by a bit of a float64
+MARKED_TERMS = np.uint64(52)  # terms whose degree of 0 is told by a bit of a float64
 # What evaluate_packed tells, to be added
 OUTSIDE = 1  # an input is outside its universe
 NO_RULE = 2  # no rule fires for an output
@@ -99,7 +99,7 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     lists["needs"] = np.zeros(len(fis.rules))
     for r, row in enumerate(asked):
         needed = {number[i][t] for i, t in row if not s.is_or[r] and not s.negated[i, r] and s.power[i, r] > 0}
-        lists["needs"][r] = sum(1 << t for t in needed if t < MARKED)
+        lists["needs"][r] = sum(1 << t for t in needed if t < MARKED_TERMS)
     lists["clause_term"] = [t for _, _, t in clauses]
     lists["clause_power"] = [s.power[i, r] for i, r, _ in clauses]
     lists["clause_negated"] = [s.negated[i, r] for i, r, _ in clauses]
@@ -300,7 +300,7 @@ def _firing(
     and_min, or_max, plain = header.and_min != 0.0, header.or_max != 0.0, header.plain != 0.0
     needs, begin, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
     nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
-    for t in range(min(whole(header.terms), MARKED)):
+    for t in range(min(whole(header.terms), MARKED_TERMS)):
         nowhere |= np.uint64(work[degrees + t] == 0.0) << t
     for r in range(rules):
         end, w = whole(system[ends + r]), 0.0

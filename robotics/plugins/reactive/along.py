@@ -21,6 +21,7 @@ from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
 from robotics.laws.equation import EquationLaw
+from robotics.laws.law import check_team
 from robotics.laws.rules.clearances import Sensors
 from robotics.laws.rules.perception import SightColumns
 from robotics.laws.setting import Setting
@@ -89,7 +90,9 @@ class AlongPath(EquationLaw):
         return self.working + room_for_points(sensors)
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
-        """Where on its path each robot starts."""
+        """Where on its path each robot starts. Raises ControllerError for several robots that are no team."""
+        if len(setting.robots) > 1:
+            check_team(setting)
         memory = AlongMemory.zeros(runs, len(setting.robots))
         memory.place = setting.starting_places(runs, np.zeros(1), SEARCH_REACH_AFTER_OUTAGE)
         memory.seen_age[...] = np.inf
