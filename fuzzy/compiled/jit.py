@@ -163,13 +163,13 @@ class KernelCache(FunctionCache):
     def _load_overload(self, sig: tuple[Any, ...], target_context: Any) -> Any:
         stamp, machine = fingerprint(self._compiled), target_context.codegen().magic_tuple()
         # One's own first: they know all of this CPU, and are what was compiled since.
-        kinds = [_about(stamp, sig, cpu) for cpu in (machine, *(cpu for _, cpu in _packaged(*machine)))]
-        for about in kinds:
+        packaged = [(archive, _about(stamp, sig, cpu)) for archive, cpu in _packaged(*machine)]
+        for about in (_about(stamp, sig, machine), *(about for _, about in packaged)):
             of, reduced = _checked(_content(self._file(stamp, about)), about)
             if of == sig:
                 return self._impl.rebuild(target_context, reduced)
         # To unpack takes a while: what was unpacked is a file from then on.
-        for about, (archive, _) in zip(kinds[1:], _packaged(*machine), strict=True):
+        for archive, about in packaged:
             file = self._file(stamp, about)
             of, reduced = _checked(content := _unpacked(archive).get(file.name, b""), about)
             if of == sig:

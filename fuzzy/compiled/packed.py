@@ -305,12 +305,8 @@ def _firing(
     for r in range(rules):
         end, w = whole(system[ends + r]), 0.0
         if whole(system[needs + r]) & nowhere:
-            if every:
-                work[firing + count], work[firing + rules + count] = w, np.float64(r)
-                count += np.uint64(1)
-            begin = end
-            continue
-        if plain or system[is_or + r] == 0.0:
+            pass
+        elif plain or system[is_or + r] == 0.0:
             w = 1.0
             for k in range(begin, end):
                 degree = work[degrees + whole(system[term + k])]

@@ -105,7 +105,7 @@ def inspect_scenario(scenario: Scenario, controller: str) -> Inspection:
     """Judge a scenario that ``controller`` is to drive. Raises nothing: what is wrong is a finding."""
     setting = scenario.setting
     needed = demands(setting.robots, scenario.trajectory, scenario.duration)
-    findings = [*_feasibility(needed), *_starts(setting), *_accelerations(setting), *_room(setting)]
+    findings = [*_feasibility(needed), *_starts(setting), *_waits(setting), *_accelerations(setting), *_room(setting)]
     findings += _metrics(scenario)
     asked: list[RuleDemand] = []
     try:
@@ -159,6 +159,10 @@ def _starts(setting: Setting) -> Iterator[ScenarioFinding]:
             grave: Severity = "warning" if off > FAR_OFF + 1e-6 or turn > TURNED_AWAY else "note"
             text = f"robot {i + 1} starts {off:.2f} m from its reference and {np.degrees(turn):.0f}° turned from it"
             yield ScenarioFinding(grave, "start off the path", text, at, float(x), float(y))
+
+
+def _waits(setting: Setting) -> Iterator[ScenarioFinding]:
+    """Paths of a team on which a robot that gives way may be so far behind that it is stopped as diverged."""
     longest = float(setting.references.joined.lengths.max())
     if setting.kind == "team" and longest > setting.divergence:
         text = f"a robot that gives way may be {longest:.2f} m behind, and at {setting.divergence:g} m it is stopped"

@@ -17,6 +17,8 @@ from robotics.studies.tuning.cost import COST_TERMS, Cost, Term
 from robotics.studies.tuning.space import LawSpace
 from robotics.studies.tuning.tune import reached
 
+ARENA_PAGE = "arena.html"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Arena(ArenaPlan):

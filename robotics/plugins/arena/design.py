@@ -17,8 +17,9 @@ from robotics.measures.statistics.bootstrap import drawn_again, percentiles
 from robotics.measures.statistics.costs import checked
 from robotics.measures.statistics.intervals import LEVEL, Interval
 from robotics.measures.tracking import UNDER_WAY
+from robotics.plugins.arena.entered import short_title
 from robotics.plugins.arena.entrants import sort_of
-from robotics.plugins.arena.outcome import STATISTIC, Outcome, short_title
+from robotics.plugins.arena.outcome import STATISTIC, Outcome
 from robotics.simulation.scenario.description import Scenario
 
 Knowledge = frozenset[str]  # parts, of KNOWLEDGE_FIELDS

@@ -3,14 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from robotics.laws.catalogue import law_title
-from robotics.laws.law import Law
-from robotics.laws.specification import Specification
 from robotics.measures.statistics.aggregates import CVAR, IQM, UNSEEN_IQM
 from robotics.measures.statistics.bootstrap import contrasts, interval
 from robotics.measures.statistics.intervals import Interval
@@ -19,16 +15,12 @@ from robotics.measures.statistics.ranking import Reweighted, gap_closed, reweigh
 from robotics.measures.statistics.shares import failure_rate, probability_of_improvement
 from robotics.plugins.arena.changes import CHANGES
 from robotics.plugins.arena.description import Arena
+from robotics.plugins.arena.entered import ArenaOutcome
 from robotics.plugins.arena.work import Search
 
 STATISTIC = UNSEEN_IQM  # by which laws are ranked; intervals are over scenarios and seeds
 _DRAWS = 2000
 _FEW_DRAWS = 500  # of intervals that are many
-
-
-def short_title(law: str) -> str:
-    """What a law is called without its gains, by its specification."""
-    return law_title(str(Specification.of(law)._replace(gains="")))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +55,7 @@ class ArenaEntry:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(ArenaOutcome):
     """What came of an arena; arrays have a place for each law, in the arena's order."""
 
     arena: Arena
@@ -72,22 +64,6 @@ class Outcome:
     machine: str
     draws: int = _DRAWS
     under: Mapping[str, "Outcome"] = field(default_factory=dict)  # held again, by the titles of conditions
-
-    @property
-    def laws(self) -> list[str]:
-        """The specifications of the laws."""
-        return [entry.law for entry in self.entries]
-
-    @cached_property
-    def titles(self) -> list[str]:
-        """What the laws are called: without their gains, unless two would be called the same."""
-        short = [short_title(law) for law in self.laws]
-        return [t if short.count(t) == 1 else law_title(law) for t, law in zip(short, self.laws, strict=True)]
-
-    @cached_property
-    def made(self) -> list[Law[Any]]:
-        """The laws as published."""
-        return [self.arena.law(law) for law in self.laws]
 
     @property
     def by_condition(self) -> dict[str, "Outcome"]:

@@ -132,6 +132,11 @@ class ArenaPlan(ABC):
         """The laws of which nothing moves: they take part as published."""
         return tuple(law for law in self.laws if self._movable(law) is None)
 
+    def said_of_untuned(self) -> list[str]:
+        """A sentence for each of them."""
+        what = f"nothing of it moves, of {', '.join(self.move)}; it takes part as published"
+        return [f"{law}: {what}" for law in self.untuned]
+
     def budget(self, law: str) -> int:
         """How many candidates each search of ``law``, a specification, tries: 0 where nothing of it moves."""
         return 0 if law in self.untuned else self.exceptions.get(law, self.evaluations)

@@ -11,8 +11,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from fuzzy.figures.drawing import save_figure
-from fuzzy.files.atomic import write_whole
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.measures.registry import ALL_METRICS
@@ -21,26 +19,23 @@ from robotics.measures.statistics.ranking import swapped_pairs
 from robotics.plugins.arena import figures
 from robotics.plugins.arena.answer import answer, microseconds
 from robotics.plugins.arena.changes import CHANGES
-from robotics.plugins.arena.description import Arena, load_arena
+from robotics.plugins.arena.description import ARENA_PAGE, Arena, load_arena
 from robotics.plugins.arena.design import Cells, Knowledge, called
 from robotics.plugins.arena.entrants import sort_of, terms_of
 from robotics.plugins.arena.figures import Entrant, Standings
 from robotics.plugins.arena.outcome import Outcome
+from robotics.plugins.arena.page import write_page
 from robotics.plugins.arena.plan import BLOCKS
 from robotics.plugins.arena.presets import write_presets
 from robotics.plugins.arena.running import drive_arena
 from robotics.plugins.arena.work import plain, tuned
 from robotics.show.report.chapter import Chapter, Front, Grid, Picture
-from robotics.show.report.plates import plates_of
-from robotics.show.report.template import rendered
 from robotics.show.report.texts import ReportTexts
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.executors import Workers
 from robotics.studies.tuning.cost import Term
 from robotics.studies.tuning.results import write_tuned
 
-PAGE_FILE = "arena.html"
-_FORMATS = ("png", "svg", "pdf")
 _TEXTS = ReportTexts("robotics.plugins.arena")
 
 
@@ -98,29 +93,16 @@ def write_arena(outcome: Outcome, folder: Path, *, command: str | None = None, b
     chapters = arena_chapters(outcome, specifications)
     head = ranking(outcome)
     pictures = [head, *(picture for chapter in chapters for picture in chapter.pictures)]
-    advance = begin("drawing", 2 * len(pictures))
-    plates = plates_of(pictures, advance)
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    for picture in pictures:
-        assert isinstance(picture, Picture)
-        figure = picture.draw()
-        for suffix in _FORMATS:
-            save_figure(figure, folder / "figures" / f"{picture.name}.{suffix}")
-        advance()
-    page = rendered(
-        str(Path(__file__).with_name("arena.html.j2")),
+    return write_page(
+        outcome,
+        pictures,
         chapters,
-        plates,
-        (),
-        laws=outcome.laws,
-        title=outcome.arena.title or f"The arena {outcome.arena.name}",
-        head=plates[0],
-        answer=answer(outcome),
+        answer(outcome),
+        folder / ARENA_PAGE,
         command=command,
         machine=outcome.machine,
+        advance=begin("drawing", 2 * len(pictures)),
     )
-    write_whole(folder / PAGE_FILE, page)
-    return folder / PAGE_FILE
 
 
 def small_arena(begin: Begin, folder: Path) -> Front:

@@ -58,8 +58,8 @@ def drive_arena(
     plan = {**arena.about(), "versions": versions()}
     with claimed_folder(folder, plan, fresh=fresh, besides=[_TIMES]):
         times = _times(arena, folder, begin) if clocked else dict.fromkeys(arena.laws, _UNKNOWN)
-        for law in arena.untuned:
-            announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
+        for sentence in arena.said_of_untuned():
+            announce(sentence)
         if clocked:
             announce(_estimate(arena, times, workers))
         seconds = {law: one.run for law, one in times.items()}

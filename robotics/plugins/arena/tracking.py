@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robotics.plugins.arena.description import tracking_from_table
+from robotics.plugins.arena.description import ARENA_PAGE, tracking_from_table
 from robotics.plugins.arena.kinds import ArenaKind
 
 if TYPE_CHECKING:
@@ -46,5 +46,5 @@ def _tell(outcome: "Outcome") -> dict[str, Any]:
 
 
 TRACKING_KIND = ArenaKind(
-    tracking_from_table, _run, _answer, _show, _tell, "arena.html", ("robotics.plugins.arena.work",)
+    tracking_from_table, _run, _answer, _show, _tell, ARENA_PAGE, ("robotics.plugins.arena.work",)
 )

@@ -111,7 +111,7 @@ def drawn_ensemble(
     starts = np.array([[t[:3, 0] for t in tables] for tables in drawn])
     shared = Member(
         start=(0.0, 0.0, 0.0),
-        path=Quintic(start=(0.0, 0.0), end=(min(5.0, speed_of(model) * float(durations.max())), 0.0)),
+        path=Quintic(start=(0.0, 0.0), end=(1.0, 0.0)),
         timing=Timing(duration=float(np.ceil(durations.max()))),
         robot=model.robot,
         model=model,

@@ -12,6 +12,7 @@ from robotics.plugins.arena.plan import BLOCKS, MOST_SEEDS, PLAN_BUILDER, ArenaE
 from robotics.plugins.tasks.families import TaskFamily, TaskScenario
 from robotics.studies.tuning.space import LawSpace, NothingMovesError
 
+TASKS_PAGE = "tasks.html"
 CLASSES = ("own sensors", "radio", "everything beforehand")
 GUARD = "guard.on"  # the gain by which a law's emergency rule acts, or does not
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 from fuzzy.quantity import check_quantities, described, part, quantity, whole
 from robotics.laws.setting import Setting
@@ -80,7 +81,7 @@ class TaskFamily:
         for i, model in enumerate(self.models):
             try:
                 load_robot(model)
-            except Exception as error:
+            except InputError as error:
                 raise ArenaError(f"models: {error}").about("models", i) from None
 
     @property
@@ -120,7 +121,7 @@ def _drawn(family: TaskFamily, number: int) -> TaskScenario:
         "nominal_s": nominal,
     }
     extra = (family.limit - StressOutcome.limit) * nominal + disturbance.extra
-    return TaskScenario(f"{family.task}-{number}", setting, faults, number, extra, family.limit, facts)
+    return TaskScenario(name, setting, faults, number, extra, family.limit, facts)
 
 
 def _spans(family: TaskFamily) -> list[tuple[tuple[float, float], float]]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robotics.plugins.arena.kinds import ArenaKind
-from robotics.plugins.tasks.description import tasks_from_table
+from robotics.plugins.tasks.description import TASKS_PAGE, tasks_from_table
 
 if TYPE_CHECKING:
     from robotics.plugins.tasks.outcome import TaskOutcome
@@ -42,4 +42,4 @@ def _tell(outcome: "TaskOutcome") -> dict[str, Any]:
     return {name: table.replace({float("nan"): None}).to_dict(orient="records") for name, table in tables.items()}
 
 
-TASK_KIND = ArenaKind(tasks_from_table, _run, _answer, _show, _tell, "tasks.html", ("robotics.plugins.tasks.running",))
+TASK_KIND = ArenaKind(tasks_from_table, _run, _answer, _show, _tell, TASKS_PAGE, ("robotics.plugins.tasks.running",))

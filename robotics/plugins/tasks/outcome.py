@@ -9,15 +9,12 @@ shares are exact, those of means are by a bootstrap of scenarios, and two laws a
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from robotics.laws.catalogue import law_title
-from robotics.laws.law import Law
 from robotics.measures.statistics.intervals import LEVEL, Interval, clopper_pearson
-from robotics.plugins.arena.outcome import short_title
+from robotics.plugins.arena.entered import ArenaOutcome
 from robotics.plugins.arena.work import Search
 from robotics.plugins.tasks.description import CLASSES, TaskArena, knowledge_of
 
@@ -51,27 +48,11 @@ class TaskEntry:
 
 
 @dataclass(frozen=True, eq=False)
-class TaskOutcome:
+class TaskOutcome(ArenaOutcome):
     """What came of an arena of tasks; arrays have a place for each law, in the arena's order."""
 
     arena: TaskArena
     entries: tuple[TaskEntry, ...]
-
-    @property
-    def laws(self) -> list[str]:
-        """The specifications of the laws."""
-        return [entry.law for entry in self.entries]
-
-    @cached_property
-    def titles(self) -> list[str]:
-        """What the laws are called: without their gains, unless two would be called the same."""
-        short = [short_title(law) for law in self.laws]
-        return [t if short.count(t) == 1 else law_title(law) for t, law in zip(short, self.laws, strict=True)]
-
-    @cached_property
-    def made(self) -> list[Law[Any]]:
-        """The laws as published."""
-        return [self.arena.law(law) for law in self.laws]
 
     @cached_property
     def classes(self) -> list[str]:

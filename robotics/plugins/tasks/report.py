@@ -7,27 +7,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fuzzy.figures.drawing import save_figure
-from fuzzy.files.atomic import write_whole
 from fuzzy.files.table import write_frame
 from fuzzy.shell.progress import Begin, unwatched
 from robotics.laws.specification import Specification
 from robotics.measures.statistics.intervals import Interval
+from robotics.plugins.arena.page import write_page
 from robotics.plugins.arena.plan import BLOCKS
 from robotics.plugins.tasks.answer import answer
-from robotics.plugins.tasks.description import CLASSES, TaskArena
+from robotics.plugins.tasks.description import CLASSES, TASKS_PAGE, TaskArena
 from robotics.plugins.tasks.figures import TaskRow, plot_tasks
-from robotics.plugins.tasks.outcome import MEANS, TaskOutcome
+from robotics.plugins.tasks.outcome import MEANS, TaskOutcome, paired_p
 from robotics.plugins.tasks.running import drive_tasks
 from robotics.show.report.chapter import Chapter, Grid, Picture
-from robotics.show.report.plates import plates_of
-from robotics.show.report.template import rendered
 from robotics.show.report.texts import ReportTexts
 from robotics.studies.executors import Workers
 
-TASKS_PAGE = "tasks.html"
-_TEMPLATE = Path(__file__).parents[1] / "arena" / "arena.html.j2"
-_FORMATS = ("png", "svg", "pdf")
 _TEXTS = ReportTexts("robotics.plugins.tasks")
 
 
@@ -74,25 +68,9 @@ def write_tasks(outcome: TaskOutcome, folder: Path, *, command: str | None = Non
     ):
         write_frame(table, folder / f"{name}.csv")
     head = one_look(outcome)
-    plates = plates_of([head], begin("drawing", 1))
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    figure = head.draw()
-    for suffix in _FORMATS:
-        save_figure(figure, folder / "figures" / f"{head.name}.{suffix}")
-    page = rendered(
-        str(_TEMPLATE),
-        [_ranking(outcome), _sorts(outcome), _terms(outcome)],
-        plates,
-        (),
-        laws=outcome.laws,
-        title=outcome.arena.title or f"The arena {outcome.arena.name}",
-        head=plates[0],
-        answer=answer(outcome),
-        command=command,
-        machine="",  # on which nothing hangs
-    )
-    write_whole(folder / TASKS_PAGE, page)
-    return folder / TASKS_PAGE
+    chapters = [_ranking(outcome), _sorts(outcome), _terms(outcome)]
+    advance = begin("drawing", 2)
+    return write_page(outcome, [head], chapters, answer(outcome), folder / TASKS_PAGE, command=command, advance=advance)
 
 
 def one_look(outcome: TaskOutcome) -> Picture:
@@ -189,8 +167,6 @@ def _ranking(outcome: TaskOutcome) -> Chapter:
 
 
 def _without(outcome: TaskOutcome, k: int, acted: Interval) -> tuple[str, ...]:
-    from robotics.plugins.tasks.outcome import paired_p
-
     entry = outcome.entries[k]
     assert entry.unguarded is not None
     p = paired_p(entry.runs["caused"].to_numpy(), entry.unguarded["caused"].to_numpy())

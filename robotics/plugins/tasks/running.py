@@ -56,8 +56,8 @@ def drive_tasks(
     """
     plan = {**arena.about(), "versions": versions()}
     with claimed_folder(folder, plan, fresh=fresh):
-        for law in arena.untuned:
-            announce(f"{law}: nothing of it moves, of {', '.join(arena.move)}; it takes part as published")
+        for sentence in arena.said_of_untuned():
+            announce(sentence)
         announce(f"{_runs(arena):,} runs at most; what is done is kept")
         held = Holding(arena, plan, folder, workers or Workers(), begin, dict.fromkeys(arena.laws, 1.0))
         laws = held.candidates(held.searches(partial(searched, arena)))

@@ -8,8 +8,8 @@ import pytest
 
 from robotics.laws.catalogue import as_law
 from robotics.measures.statistics.intervals import clopper_pearson
+from robotics.plugins.arena.entered import short_title
 from robotics.plugins.arena.kinds import load_plan
-from robotics.plugins.arena.outcome import short_title
 from robotics.plugins.tasks.driving import run_row
 from robotics.plugins.tasks.outcome import TaskEntry, TaskOutcome
 
