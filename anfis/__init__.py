@@ -10,6 +10,8 @@ True
 Learn:
     train with Options and one of METHODS, a Training comes back; ANFISRegressor, the same for scikit-learn
     cross_validate, a CrossValidation comes back; prune, a Pruned
+Know how sure it is:
+    calibrate, a Conformal comes back, which gives a PredictionInterval
 Learn as samples come:
     recursive_start, recursive_step, Recursive
 Look:

@@ -7,6 +7,9 @@ from anfis.estimator import ANFISRegressor as ANFISRegressor
 from anfis.folds import CrossValidation as CrossValidation
 from anfis.folds import Fold as Fold
 from anfis.folds import cross_validate as cross_validate
+from anfis.intervals import Conformal as Conformal
+from anfis.intervals import PredictionInterval as PredictionInterval
+from anfis.intervals import calibrate as calibrate
 from anfis.methods.catalogue import METHODS as METHODS
 from anfis.methods.options import Options as Options
 from anfis.methods.options import TrainingError as TrainingError

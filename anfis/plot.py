@@ -3,8 +3,9 @@
 Every function returns a matplotlib figure in the project's style (``figure.savefig("a.pdf")``).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from anfis.data import samples
+from anfis.data import DataError, samples
 from anfis.pruning import Pruned
 from anfis.state import Epoch
 from fuzzy.detached import detached
 from fuzzy.errors import InputError
 from fuzzy.figures.drawing import COLUMN, DOUBLE, LINES, draw_ring, log_y, new_figure, style, styled_figure
+from fuzzy.figures.figureset import SetPicture
 from fuzzy.figures.palette import COLORS
 from fuzzy.insight.universe import universe_grid
 from fuzzy.system import Sugeno, Variable
+from fuzzy.words import counted
 
 _BEFORE, _AFTER = 0.5, 1.4  # widths [pt] of the lines of terms
 _NAMED = 12  # terms of an input that a legend names, at most
@@ -165,6 +168,24 @@ def _draw_terms(ax: Any, old: Variable, new: Variable) -> None:
     ax.set_xlabel(old.label, parse_math=False)
     ax.set(ylabel="degree", ylim=(0, 1.05))
     ax.margins(x=0)
+
+
+def data_pictures(fis: Sugeno, chosen: Mapping[str, Any]) -> list[SetPicture]:
+    """The pictures of a set that need data: the system beside the rows of ``chosen["data"]``, inputs and outputs."""
+    if chosen.get("data") is None:
+        return []
+    x, y = chosen["data"]
+    measured = np.isfinite(y).any(axis=0)
+    names = {variable.name for variable, there in zip(fis.outputs, measured, strict=True) if there}
+    rules = [replace(rule, then=tuple(each for each in rule.then if each[0] in names)) for rule in fis.rules]
+    outputs = [variable for variable in fis.outputs if variable.name in names]
+    y = y[:, measured]
+    known = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1)
+    if not outputs or not known.any():
+        raise DataError("no row of the data has all inputs and an output")
+    fis = replace(fis, outputs=outputs, rules=[rule for rule in rules if rule.then])
+    caption = f"The outputs beside {counted(int(known.sum()), 'row')} of data, against them, and the residuals."
+    return [SetPicture("data", "data", caption, draw=partial(plot_fit, fis, x[known], y[known]))]
 
 
 def plot_fit(fis: Sugeno, x: Any, y: Any) -> Figure:

@@ -2,10 +2,13 @@
 
 A vertex of a membership function is dragged by the mouse in steps; each time counts from the pointer's event until the
 page holds the new picture, which the frame then under way shows: the curve itself, the firing bars of the viewer, the
-surface, the path of a robot that drives for 22 s, and the figures and paths of a team of three, one of which drives
-into a trap (55 s). One step is made when the one before has arrived. Beside the times stand those that the server and
-its workers spend computing for a step (processor time), which a busy machine does not stretch; there is none for the
-curve, which needs no server. Page load is from the address to the first picture, with an empty cache.
+surface, the path of a robot that drives for 22 s, the figures and paths of a team of three, one of which drives into a
+trap (55 s), and the step response of a fuzzy PD. One step is made when the one before has arrived and the page is
+still. Beside the times stand those that the server and its workers spend computing for a step (processor time), which a
+busy machine does not stretch; there is none for the curve, which needs no server. Page load is from the address to the
+first picture, with an empty cache.
+
+Then 300 drags of five moves each beside the robot's path: heap, nodes and listeners must not grow.
 
 With 500 rules the longest stalls are measured too, see ``benchmarks/designerrules.py``.
 
@@ -21,7 +24,7 @@ from benchmarks import designerrules
 from benchmarks.designersession import browser, missing, served, show, tab, workplace
 from benchmarks.reporting import heading, machine, start
 
-MOVES, WARM, LOADS = 40, 5, 5
+MOVES, WARM, LOADS, DRAGS = 40, 5, 5, 300
 AIM = 100.0  # ms
 TERM, HANDLE = "Far", "Far: right foot"
 
@@ -35,14 +38,17 @@ WATCHED = {
         ".fd-tryout .tr-metrics td",
         "",
     ),  # the table's text: the player's canvas is drawn in the same frame
+    "step response": (".fd-step path.st-design", "d"),
 }
 VIEWS = {
-    "curve": "Viewer",
-    "firing bars": "Viewer",
+    "curve": "Surface",
+    "firing bars": "Surface",
     "surface": "Surface",
     "robot's path": "Try it",
     "team's paths": "Try it",
+    "step response": "Step response",
 }
+STEP_FILE, STEP_TERM, STEP_HANDLE = "pd.fis", "ZE", "ZE: right foot"
 TEAM = "trap-u"  # 55 s; the term under the hand matters there
 
 # From a pointer's move until the watched part of the page is another; for the bars, those that Python computed.
@@ -50,6 +56,14 @@ _WATCH = """([selector, attribute]) => {
   window.arrived = null;
   const read = (node) => (attribute ? node.getAttribute(attribute) : node.textContent);
   const look = () => Array.from(document.querySelectorAll(selector), read).join();
+  window.rest = async () => {  // until what followed from the step before is there: it is not the next one's
+    for (let still = 0, last = look(); still < 4; ) {
+      await new Promise((done) => setTimeout(done, 60));
+      const now = look();
+      still = now === last ? still + 1 : 0;
+      last = now;
+    }
+  };
   window.measure = () => {
     const before = look();
     window.arrived = new Promise((done) => {
@@ -72,9 +86,11 @@ _WATCH = """([selector, attribute]) => {
 }"""
 
 
-def drag(page: Any, watched: tuple[str, str], processes: list[Any]) -> tuple[list[float], list[float]]:
+def drag(
+    page: Any, watched: tuple[str, str], processes: list[Any], named: str = HANDLE
+) -> tuple[list[float], list[float]]:
     """The times [ms] from move to picture, and the server's processor times [ms], a step each."""
-    handle = page.get_by_role("slider", name=HANDLE)
+    handle = page.get_by_role("slider", name=named)
     handle.scroll_into_view_if_needed()
     box = handle.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -83,12 +99,12 @@ def drag(page: Any, watched: tuple[str, str], processes: list[Any]) -> tuple[lis
     page.mouse.down()
     times, costs = [], []
     for step in range(WARM + MOVES):
+        page.evaluate("rest()")
         page.evaluate("measure()")
         before = _processor_time(processes)
         # To and fro, always far enough for another number
         page.mouse.move(x - 4 - 3 * (step % 12 if step % 24 < 12 else 12 - step % 12), y)
         taken = page.evaluate("arrived")
-        page.wait_for_timeout(120)  # what else follows from the step is not the next one's
         if taken is None:
             raise RuntimeError(f"{watched[0]} did not follow the mouse")
         if step >= WARM:
@@ -98,6 +114,29 @@ def drag(page: Any, watched: tuple[str, str], processes: list[Any]) -> tuple[lis
     page.keyboard.press("Control+z")
     page.wait_for_selector(".state:not(.unsaved)")
     return times, costs
+
+
+def steady(page: Any) -> list[dict[str, float]]:
+    """Heap [MB], nodes and listeners of the page after each hundred of many drags, garbage collected."""
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable")
+    handle = page.get_by_role("slider", name=HANDLE)
+    found = []
+    for k in range(DRAGS + 1):
+        if k % (DRAGS // 3) == 0:
+            page.wait_for_timeout(2000)
+            session.send("HeapProfiler.collectGarbage")
+            values = {each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]}
+            row = {"drags": k, "heap_mb": values["JSHeapUsedSize"] / 1e6}
+            found.append(row | {"nodes": values["Nodes"], "listeners": values["JSEventListeners"]})
+        box = handle.bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in range(1, 6):
+            page.mouse.move(x + (step if k % 2 else -step), y)
+        page.mouse.up()
+    return found
 
 
 def _processor_time(processes: list[Any]) -> float:
@@ -133,15 +172,26 @@ def measure() -> dict[str, Any]:
             page.get_by_role("treeitem", name=TERM, exact=False).get_by_text(TERM, exact=True).first.click()
             times, costs = {}, {}
             for name, watched in WATCHED.items():
+                if name == "step response":
+                    show(page, f"{url}&file={STEP_FILE}")
+                    page.get_by_role("treeitem").get_by_text(STEP_TERM, exact=True).first.click()
                 tab(page, VIEWS[name])
                 page.wait_for_selector(watched[0], state="attached")
                 if name == "team's paths":
+                    page.locator(".fd-tryout details.pn-line").evaluate("(sheet) => { sheet.open = true; }")
                     page.get_by_label("Scenario", exact=True).select_option(TEAM)
+                    page.locator(".fd-tryout details.pn-line").evaluate("(sheet) => { sheet.open = false; }")
                     page.wait_for_selector(".fd-tryout .fp-root")
                 if VIEWS[name] == "Try it":  # until all of its runs are there
                     page.wait_for_function("document.querySelectorAll('.fd-tryout thead th').length >= 4")
                 page.wait_for_timeout(500)
-                times[name], costs[name] = drag(page, watched, [psutil.Process(number)])
+                named = STEP_HANDLE if name == "step response" else HANDLE
+                times[name], costs[name] = drag(page, watched, [psutil.Process(number)], named)
+            show(page, url)
+            page.get_by_role("treeitem", name=TERM, exact=False).get_by_text(TERM, exact=True).first.click()
+            tab(page, "Try it")
+            page.wait_for_selector(WATCHED["robot's path"][0], state="attached")
+            drags = steady(page)
             load_average = psutil.getloadavg()[0]
     return about | {
         "moves": MOVES,
@@ -150,6 +200,7 @@ def measure() -> dict[str, Any]:
         "page_load_ms": {"median": median(load), "most": max(load)},
         "latency_ms": {name: _summary(values) for name, values in times.items()},
         "server_processor_ms": {name: _summary(values) for name, values in costs.items()},
+        "drags": drags,
         "many_rules": designerrules.measured(),
     }
 
@@ -174,6 +225,9 @@ def report(result: dict[str, Any]) -> str:
     load = result["page_load_ms"]
     lines += ["", "server: processor time of the server and its workers for a step, autosave and all views included"]
     lines += [f"Page load: median {load['median']:.0f} ms, most {load['most']:.0f} ms"]
+    for row in result["drags"]:
+        said = f"heap {row['heap_mb']:.1f} MB, {row['nodes']:.0f} nodes, {row['listeners']:.0f} listeners"
+        lines.append(f"After {row['drags']:.0f} drags: {said}")
     lines += ["", *designerrules.section(result["many_rules"])]
     return "\n".join(lines)
 

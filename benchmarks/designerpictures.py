@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.designersession import browser, menu, missing, served, show, tab, workplace
+from benchmarks.designersession import browser, menu, missing, purpose, served, show, tab, workplace
 from fuzzy.files.atomic import replacing, write_whole
 
 WIDTH, HEIGHT = 1600, 1100  # px
@@ -135,7 +135,8 @@ def _viewer(page: Any) -> None:
     page.locator(".fd-edits button").last.click()
     tab(page, "Memberships")
     _memberships(page)
-    tab(page, "Viewer")
+    purpose(page, "Function")
+    page.get_by_role("button", name="Enlarge why").click()
     slider = page.locator(".fd-viewer [role=slider]").nth(1)
     slider.focus()
     for _ in range(3):
@@ -144,6 +145,7 @@ def _viewer(page: Any) -> None:
 
 
 def _surface(page: Any) -> None:
+    page.get_by_role("button", name="Enlarge why").click()
     tab(page, "Surface")
     page.wait_for_selector(".fd-surface")
     page.get_by_role("tabpanel", name="Surface").get_by_label("output", exact=True).select_option("1")
@@ -193,6 +195,17 @@ def _step(page: Any) -> None:
     _set(page.get_by_label("Time", exact=True), 40)
 
 
+def _sheet(page: Any, on: bool) -> None:
+    """Open or close the settings of the robot's runs."""
+    page.locator(".fd-tryout details.pn-line").evaluate("(sheet, on) => { sheet.open = on; }", on)
+
+
+def _choose(page: Any, label: str, value: str) -> None:
+    _sheet(page, True)
+    page.locator(".fd-tryout").get_by_label(label, exact=True).select_option(value)
+    _sheet(page, False)
+
+
 def _address(page: Any, name: str) -> str:
     origin: str = page.evaluate("location.origin")
     return f"{origin}/?file={name}"
@@ -200,6 +213,7 @@ def _address(page: Any, name: str) -> str:
 
 def _try_it(page: Any) -> None:
     show(page, _address(page, "tracking.fis"))
+    purpose(page, "Robot")
     tab(page, "Try it")
     _until_run(page, columns=4)
     page.wait_for_selector(".fd-tryout .rs-plot")
@@ -217,24 +231,26 @@ def _check(page: Any) -> None:
     page.get_by_role("spinbutton", name="to, the highest value", exact=True).fill("0.6")
     page.keyboard.press("Enter")
     page.get_by_role("group", name="Terms in the new range").get_by_role("button", name="Keep").click()
-    page.get_by_role("tab", name="Check").click()
+    page.locator(".shell-badge").click()
     page.wait_for_timeout(1500)
 
 
 def _seeds(page: Any) -> None:
-    page.get_by_label("Scenario", exact=True).select_option("table-2-1")
+    _choose(page, "Scenario", "table-2-1")
     _until_run(page, columns=4)
-    page.get_by_label("Seeds at once").select_option("20")
+    _choose(page, "Seeds at once", "20")
     _until_seeds(page)
 
 
 def _editing(page: Any) -> None:
-    page.get_by_label("Scenario", exact=True).select_option("past-a-post.toml")
+    _choose(page, "Scenario", "past-a-post.toml")
     page.wait_for_selector(".fd-tryout .se-stale")
     _until_seeds(page)
     page.wait_for_selector(PLAYED)
     _until_run(page, columns=4)
+    _sheet(page, True)
     page.get_by_role("button", name="Edit the scenario's file").click()
+    _sheet(page, False)
     page.get_by_label("Text of the scenario past-a-post.toml").press("Control+End")
     page.evaluate("document.activeElement.blur()")
 
@@ -247,30 +263,32 @@ def _until_seeds(page: Any) -> None:
 
 def _team(page: Any) -> None:
     page.get_by_role("button", name="Close", exact=True).click()
-    page.get_by_label("Seeds at once").select_option("1")
-    page.get_by_label("Scenario", exact=True).select_option("outage-10s")
+    _choose(page, "Seeds at once", "1")
+    _choose(page, "Scenario", "outage-10s")
     page.wait_for_selector(PLAYED)
     _until_run(page, columns=4)
     _set(page.locator(".fd-tryout .fleet-player input[type=range]").first, 24.0)
 
 
 def _data(page: Any) -> None:
+    purpose(page, "Function")
     tab(page, "Data")
     page.locator(".fd-data").get_by_label("File of the folder").select_option("drive.csv")
     page.wait_for_selector(".fd-data .dp-worst button")
 
 
 def _train(page: Any) -> None:
-    page.get_by_label("Scenario", exact=True).select_option("table-2-1")
     tab(page, "Train")
-    page.get_by_label("Start from").select_option("grid")
-    page.get_by_label("File of the folder").select_option("f:sinc.csv")
+    training = page.locator(".fd-training")
+    training.get_by_label("Start from").select_option("grid")
+    training.get_by_label("File of the folder").select_option("f:sinc.csv")
     page.wait_for_function("document.querySelector('.fd-training').innerText.includes('400 samples')")
     page.get_by_role("button", name="Train", exact=True).click()
     page.wait_for_function("document.querySelector('.fd-training .pn-said').innerText.includes('all epochs are done')")
 
 
 def _tune(page: Any) -> None:
+    purpose(page, "Robot")
     tab(page, "Tune")
     page.wait_for_selector(".fd-tuning .pn-main:not([disabled])")
     page.locator(".tu-many input[value=fuzzy-off-path]").check()
@@ -283,10 +301,16 @@ def _tune(page: Any) -> None:
     page.locator(".pn-said[role=status]").last.evaluate("(said) => said.scrollIntoView({ block: 'start' })")
 
 
+def _certificate(page: Any) -> None:
+    show(page, _address(page, "correcting.fis"))
+    tab(page, "Certificate")
+    page.wait_for_selector(".fd-certificate svg.pn-plot path.ce-error", timeout=120_000)
+
+
 def _edited(page: Any) -> None:
     """A wider "Straight" than the file's, dashed behind it, smaller rates of turn, and what the robot makes of them."""
-    tab(page, "Try it")
-    page.get_by_label("Scenario", exact=True).select_option("fuzzy-off-path")
+    tab(page, "Memberships")
+    _choose(page, "Scenario", "fuzzy-off-path")
     _until_run(page, columns=4)
     page.locator(".fd-terms .fd-tab").nth(1).click()
     for foot, value in (("left", -0.9), ("right", 0.9)):
@@ -307,7 +331,7 @@ def _edited(page: Any) -> None:
 
 def _until_run(page: Any, columns: int) -> None:
     page.wait_for_function(f"document.querySelectorAll('.fd-tryout .tr-metrics thead th').length >= {columns}")
-    page.wait_for_function("document.querySelector('.fd-tryout .tr-busy').innerText === ''")
+    page.wait_for_function("document.querySelector('.fd-tryout .tr-busy').textContent === ''")
 
 
 def _set(slider: Any, value: float) -> None:
@@ -331,6 +355,7 @@ VIEWS: dict[str, Callable[[Any], None]] = {
     "compared": _compared,
     "data": _data,
     "step": _step,
+    "certificate": _certificate,
     "try-it": _try_it,
     "moments": _moments,
     "seeds": _seeds,
@@ -341,16 +366,17 @@ VIEWS: dict[str, Callable[[Any], None]] = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("folder", type=Path, help="where the pictures go, such as docs/howto/designer")
+def run(taking: Callable[[Path], list[Path]], about: str | None, example: str) -> None:
+    """Read the command line of a script ``about`` pictures, and take them by ``taking`` into the folder it names."""
+    parser = argparse.ArgumentParser(description=(about or "").partition("\n")[0])
+    parser.add_argument("folder", type=Path, help=f"where the pictures go, such as {example}")
     arguments = parser.parse_args()
     why = missing()
     if why is not None:
         sys.exit(why)
-    taken = take(arguments.folder)
+    taken = taking(arguments.folder)
     print(f"{len(taken)} pictures, {sum(path.stat().st_size for path in taken) / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":
-    main()
+    run(take, __doc__, "docs/howto/designer")

@@ -52,10 +52,11 @@ def missing() -> str | None:
 
 
 def workplace(folder: Path) -> Path:
-    """A folder with the tracking rule base, another one, a fuzzy PD, a scenario, and two tables, one of a drive."""
+    """A folder with two packaged rule bases, another one, a fuzzy PD, a scenario, and two tables, one of a drive."""
     folder.mkdir(parents=True, exist_ok=True)
-    text = (files("robotics") / "data" / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
-    (folder / "tracking.fis").write_text(text, encoding="utf-8")
+    for name in ("tracking.fis", "correcting.fis"):
+        text = (files("robotics") / "data" / "rulebases" / name).read_text(encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
     fis = read_fis(folder / "tracking.fis")
     # The other design turns more sharply, and takes "Far" for nearer.
     outputs = []
@@ -127,8 +128,19 @@ def show(page: Any, url: str) -> None:
 
 
 def tab(page: Any, name: str) -> None:
-    """Show a view of the page."""
-    page.get_by_role("tab", name=name, exact=True).click()
+    """Show a view of the page, or a drawer over the editors."""
+    if name == "History":
+        page.get_by_role("button", name="History", exact=True).click()
+    elif name in ("Train", "Tune", "Tune the loop"):
+        page.get_by_role("button", name="Improve").click()
+        page.get_by_role("menuitem", name=f": {name}").click()
+    else:
+        page.get_by_role("tab", name=name, exact=True).click()
+
+
+def purpose(page: Any, name: str) -> None:
+    """Say what the rule base is for: "Function", "Loop" or "Robot"."""
+    page.get_by_role("radio", name=name, exact=True).click()
 
 
 def menu(page: Any, entry: str) -> None:

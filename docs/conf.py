@@ -35,8 +35,9 @@ nitpicky = False
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 nb_execution_mode = "cache"
-nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_raise_on_error = False  # its warning ends the build (-W), and shows what failed
+nb_execution_show_tb = True
+nb_execution_timeout = 900  # s a cell: the site is made beside the tests
 nb_output_stderr = "warn"  # a warning of a cell ends a build with -W
 # Kernels of this build talk to it alone: that their sockets are not encrypted need not be said for each page.
 os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")

@@ -88,6 +88,10 @@ from fuzzy.plugins.designer.starts.control import rule_table as rule_table
 from fuzzy.plugins.loop.controller import PID as PID
 from fuzzy.plugins.loop.controller import LoopError as LoopError
 from fuzzy.plugins.loop.controller import Scale as Scale
+from fuzzy.plugins.loop.controllercode import controller_code as controller_code
+from fuzzy.plugins.loop.controllercode import prove_controller as prove_controller
+from fuzzy.plugins.loop.controllercode import write_controller as write_controller
+from fuzzy.plugins.loop.equivalent import scale_from_pid as scale_from_pid
 from fuzzy.plugins.loop.frequency import plot_bode as plot_bode
 from fuzzy.plugins.loop.frequency import plot_describing_function as plot_describing_function
 from fuzzy.plugins.loop.nlsys import describing_function as describing_function
@@ -100,7 +104,11 @@ from fuzzy.plugins.loop.plant import TransferFunction as TransferFunction
 from fuzzy.plugins.loop.response import StepResponse as StepResponse
 from fuzzy.plugins.loop.response import step_response as step_response
 from fuzzy.plugins.loop.rival import tuned_pid as tuned_pid
+from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction as ScheduledTransferFunction
+from fuzzy.plugins.loop.scheduledrules import pid_over_points as pid_over_points
+from fuzzy.plugins.loop.scheduledrules import schedule_from_pids as schedule_from_pids
 from fuzzy.plugins.loop.stepfigure import plot_step_response as plot_step_response
+from fuzzy.plugins.loop.tuning import tune_loop as tune_loop
 from fuzzy.plugins.mamdani.fllfile import FllFileError as FllFileError
 from fuzzy.plugins.mamdani.fllfile import parse_fll as parse_fll
 from fuzzy.plugins.mamdani.fllfile import read_fll as read_fll

@@ -215,6 +215,8 @@ class Sugeno:
         implication: What a MATLAB file records of it. There is no choice in a Sugeno system: always the product. Kept
             so that a file survives reading and writing.
         aggregation: Likewise; always the sum.
+        loop: The control loop that it was designed in, one line of JSON; it goes with the system, and nothing is
+            evaluated by it.
         structure: The rules as arrays of numbers, for inference; made on construction.
 
     Raises:
@@ -233,6 +235,7 @@ class Sugeno:
     out_of_range: OutOfRange = "warn"
     implication: str = "prod"
     aggregation: str = "sum"
+    loop: str = ""
     structure: Structure = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -35,7 +35,8 @@ NAMES = {
     "regulated pure pursuit": "pursuit",
 }
 GIVEN = ":lead=auto,smooth=0.2"
-PAGES = {"README.md": 13, "docs/tutorials/fair-comparison.md": 5}
+EVERYTHING = "docs/start/everything.md"
+PAGES = {EVERYTHING: 13, "docs/tutorials/fair-comparison.md": 5}
 ROWS: Any = TABLE.set_index("law")
 
 
@@ -70,8 +71,21 @@ def test_a_table_of_the_arena_holds_the_numbers_of_its_last_run(page):
             assert kalman == next((cell(one, "tuned") for one in more if one in ROWS.index), "")
 
 
-def test_what_the_readme_says_beside_its_table_is_of_the_same_run():
+def test_what_the_readme_answers_is_of_the_same_run():
     text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    given = ("lqr" + GIVEN, "lyapunov" + GIVEN, "fuzzy-correcting")
+    told = [said(ROWS.loc[law, "tuned_ratio"]) for law in given]
+    assert f"({told[0]}, {told[1]} and {told[2]})" in text
+    assert len({*NAMES.values()}) == 13
+    assert "tunes thirteen laws" in text
+    ranking: Any = pd.read_csv(ROOT / "docs" / "reference" / "arena-tasks.csv").set_index("law")
+    ends = [f"{ranking.loc['fuzzy-team', f'caused_per_1000{end}']:.3g}" for end in ("", "_low", "_high")]
+    assert f"{ends[0]} of 1,000 runs ({float(ends[1]):.1g} to {ends[2]})" in text
+    assert ranking["caused_per_1000"].idxmin() == "fuzzy-team"
+
+
+def test_what_the_page_says_beside_its_table_is_of_the_same_run():
+    text = " ".join((ROOT / EVERYTHING).read_text(encoding="utf-8").split())
     distance, ratio = 1000 * ROWS["rms_distance_late_m"], ROWS["tuned_ratio"]
     assert f"keeps {distance['fuzzy']:.1f} mm from its reference" in text
     assert f"the exponential sliding mode keeps {distance['esm']:.1f} mm" in text

@@ -17,7 +17,7 @@ LONG = {
     "anfis", "anfis train", "anfis predict", "anfis evaluate",
     "robotics", "robotics copy", "robotics run", "robotics repeat", "robotics compare", "robotics plot",
     "robotics explain", "robotics animate", "robotics certify", "robotics robot", "robotics sweep", "robotics study",
-    "robotics team", "robotics tune", "robotics arena", "robotics reinforce",
+    "robotics identify", "robotics excite", "robotics team", "robotics tune", "robotics arena", "robotics reinforce",
     "robotics check", "robotics new", "robotics scenario", "robotics list",
     "fuzzy tune", "robotics dataset from-bag",
     "robotics dataset", "robotics dataset formation", "robotics dataset regenerate",

@@ -26,12 +26,12 @@ STAIRS = {
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
-        folds pruning estimator plot commands plugins.designer
+        folds intervals pruning estimator plot commands plugins.designer
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks
+        plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -39,7 +39,7 @@ STAIRS = {
         rules presets catalogue
     """,
     "robotics.simulation": """
-        scenario lanes steps channels observer opening layout run spans mode_changes recorder loop
+        scenario safety lanes steps channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
         statistics once standing outside clearance decisions progress tracking goals evidence explained arrival contacts
@@ -57,7 +57,7 @@ LAZY_ROOMS = ("commands", "designer", "plugins")
 APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
-    "fuzzy": {"ccode": (), "designer": (), "loop": ("designer",), "mamdani": ()},
+    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": ()},
     "anfis": {"designer": ()},
     "robotics": {
         "ablation": ("stress",),
@@ -65,6 +65,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "ccode": (),
         "certificates": (),
         "designer": ("learning",),
+        "identify": ("logs",),
         "learning": ("stress",),
         "shapes": (),
         "logs": ("learning",),

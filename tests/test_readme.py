@@ -1,4 +1,4 @@
-"""Every snippet of the README, and the examples in docstrings, run as written."""
+"""Every snippet of the README and of the page with everything, and the examples in docstrings, run as written."""
 
 import doctest
 import importlib
@@ -14,32 +14,47 @@ from tests.snippets import run_commands, run_python, snippets
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-SNIPPETS = snippets(ROOT / "README.md")
+EVERYTHING = ROOT / "docs" / "start" / "everything.md"
+SNIPPETS = {"README.md": snippets(ROOT / "README.md"), EVERYTHING.name: snippets(EVERYTHING)}
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("readme")
+@pytest.mark.parametrize(("page", "counts"), [("README.md", (1, 3, 0)), (EVERYTHING.name, (7, 12, 1))])
+def test_the_pages_have_what_a_newcomer_needs(page, counts):
+    kinds = [kind for kind, _ in SNIPPETS[page]]
+    assert (kinds.count("python"), kinds.count("sh"), kinds.count("toml")) == counts
 
 
-def test_the_readme_has_what_a_newcomer_needs():
-    kinds = [kind for kind, _ in SNIPPETS]
-    assert kinds.count("python") == 7
-    assert kinds.count("sh") == 12
-    assert kinds.count("toml") == 1
+def test_the_readme_is_short_and_its_film_small():
+    assert len(README.encode()) <= 9000
+    pictures = re.findall(r"docs/start/[\w-]+\.webp", README)
+    assert len(pictures) == 5
+    assert sum((ROOT / each).stat().st_size for each in pictures) < 2e6
 
 
-@pytest.mark.long
-def test_snippets_run_in_order(folder, monkeypatch, capsys):
+def _run(page, folder):
     """One after the other in one folder: later ones use the files of earlier ones."""
-    monkeypatch.chdir(folder)
-    for kind, text in SNIPPETS:
+    for kind, text in SNIPPETS[page]:
         if kind == "python":
-            run_python(text, "README.md")
+            run_python(text, page)
         elif kind == "sh" and "make " not in text:
             run_commands(text)
         elif file := re.match(r"# ([\w-]+\.toml)", text):
             (folder / file[1]).write_text(text, encoding="utf-8")
+
+
+@pytest.mark.long
+def test_the_snippets_of_the_readme_run_in_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    _run("README.md", tmp_path)
+    for name in ("surface.png", "go.fis", "formation.png", "comparison/figures/lyapunov-sine-paths.png"):
+        assert (tmp_path / name).stat().st_size > 200, name
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_snippets_of_the_page_with_everything_run_in_order(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(folder := tmp_path)
+    _run(EVERYTHING.name, folder)
     for name in (
         "surface.png",
         "go.fis",
@@ -98,7 +113,9 @@ def test_make_targets_named_in_the_readme_exist():
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-@pytest.mark.parametrize("link", re.findall(r"\]\(([\w./]+)\)", README))
+@pytest.mark.parametrize(
+    "link", [*re.findall(r"\]\(([\w./-]+)(?:#[\w-]+)?\)", README), *re.findall(r'(?:src|srcset)="([^"]+)"', README)]
+)
 def test_links_lead_somewhere(link):
     assert (ROOT / link).exists()
 

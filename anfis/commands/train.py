@@ -134,7 +134,7 @@ def train(
             of = given or partial(_starting_fold, begin, samples)
             tested = crossed(of, samples, options, folds, fold_order, quiet), None
         result = _learn(fis, samples, options, checkpoint, resume, quiet)
-    _write(result, out, history, plot, tested[1])
+    _write(result, out, history, plot, tested[1], given is None)
     _say(result, out, samples, tested, fold_order, json)
     if "interrupted" in (result.stopped, prune and found.stopped):
         interrupted(f"the best so far is in {out}")
@@ -261,11 +261,13 @@ def _learn(
 
 
 def _write(
-    result: "Training", out: Path, history: Path | None, plot: Path | None, found: "Pruned | None" = None
+    result: "Training", out: Path, history: Path | None, plot: Path | None, found: "Pruned | None", made: bool
 ) -> None:
+    """Write what was learnt; a system that was ``made`` from the data has its terms named by where they stand now."""
     from fuzzy.files.fisfile import write_fis
+    from fuzzy.fitting.termnames import with_telling_names
 
-    write_fis(result.system, out)
+    write_fis(with_telling_names(result.system) if made else result.system, out)
     if history is not None:
         from fuzzy.files.table import write_frame
 

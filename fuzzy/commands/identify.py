@@ -64,6 +64,7 @@ def identify(
     With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
     as `fuzzy search` does. A header "speed [m/s]" names the column speed. The table's columns are separated by commas,
     semicolons or tabs; numbers have a decimal point or a decimal comma. Columns that are not used may hold anything.
+    Terms stand in the order of their places and are named by them: low, middle, high.
 
     \b
     Example:
@@ -74,6 +75,7 @@ def identify(
 
     from fuzzy.files.fisfile import write_fis
     from fuzzy.fitting.identification import identify as identified
+    from fuzzy.fitting.termnames import with_telling_names
 
     settings: dict[str, Any] = {"radius": radius, "mfs": mfs, "kind": kind, "clusters": clusters, "seed": seed}
     _only(method, "grid", {"mfs": mfs, "kind": kind})
@@ -110,6 +112,7 @@ def identify(
         **samples.names,
         **{name: value for name, value in settings.items() if value is not None},
     )
+    fis = with_telling_names(fis)
     write_fis(fis, target)
     rmse = np.sqrt(np.mean((fis(samples.x) - samples.y) ** 2, axis=0))
     if json:

@@ -25,6 +25,7 @@ def plot(
     everything: Annotated[
         bool, option("All pictures, every surface too, in a .zip or a folder (-o).", "--all")
     ] = False,
+    data: Annotated[Path | None, option("With --all, rows to draw the system beside.", "--data", "DATA.csv")] = None,
     picture_format: Annotated[
         PictureFormat | None, option("The format of --all. [default: pdf]", "--format", show_default=False)
     ] = None,
@@ -34,8 +35,9 @@ def plot(
     """Draw the membership functions, the rule viewer at a point, or the structure; or all pictures for a paper.
 
     Without -o the picture is FILE's name with the kind, a .png in this folder. With --all there are the terms of each
-    variable, the rule viewer at the point, the structure, and each output over each pair of inputs (60 at most);
-    README.txt says which file shows what.
+    variable, the rule viewer at the point, the structure, the rule matrix, and each output over each pair of inputs (60
+    at most); of a loop's controller the step response and its figures beside a PID, of a robot's rule base the path in
+    a scenario that suits it, and of --data the fit. README.txt says which file shows what.
 
     \b
     Example:
@@ -47,9 +49,11 @@ def plot(
     fis = read_system(file)
     if everything:
         if variable is not None or only_fired or kind != "memberships":
-            usage("--all draws everything; it goes with --at, --format and -o only")
-        _plot_all(fis, output_file, file, at, picture_format or "pdf", json, quiet)
+            usage("--all draws everything; it goes with --at, --format, --data and -o only")
+        _plot_all(fis, output_file, file, at, data, picture_format or "pdf", json, quiet)
         return
+    if data is not None:
+        usage("--data goes with --all")
     if picture_format is not None:
         usage("--format goes with --all; a single picture's format is the ending of -o")
     path = picture_path(output_file, file, kind)
@@ -71,11 +75,20 @@ def plot(
 
 
 def _plot_all(
-    fis: "Sugeno", path: Path | None, file: Path, at: list[str] | None, ending: PictureFormat, json: bool, quiet: bool
+    fis: "Sugeno",
+    path: Path | None,
+    file: Path,
+    at: list[str] | None,
+    data: Path | None,
+    ending: PictureFormat,
+    json: bool,
+    quiet: bool,
 ) -> None:
+    from fuzzy.commands.samples import system_samples
     from fuzzy.figures.figureset import write_figures
     from fuzzy.shell.progress import Mover, progress_bar
 
+    rows = None if data is None else system_samples(fis, data)[:2]
     path = path or Path(f"{stem_of(file)}-figures.zip")
     with progress_bar(quiet or json or not sys.stderr.isatty()) as begin:
         bars: list[Mover] = []
@@ -85,5 +98,6 @@ def _plot_all(
                 bars.append(Mover(begin("pictures", total)))
             bars[0](done)
 
-        names = write_figures(fis, path, values_of(fis, at or []), ending, advance)
+        chosen = {"data": rows, "file": stem_of(file)}
+        names = write_figures(fis, path, values_of(fis, at or []), ending, advance, chosen)
     print_json({"file": str(path), "files": names}) if json else print(path)

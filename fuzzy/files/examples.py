@@ -12,6 +12,7 @@ from fuzzy.naming import expected
 # What each file holds, by its name; a file's example is called by its stem.
 EXAMPLES = {
     "tipper.fis": "a system: the tip for a meal, in %, by service and food",
+    "mixing.fis": "a controller with its loop: a PID for each flow through a tank and a pipe, blended between",
     "meals.csv": "inputs of tipper.fis: 7 meals, service and food from 0 to 10",
     "samples.csv": "samples to learn from: 160 places x and y (m), and the speed v there (m/s)",
     "check.csv": "60 other samples of the same function, to check what was learnt",
@@ -34,6 +35,12 @@ def example_file(name: str) -> str:
         if name in (file, Path(file).stem):
             return file
     raise ExampleError(expected(name, example_names(), "example"))
+
+
+def is_example(path: Path) -> bool:
+    """Whether the file holds what an example does, byte for byte."""
+    folder = resources.files("fuzzy") / "examples"
+    return path.name in EXAMPLES and path.is_file() and path.read_bytes() == (folder / path.name).read_bytes()
 
 
 def write_examples(targets: Sequence[tuple[str, Path]], force: bool = False) -> None:

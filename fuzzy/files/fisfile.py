@@ -26,6 +26,7 @@ from fuzzy.files.atomic import write_whole
 from fuzzy.files.fislines import (
     HEDGES_NOTE,
     LINE_END,
+    LOOP_NOTE,
     SYSTEM_NOTES,
     FileSection,
     FisLines,
@@ -72,12 +73,22 @@ class MamdaniSystem(NamedTuple):
     changes: tuple[str, ...]
 
 
+class FaultyRule(NamedTuple):
+    """A line of the section [Rules] that is no rule."""
+
+    place: int  # among the section's lines, from 0
+    line: int  # of the file, from 1
+    text: str
+    reason: str
+
+
 class FisText(NamedTuple):
     """What the bytes of a .fis file hold."""
 
     system: Sugeno
     changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
     warnings: tuple[str, ...]
+    faults: tuple[FaultyRule, ...] = ()  # where such lines are left out
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
@@ -131,7 +142,7 @@ def warned(read: FisText) -> FisText:
     return read
 
 
-def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
+def parse_bytes(data: bytes, name: str, mamdani: bool = False, lenient: bool = False) -> FisText:
     """Read the bytes of a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
 
     Raises FisFileError as :func:`read_fis` does.
@@ -140,25 +151,37 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False) -> FisText:
         data: The bytes.
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
+        lenient: Whether rules of a Sugeno system that cannot be read are left out, and told as ``faults``.
     """
-    return parse_original(data, name, mamdani)[0]
+    return parse_original(data, name, mamdani, lenient)[0]
 
 
-def parse_original(data: bytes, name: str, mamdani: bool = True) -> tuple[FisText, MamdaniParts | None]:
+def parse_original(
+    data: bytes, name: str, mamdani: bool = True, lenient: bool = False
+) -> tuple[FisText, MamdaniParts | None]:
     """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
+    text, messages = decoded(data, name)
+    reader = _Reader(name, mamdani, lenient)
+    read = reader.read(text)
+    return read._replace(warnings=(*messages, *read.warnings)), reader.original
+
+
+def decoded(data: bytes, name: str) -> tuple[str, list[str]]:
+    """The text of a .fis file called ``name``, and what to say of its encoding. Raises FisFileError for binary data."""
     if b"\0" in data:
         raise FisFileError(name, None, "is no .fis file: it holds binary data")
-    messages = []
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig"), []
     except UnicodeDecodeError as error:
         line = len(LINE_END.split(data[: error.start].decode("latin-1")))
         encoding = "latin-1" if set(data) & {0x81, 0x8D, 0x8F, 0x90, 0x9D} else "cp1252"
-        text = data.decode(encoding)
-        messages.append(f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names")
-    reader = _Reader(name, mamdani)
-    read = reader.read(text)
-    return read._replace(warnings=(*messages, *read.warnings)), reader.original
+        return data.decode(encoding), [f"{name}:{line}: this is not UTF-8; read as {encoding}, check the names"]
+
+
+def parse_rule_line(text: str, fis: Sugeno) -> Rule:
+    """The rule that a line of the section [Rules] states of the terms of ``fis``. Raises FisFileError."""
+    when, then = ({v.name: tuple(v.terms) for v in variables} for variables in (fis.inputs, fis.outputs))
+    return _Reader("")._rule(SectionLine(1, text.strip(), ""), when, then, False)
 
 
 def parse_fis(text: str, name: str = "<text>") -> Sugeno:
@@ -179,13 +202,15 @@ class _Reader(FisLines):
     """Makes a system of one text.
 
     ``mamdani``: is a Mamdani system read as a Sugeno system? Then ``changes`` says what became another thing.
+    ``lenient``: are wrong rules of a Sugeno system left out? Then ``faults`` has them.
     """
 
     hedged = False  # does the file say that fractions in its rules are hedges?
 
-    def __init__(self, path: str, mamdani: bool = False) -> None:
+    def __init__(self, path: str, mamdani: bool = False, lenient: bool = False) -> None:
         super().__init__(path)
-        self.mamdani = mamdani
+        self.mamdani, self.lenient = mamdani, lenient
+        self.faults: list[FaultyRule] = []
         self.changes: list[str] = []
         self.original: MamdaniParts | None = None
         self.complements: dict[str, dict[str, str]] = {}  # by output: negated sets, and what their terms are called
@@ -196,7 +221,7 @@ class _Reader(FisLines):
         if self.padded:
             terms = counted(len(self.padded), "term")
             self.warn(self.padded[0], f"zeros behind the parameters, as in MATLAB's old files, are left out of {terms}")
-        return FisText(system, tuple(self.changes), tuple(self.warnings))
+        return FisText(system, tuple(self.changes), tuple(self.warnings), tuple(self.faults))
 
     def _system(self, text: str) -> Sugeno:
         sections = self.sections(text)
@@ -221,12 +246,23 @@ class _Reader(FisLines):
         for attribute, key in (("implication", "ImpMethod"), ("aggregation", "AggMethod")):
             if key in system.entries:
                 settings[attribute] = self._string(system, key)
+        if LOOP_NOTE in system.entries:
+            settings["loop"] = self._string(system, LOOP_NOTE)
         for key, (attribute, accepted) in SYSTEM_NOTES.items():
             if key in system.entries:
                 settings[attribute] = self._choice(system, key, accepted)
         self.hedged = HEDGES_NOTE in system.entries and bool(self._choice(system, HEDGES_NOTE, ("octave",)))
         when, then = ({v.name: tuple(v.terms) for v in variables} for variables in (inputs, outputs))
-        rules = [self._rule(line, when, then, mamdani) for line in lines]
+        lenient = self.lenient and not mamdani and any(when.values()) and any(then.values())
+        rules = []
+        for place, line in enumerate(lines):
+            try:
+                rules.append(self._rule(line, when, then, mamdani))
+            except FisFileError as error:
+                if not lenient:
+                    raise
+                reason = error.reason.partition("\n")[0]  # without the line, which is quoted there
+                self.faults.append(FaultyRule(place, line.line, line.text, reason))
         if mamdani:
             self.original = MamdaniParts(tuple(inputs), tuple(outputs), tuple(rules), dict(settings), self.complements)
             settings, changes = renounced(settings)
@@ -522,6 +558,8 @@ def _format(fis: Sugeno, path: str) -> str:
     for key, (attribute, choices) in SYSTEM_NOTES.items():
         if getattr(fis, attribute) != choices[0]:  # the first is the default
             lines.append(f"%! {key}='{getattr(fis, attribute)}'")
+    if fis.loop:
+        lines.append(f"%! {LOOP_NOTE}={quoted(fis.loop, 'the loop')}")
     numbered = [(f"Input{i}", v) for i, v in enumerate(fis.inputs, start=1)]
     numbered += [(f"Output{j}", v) for j, v in enumerate(fis.outputs, start=1)]
     for title, variable in numbered:

@@ -30,6 +30,7 @@ SYSTEM_NOTES = {
     "OutOfRange": ("out_of_range", ("warn", "ignore", "clip", "error")),
 }
 _VARIABLE_NOTES = ("Unit",)
+LOOP_NOTE = "Loop"  # in [System]: Sugeno.loop
 HEDGES_NOTE = "Hedges"  # in [System] of what this program writes: fractions in rules are meant, and need no warning
 
 LINE_END = re.compile(r"\r\n|\r|\n")  # not splitlines(), which would also split names at rarer characters
@@ -149,7 +150,7 @@ class FisLines:
         raise self.error(at, expected(word, ("System", "Input1", "Output1", "Rules"), "section"))
 
     def _note(self, section: FileSection, word: str, at: SectionLine) -> None:
-        known = (*SYSTEM_NOTES, HEDGES_NOTE) if section.title == "[System]" else _VARIABLE_NOTES
+        known = (*SYSTEM_NOTES, HEDGES_NOTE, LOOP_NOTE) if section.title == "[System]" else _VARIABLE_NOTES
         if section.title == "[Rules]" or word not in known:
             self.warn(at, f"a note that {section.title} does not know is skipped: {quoted(word)}")
         elif word in section.entries:

@@ -222,10 +222,12 @@ def _silent_rules(fis: Sugeno, named: Sequence[int]) -> Iterator[Finding]:
 
 
 def _terms(fis: Sugeno) -> Iterator[Finding]:
-    for variable in fis.inputs:
+    for place, variable in enumerate(fis.inputs):
         low, high = variable.universe
         names = list(variable.terms)
         if not names:
+            if any(isinstance(t, Linear) and t.slopes[place] for v in fis.outputs for t in v.terms.values()):
+                continue  # linear consequents take it
             yield Finding("warning", "no terms", f"the input {variable.name} has no terms", (variable.name,))
             continue
         x = _grid(variable)

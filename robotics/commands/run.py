@@ -6,6 +6,7 @@ from fuzzy.commands.shared import parsed, usage
 from fuzzy.errors import InputError
 from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.progress import progress_bar
+from robotics.commands.completion import robots
 from robotics.commands.shared import (
     Files,
     Law,
@@ -33,6 +34,10 @@ def run_(
         str | None, controller_option("Controller: name or name:gain=value,... Default: the scenario's own, or fuzzy.")
     ] = None,
     law: Law = None,
+    robot: Annotated[
+        str | None,
+        option("Another robot than the scenario's, with its own sensors.", "NAME|FILE.toml", autocompletion=robots),
+    ] = None,
     metric: Metric = None,
     starts: Annotated[
         str | None,
@@ -51,17 +56,21 @@ def run_(
       robotics run lyapunov-sine --controller lyapunov:ky=10,kpsi=5 --seed 3 --plot out.png
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
       robotics run lyapunov-sine --starts 0.5,0.5,3.14 --seeds 200
+      robotics run fuzzy-off-path --robot pioneer-3dx
     """
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import chosen_metrics, own_metrics, with_named
     from robotics.simulation.loop import simulate
     from robotics.simulation.scenario.conditions import noises
     from robotics.simulation.scenario.reading import load_scenario
+    from robotics.simulation.scenario.robots import load_robot
     from robotics.studies.forewarnings import forewarnings
 
     if scenario in ("crossing", "obstacles"):
         raise InputError(f"{scenario} is no scenario but a stress test: `robotics repeat {scenario}` repeats one run")
     setting = load_scenario(scenario)
+    if robot is not None:
+        setting = setting.with_robot(load_robot(robot))
     if starts is not None:
         setting = setting.spread(_spread(starts))
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"

@@ -83,16 +83,16 @@ class RunFiles:
 
         ``begin`` starts a bar of a progress display, by its text and total.
         """
-        from fuzzy.files.table import write_frame
-        from robotics.show.playback.player import write_player
-        from robotics.simulation.mode_changes import mode_change_table
-
         if self.save is not None:
             run.save(self.save)
-        if self.table is not None:
-            write_frame(run.frame(), self.table)
-        if self.events is not None:
-            write_frame(mode_change_table(run), self.events)
+        if self.table is not None or self.events is not None:
+            from fuzzy.files.table import write_frame
+            from robotics.simulation.mode_changes import mode_change_table
+
+            if self.table is not None:
+                write_frame(run.frame(), self.table)
+            if self.events is not None:
+                write_frame(mode_change_table(run), self.events)
         if self.plot is not None:
             from fuzzy.figures.drawing import save_figure
             from robotics.show.figures.run import plot_run
@@ -102,6 +102,8 @@ class RunFiles:
             each.write(run, begin)
         if not self.player:
             return None
+        from robotics.show.playback.player import write_player
+
         page = Path(f"{run.scenario}-seed-{run.seeds[0]}.html")
         write_player(run, page)
         return page

@@ -138,11 +138,15 @@ def make_controller(specification: str) -> Law[Any]:
     preset, name, gains = preset_of(specification), about.law, about.gains
     values = dict(preset.gains)
     known = gain_fields(preset.law)
+    safe = ""
     short: dict[str, list[str]] = {}
     for long in known:
         short.setdefault(long.rpartition(".")[2], []).append(long)
     for item in filter(None, (part.strip() for part in gains.split(","))):
         gain, equals, text = (part.strip() for part in item.partition("="))
+        if gain == "safe" and gain not in known and text in ("yes", "no"):
+            safe = text  # of any law: it is no gain of its own
+            continue
         if gain not in known and len(short.get(gain, [])) == 1:
             gain = short[gain][0]
         if gain not in known or known[gain].name == "mode":
@@ -152,9 +156,12 @@ def make_controller(specification: str) -> Law[Any]:
         values[gain] = _value(name, known[gain], text)
     with telling_errors(preset.law, "the making"):
         try:
-            return _built(preset.law, values)
+            law = _built(preset.law, values)
         except ControllerError as error:
             raise ControllerError(f"controller {name!r}: {error}") from None
+    if safe:
+        object.__setattr__(law, "safe", safe)
+    return cast(Law[Any], law)
 
 
 def as_law(controller: Law[Any] | str) -> Law[Any]:
@@ -280,7 +287,7 @@ def gains_of(law: Law[Any]) -> dict[str, Any]:
     for name in gain_fields(type(law)):
         part, _, gain = name.rpartition(".")
         holder = getattr(law, part) if part else law
-        unsaid = name in KNOWLEDGE_FIELDS and getattr(law, name) is None
+        unsaid = name in KNOWLEDGE_FIELDS and getattr(law, name) in (None, "")
         if gain not in holder.idle and name not in law.idle and not unsaid:
             found[name] = getattr(holder, gain)
     return found

@@ -45,15 +45,17 @@ from fuzzy.compiled.columns import (
 from fuzzy.compiled.jit import NotCompiledError, fingerprint, kernel, types, without_refcounts
 from fuzzy.compiled.packed import packed_work
 from fuzzy.naming import check_known
-from fuzzy.quantity import quantity
+from fuzzy.quantity import described, quantity
 from robotics.laws.knowledge import (
     AUTO,
     ESTIMATOR,
     LEAD,
+    SAFE,
     SMOOTH,
     Estimator,
     KnowledgeColumns,
     Lead,
+    Safe,
     SmoothedColumns,
     read_ahead,
     share_of,
@@ -238,7 +240,8 @@ def equation(law: Callable[..., Any]) -> Any:
 
 
 _IN_THE_LOOP = ("lead", "smooth")  # what is done about the equation; the estimator is before it
-KNOWLEDGE_FIELDS = (*_IN_THE_LOOP, "estimator")  # of every law with an equation, no gains of the equation itself
+# Of every law with an equation, no gains of the equation itself
+KNOWLEDGE_FIELDS = (*_IN_THE_LOOP, "estimator", "safe")
 _hints_of = cache(get_type_hints)  # of a law's class; it takes longer than a law's numbers
 
 
@@ -333,6 +336,7 @@ class EquationLaw(Law[Memory]):
     lead: Lead | None = quantity(None, **LEAD)
     smooth: float | None = quantity(None, **SMOOTH)
     estimator: Estimator | None = quantity(None, **ESTIMATOR)
+    safe: Safe = described(SAFE, "")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -341,13 +345,13 @@ class EquationLaw(Law[Memory]):
     def check_knowledge(self) -> None:
         """Raise ControllerError for a lead or a low-pass that this law, or one of its parts, cannot have."""
         for name in KNOWLEDGE_FIELDS:
-            if getattr(self, name) and (why := self.barred.get(name)):
+            if name != "safe" and getattr(self, name) and (why := self.barred.get(name)):
                 raise ControllerError(f"{name} is nothing for {type(self).__name__}: {why}").about(name)
         for part in fields(self):
             held = getattr(self, part.name, None)
             if isinstance(held, EquationLaw):
                 for name in KNOWLEDGE_FIELDS:
-                    if getattr(held, name) is not None:
+                    if getattr(held, name) not in (None, ""):
                         raise ControllerError(f"{name} belongs to {type(self).__name__}, not to its part {part.name}")
 
     def __init_subclass__(cls) -> None:

@@ -37,6 +37,7 @@ from robotics.world.vehicle.plant import LimitColumns, within_limits
 
 Lead = float | Literal["auto"]
 Estimator = float | Literal["kalman"]
+Safe = Literal["", "yes", "no"]
 AUTO = "auto"
 # What the fields are, here and of a law
 LEAD: dict[str, Any] = {
@@ -61,6 +62,9 @@ ESTIMATOR: dict[str, Any] = {
     "word": KALMAN,
     "doc": 'How pose sensor and odometry are joined: filter_gain of a complementary filter, or "kalman".',
 }
+
+
+SAFE = "Whether the monitor of passive safety is below it: yes or no; left out: what the scenario says."
 
 
 class KnowledgeError(InputError):

@@ -129,6 +129,7 @@ class Law(ABC, Generic[Memory]):
     # The gains that name its rule bases, by the task of each; or the parts that have it
     tasks: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
+    safe: str = ""  # "yes", "no": whether the monitor of passive safety is below it; "": as the scenario says
     estimator: float | str | None = None  # by which its robots join pose sensor and odometry; None: the scenario's
 
     @property
@@ -175,7 +176,10 @@ class Law(ABC, Generic[Memory]):
         gain = self._gain_of(task)
         held = getattr(self, gain)
         other = held.with_fuzzy_system(task, fis) if isinstance(held, Law) else fis
-        return cast(Self, replace(cast(Any, self), **{gain: other}))
+        changed = cast(Self, replace(cast(Any, self), **{gain: other}))
+        if changed.safe != self.safe:  # of a law of arrays it is no field, and is told beside its gains
+            object.__setattr__(changed, "safe", self.safe)
+        return changed
 
     def rule_base_gain(self, task: str) -> str:
         """The gain that names the rule base of ``task``, as a specification calls it: "tracker.rule_base".

@@ -21,6 +21,7 @@ from robotics.world.vehicle.wheel_loop import wheel_lag
 
 # Each robot has its own reference; a leader and its followers; a team that shall arrive together; a goal for each robot
 Kind = Literal["tracking", "formation", "team", "goal"]
+Safety = Literal["", "passive"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +60,9 @@ class Setting:
         start_spread: (robots, 3) or None: how far each seed's start is from that, at most [m, m, rad].
         goals: Of the kind "goal": what counts as having come to it, of each robot.
         truth: None: all is as it is told here; no law may look at it.
+        safety: "passive": the monitor of :mod:`robotics.simulation.safety` is below the law; "": it is not.
+        others_speed: The greatest speed of what moves among the obstacles, which that assumes [m/s]; None: that of the
+            fastest one.
     """
 
     name: str
@@ -80,6 +84,8 @@ class Setting:
     start_spread: np.ndarray | None = None
     goals: tuple[Reach, ...] = ()
     truth: TrueParameters | None = None
+    safety: Safety = ""
+    others_speed: float | None = None
 
     @property
     def ensemble(self) -> bool:

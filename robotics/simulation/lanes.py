@@ -17,6 +17,7 @@ from fuzzy.compiled.columns import (
 )
 from fuzzy.compiled.jit import types
 from robotics.laws.equation import Known, pointed
+from robotics.simulation.safety.monitor import MonitorLanes
 from robotics.world.paths.road import Road
 from robotics.world.radio.channel import Air
 from robotics.world.radio.faults import Trouble
@@ -62,11 +63,18 @@ class Lanes(NamedTuple):
     stopped: Ints1  # (lanes,): the period in which the robot was stopped, or -1
     lost: Bools1  # (lanes,): it is stopped in this period
     goes_on: Bools1  # (runs,): its law is asked
+    guard: MonitorLanes  # the monitor of passive safety
 
 
 LANES_TYPE, LOOKS_TYPE = compiled_type(Lanes), compiled_type(Looks)
 # Of robotics.world.sensing.carried.look
 LOOK_TYPE = types.void(LOOKS_TYPE, types.int64, types.float64[:, ::1], types.int64, types.float64[:, ::1])
+GUARD_TYPE = compiled_type(MonitorLanes)
+# Of robotics.simulation.safety.monitor.keep_safe
+KEEP_TYPE = types.void(
+    GUARD_TYPE, types.int64, types.float64, types.int64, *[types.float64[:, ::1]] * 3, types.boolean[:, ::1],
+    types.boolean[::1], *[types.float64[:, ::1]] * 2,
+)  # fmt: skip
 
 
 @cache
@@ -79,6 +87,13 @@ def machine_code(function: Any, *kinds: Any) -> Any:
         return function
     function.compile((*kinds, LANES_TYPE))
     return function.get_overload((*kinds, LANES_TYPE))
+
+
+@cache
+def keeping(keep: Any) -> Any:
+    """The machine code of the monitor, or of what stands for none."""
+    code = pointed(keep, KEEP_TYPE.args)
+    return code.get_overload(KEEP_TYPE.args) if hasattr(code, "get_overload") else code
 
 
 @cache

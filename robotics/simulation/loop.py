@@ -25,11 +25,12 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation
 from robotics.laws.setting import Setting
 from robotics.laws.universe import say_of_inputs
-from robotics.simulation.lanes import LOOK_TYPE, LOOKS_TYPE, Lanes, looking, machine_code
+from robotics.simulation.lanes import KEEP_TYPE, LOOK_TYPE, LOOKS_TYPE, Lanes, keeping, looking, machine_code
 from robotics.simulation.observer import Moment, Observer, moment_of, noted_type, watch_type
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
+from robotics.simulation.safety.monitor import keep_safe
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.steps import decide, hear, move, obey, say, sense
 from robotics.world.paths.references import Reference
@@ -50,7 +51,7 @@ class SimulationError(InputError):
 
 
 @kernel(nogil=True, _nrt=False)
-def _periods(law, look, watch, looks, notes, k, end, last, halfway, lanes):  # type: ignore[no-untyped-def]
+def _periods(law, look, keep, watch, looks, notes, k, end, last, halfway, lanes):  # type: ignore[no-untyped-def]
     """Drive from period ``k`` to before ``end``; in ``last``, the last of all, nobody moves any more.
 
     Returns ``end``, or the period in which the observer wants to be asked something: it is then driven ``halfway``.
@@ -66,6 +67,10 @@ def _periods(law, look, watch, looks, notes, k, end, last, halfway, lanes):  # t
             obey(
                 period, lanes.divergence, lanes.watchdog, truth, trouble, command, order, lanes.held_for, stops,
                 lanes.lost,
+            )  # fmt: skip
+            keep(
+                lanes.guard, k, period, lanes.robots, truth, seen, lanes.readings, trouble.cut, lanes.goes_on, command,
+                order,
             )  # fmt: skip
             moment = Moment(
                 k, period, lanes.robots, air.values, air.every, truth, seen, command, order, trouble.code, air.heard,
@@ -97,12 +102,13 @@ def drive_chunk(
     lanes, supply = opening.lanes(first, last)
     one: Any = opening.drivers[0].law
     law = compiled(type(one).equation)
-    loop, look, watch, k, halfway, end = _loop(observer.classes), supply.look, observer.pointer, 0, False, ticks
+    loop, look, keep, watch = _loop(observer.classes), supply.look, supply.keep, observer.pointer
+    k, halfway, end = 0, False, ticks
     block = max(16, _BLOCK // len(lanes.lost))
     while k <= end:
         lanes = lanes if halfway else supply.to(lanes, k)
         until = min(k + block, supply.last_period(lanes, k), end + 1)
-        came = loop(law, look, watch, supply.looks, observer.notes, k, until, ticks, halfway, lanes)
+        came = loop(law, look, keep, watch, supply.looks, observer.notes, k, until, ticks, halfway, lanes)
         if advance is not None:
             advance((came - k) * (last - first))
         k, halfway = came, came < until
@@ -116,7 +122,7 @@ def drive_chunk(
 @cache
 def _loop(classes: Any) -> Any:
     """The machine code of the loop under an observer whose notes are of ``classes``."""
-    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, watch_type(classes)))
+    functions = (types.FunctionType(kind) for kind in (EQUATION_TYPE, LOOK_TYPE, KEEP_TYPE, watch_type(classes)))
     numbers = (types.int64, types.int64, types.int64, types.boolean)
     return machine_code(_periods, *functions, LOOKS_TYPE, noted_type(classes), *numbers)
 
@@ -207,6 +213,7 @@ class Simulation:
             self.hear(k)
             command = self.decide(k)
             self.obey()
+            self.keep(k)
             self.watch(k)
             yield k, command
             if k >= self.end:
@@ -277,6 +284,15 @@ class Simulation:
             one.period, one.divergence, one.watchdog, one.body.truth, one.trouble, one.command, one.order,
             one.held_for, one.stopped, one.lost,
         )  # fmt: skip
+
+    def keep(self, k: int) -> None:
+        """Let the monitor of passive safety look at the order, where there is one."""
+        one = self.lanes
+        if one.guard.on == 1:
+            keeping(keep_safe)(
+                one.guard, k, one.period, self.robots, one.body.truth, one.known.seen, one.readings, one.trouble.cut,
+                one.goes_on, one.command, one.order,
+            )  # fmt: skip
 
     def watch(self, k: int) -> None:
         """Let the observers look at the period."""

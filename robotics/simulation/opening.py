@@ -10,7 +10,9 @@ from fuzzy.compiled.columns import check
 from robotics.laws.equation import EquationLaw, Known, SeenColumns, Setup, fresh_commands
 from robotics.laws.law import ControllerError, Law, check_needs
 from robotics.laws.setting import Setting
-from robotics.simulation.lanes import Lanes, PlantLanes, looking
+from robotics.simulation.lanes import Lanes, PlantLanes, keeping, looking
+from robotics.simulation.safety.monitor import keep_safe, let_pass
+from robotics.simulation.safety.opening import channel_of, is_guarded, no_guard, opened_guard
 from robotics.world.environment.collision import footprints
 from robotics.world.radio.channel import Channel
 from robotics.world.radio.faults import Faults, untroubled
@@ -32,8 +34,8 @@ def has_equation(law: Law[Any]) -> bool:
 
 
 def looks(setting: Setting, law: Law[Any]) -> bool:
-    """Whether robots look at something with range sensors."""
-    return law.looks and setting.world is not None and any(setting.sensors)
+    """Whether robots look at something with range sensors: for their law, or for the monitor below it."""
+    return (law.looks or is_guarded(setting, law)) and setting.world is not None and any(setting.sensors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,7 @@ class RandomNumbers:
 
     noise: PostureNoise
     channel: Channel
+    monitors: Channel | None  # that of the monitors of passive safety; None: there are none
     sensors: CarriedSensors | None  # None: nobody looks
     looks: Looks
 
@@ -52,20 +55,34 @@ class RandomNumbers:
         looking(function)
         return function
 
+    @property
+    def keep(self) -> Any:
+        """The compiled monitor of passive safety; it is compiled where there is one only."""
+        function = let_pass if self.monitors is None else keep_safe
+        keeping(function)
+        return function
+
     def to(self, lanes: Lanes, k: int) -> Lanes:
         """The lanes with the random numbers of period ``k``."""
         if self.sensors is not None:
             self.sensors.supply(self.looks, k)
         senses, air = self.noise.supplied(lanes.senses, k), self.channel.supplied(lanes.air, k)
-        return lanes if senses is lanes.senses and air is lanes.air else lanes._replace(senses=senses, air=air)
+        guard = lanes.guard
+        if self.monitors is not None:
+            said = self.monitors.supplied(guard.air, k)
+            guard = guard if said is guard.air else guard._replace(air=said)
+        if senses is lanes.senses and air is lanes.air and guard is lanes.guard:
+            return lanes
+        return lanes._replace(senses=senses, air=air, guard=guard)
 
     def last_period(self, lanes: Lanes, k: int) -> int:
         """The period up to which random numbers are there, ``k`` being one for which they are."""
         ends: list[float] = []
         if noise := max(lanes.senses.draws.shape[1], lanes.senses.relative_draws.shape[1]):
             ends.append(lanes.senses.drawn + noise)
-        if len(lanes.air.draws):
-            ends.append((lanes.air.drawn + len(lanes.air.draws)) * lanes.air.every)
+        for air in (lanes.air, lanes.guard.air):
+            if len(air.draws):
+                ends.append((air.drawn + len(air.draws)) * air.every)
         if self.sensors is not None:
             ends.append(self.sensors.last_period(self.looks))
         return int(min([*ends, k + 1_000_000]))
@@ -129,6 +146,11 @@ class PreparedRuns:
         air = channel.silence(runs, robots)
         known, memory = self._known(first, last, air.heard)
         sensors, looks = self._looks(first, last)
+        guarded = is_guarded(setting, law)
+        monitors = channel_of(setting, law, seeds)
+        said = monitors.silence(runs, robots)
+        kinds = sensors.kinds if sensors is not None else ()
+        guard = opened_guard(setting, runs, looks, kinds, said) if guarded else no_guard(runs * robots, said)
         places = np.arange(first, last) % each
         trouble = untroubled(runs, robots) if self.faults is None else self.faults.trouble(places)
         road = setting.references.road
@@ -154,10 +176,11 @@ class PreparedRuns:
             np.full(runs * robots, -1),
             np.zeros(runs * robots, dtype=bool),
             np.ones(runs, dtype=bool),
+            guard,
         )
         check(lanes)
         check(looks)
-        return lanes, RandomNumbers(noise, channel, sensors, looks)
+        return lanes, RandomNumbers(noise, channel, monitors if guarded else None, sensors, looks)
 
     def _parameters(self, first: int, last: int) -> np.ndarray:
         """The plant's parameters of the lanes (ParameterColumns, lanes)."""

@@ -9,6 +9,7 @@ from robotics.laws.catalogue import CATALOGUE
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.measures.arrival import ARRIVAL_SPREAD
+from robotics.simulation.safety.coverage import blind_spots
 from robotics.world.environment.swept import ContactColumns, Watch
 from robotics.world.paths.references import Reference
 
@@ -25,6 +26,7 @@ def forewarnings(setting: Setting, law: Law[Any], name: str) -> list[str]:
         name: What the sentences call the law.
     """
     sentences = [*blind(setting, law, name), *unmeasured(setting, name), *law.misgivings(setting)]
+    sentences += blind_spots(setting, law)
     when, found = ("", {}) if law.yields else first_meetings(setting)
     if found:
         pairs = [f"robots {i + 1} and {j + 1} at t = {time:.1f} s" for (i, j), time in sorted(found.items())]

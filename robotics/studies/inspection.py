@@ -15,6 +15,7 @@ from robotics.laws.catalogue import make_controller
 from robotics.laws.law import Law, check_needs
 from robotics.laws.setting import Setting
 from robotics.measures.registry import chosen_metrics
+from robotics.simulation.safety.coverage import blind_spots
 from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.feasibility import Demand, demands
 from robotics.simulation.scenario.survey import Survey
@@ -315,6 +316,7 @@ def _law(setting: Setting, law: Law[Any], name: str) -> Iterator[ScenarioFinding
     except InputError as error:
         yield ScenarioFinding("error", "controller", str(error), ("controller",))
     yield from (ScenarioFinding("warning", "blind", text, ("obstacles",)) for text in blind(setting, law, name))
+    yield from (ScenarioFinding("note", "blind spots", text, ("safety",)) for text in blind_spots(setting, law))
     yield from (ScenarioFinding("warning", "places unmeasured", text, ("kind",)) for text in unmeasured(setting, name))
     yield from (ScenarioFinding("note", "misgiving", text, ("controller",)) for text in law.misgivings(setting))
 

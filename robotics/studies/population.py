@@ -265,7 +265,7 @@ def _alike(drivers: Sequence[Driver]) -> list[list[int]]:
         law: Any = drivers[place].law
         if not has_equation(law):
             return (place,)
-        return type(law), law.estimator, law.level, law.watchdog, law.message, law.rule_inputs, law.has_modes
+        return type(law), law.estimator, law.safe, law.level, law.watchdog, law.message, law.rule_inputs, law.has_modes
 
     return [list(places) for _, places in groupby(range(len(drivers)), key=kind)]
 

@@ -148,6 +148,7 @@ class Loopback:
         self.outside.order[:, self.age > self.patience + 1e-9] = 0.0
         one.decide(k)
         one.obey()
+        one.keep(k)
         one.watch(k)
         if self.over:
             return

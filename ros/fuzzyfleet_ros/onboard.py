@@ -18,6 +18,7 @@ from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
+from robotics.simulation.safety.opening import NOT_ON_BOARD, is_guarded
 from robotics.world.radio.channel import Heard
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import Ranges
@@ -136,6 +137,8 @@ class Onboard:
                 "is another controller than in the simulator"
             )
         check_needs(setting, law)
+        if is_guarded(setting, law):
+            raise OnboardError(f"{setting.name}: {NOT_ON_BOARD}")
         limits = velocity_limits([setting.robots[robot]])
         limits[0], limits[1] = np.minimum(limits[0], v_max), np.minimum(limits[1], w_max)
         if not scales:

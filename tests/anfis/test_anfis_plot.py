@@ -9,7 +9,8 @@ from matplotlib.patches import Rectangle
 
 import anfis
 import fuzzy
-from anfis.plot import TrainingPlotError
+from anfis.data import DataError
+from anfis.plot import TrainingPlotError, data_pictures
 from tests.drawn import faults_of, x_of, y_of
 
 torch.set_num_threads(1)
@@ -78,3 +79,22 @@ def test_fit_shows_data_output_and_residuals(tmp_path):
     fuzzy.save_figure(figure, tmp_path / "a.svg")
     with pytest.raises(anfis.DataError, match=r"given inputs must be \(samples, 3\)"):
         anfis.plot_fit(RESULT.system, X[:, :2], Y)
+
+
+def test_a_set_of_pictures_shows_the_rows_that_are_whole_and_the_outputs_that_are_measured() -> None:
+    d = fuzzy.Variable("d", (0, 1), {"near": fuzzy.trimf(0, 0, 1), "far": fuzzy.trimf(0, 1, 1)})
+    v, w = (fuzzy.Variable(name, (0, 1), {"slow": 0.0, "fast": 1.0}) for name in "vw")
+    rules = ["if d is near then v is slow and w is fast", "if d is far then v is fast", "if d is far then w is slow"]
+    fis = fuzzy.Sugeno([d], [v, w], rules)
+    x, y = np.array([[0.0], [0.5], [np.nan], [1.0]]), np.array([[0.1], [0.5], [0.2], [np.nan]])
+    y = np.hstack([y, np.full_like(y, np.nan)])  # w has no column
+    (picture,) = data_pictures(fis, {"data": (x, y)})
+    assert picture.caption.startswith("The outputs beside 2 rows of data")
+    assert picture.draw is not None
+    measured, found = picture.draw().axes[0].lines
+    assert list(y_of(measured)) == [0.1, 0.5]
+    assert list(y_of(found)) == list(fis(x[:2])[:, 0])
+    assert data_pictures(fis, {"data": None}) == data_pictures(fis, {}) == []
+    for inputs, outputs in ((x, np.full_like(y, np.nan)), (np.full_like(x, np.nan), y)):
+        with pytest.raises(DataError, match="no row"):
+            data_pictures(fis, {"data": (inputs, outputs)})

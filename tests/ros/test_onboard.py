@@ -262,3 +262,11 @@ def test_the_odometry_of_another_robot_that_a_law_reads_grows_old_too():
     assert dog.reason() == ""
     now[0] = 0.6
     assert dog.reason() == "the odometry of robot2 is older than 0.5 s"
+
+
+def test_the_monitor_of_passive_safety_is_not_left_out_in_silence():
+    scenario = load_scenario("reference")
+    for setting, law in ((scenario.setting, "lyapunov:safe=yes"), (replace(scenario, safety="passive").setting, "pid")):
+        with pytest.raises(OnboardError, match="in the simulator only; safe=no behind the law"):
+            Onboard.of(setting, make_controller(law))
+        Onboard.of(setting, make_controller(law.partition(":")[0] + ":safe=no"))

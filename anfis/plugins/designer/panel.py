@@ -24,6 +24,7 @@ from anfis.plugins.designer.task import (
     TrainOutcome,
     chosen_columns,
     guessed,
+    in_words,
     split,
     task_of,
     train_task,
@@ -71,6 +72,7 @@ class TrainSession(TableSession, TaskSession):
         self.output = 0  # that is drawn
         self.pictures = Latest(self._draw)
         self.words: list[str] = []
+        self.samples = 0  # from which it learns
         self.unit = ""  # of the error that is learnt
         self.made = {generator.name: generator for generator in generators()}
         self.asked: dict[str, Sequence[Ask]] = {}  # what generators ask for, by their names, once that is known
@@ -133,6 +135,7 @@ class TrainSession(TableSession, TaskSession):
         self.best, self.rows, self.output = None, self._rows(task), 0
         self.history, self.started, self.outcome, self.words = [], None, None, []
         self.unit = self._of_columns()["unit"]
+        self.samples = len(task.x) - task.checking
         if len(task.x) < len(self.table.values):
             self.words.append(f"{len(self.table.values) - len(task.x)} of {len(self.table.values)} rows are left out")
         self.widget.update(before=None, after=None)
@@ -277,6 +280,12 @@ class TrainSession(TableSession, TaskSession):
                 lack = self.table.lack([*inputs, *outputs])
         return {"unit": units[0] if len(set(units)) == 1 else "", "lack": lack}
 
+    def _verdict(self) -> list[str]:
+        """What a training that has ended means."""
+        if self.outcome is None:
+            return []
+        return in_words(self.history, self.outcome.parameters, self.samples)
+
     def _progress(self) -> dict[str, Any]:
         rows = self.history
         every = max(1, ceil(len(rows) / _DRAWN))
@@ -297,11 +306,11 @@ class TrainSession(TableSession, TaskSession):
             "parameters": None if self.outcome is None else self.outcome.parameters,
             "stopped": None if self.outcome is None else self.outcome.stopped,
             "unit": self.unit,
-            "words": self.words,
+            "words": [*self.words, *self._verdict()],
         }
 
 
-panel = SessionPanel("Train", 60, TrainSession)
+panel = SessionPanel("Train", 60, TrainSession, improves="from data")
 
 
 def methods() -> list[list[str]]:

@@ -7,8 +7,9 @@ it is told to stop.
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -304,3 +305,37 @@ def train_task(task: TrainingTask, report: Report) -> TrainOutcome:
     except MemoryError:
         raise TrainingTaskError("the training needs more memory than there is: fewer rules or samples") from None
     return TrainOutcome(result.system, result.best, result.stopped, result.parameters)
+
+
+_FEW, _GROWN, _APART = 5.0, 1.2, 2.0  # samples a parameter; checking errors over the least, and over the training error
+
+
+def in_words(history: Sequence[Sequence[float]], parameters: int, samples: int) -> list[str]:
+    """What the numbers of a training say, and what to do.
+
+    Args:
+        history: Of each epoch its number, the training error and the checking error, not-a-number where there is none.
+        parameters: How many numbers were learnt.
+        samples: From how many training samples.
+    """
+    said = []
+    if samples < _FEW * parameters:
+        said.append(
+            f"{parameters} numbers are learnt from {samples} samples, {samples / parameters:.2g} for each: few. Fewer "
+            "terms, clusters of a larger radius, or more rows."
+        )
+    checked = [row for row in history if isfinite(row[2])]
+    if not checked:
+        return said
+    best, last = min(checked, key=lambda row: row[2]), checked[-1]
+    if last[2] > _GROWN * best[2]:
+        said.append(
+            f"From epoch {best[0]:.0f} on the checking error grows, to {last[2] / best[2]:.2g} times its least: what "
+            f"is learnt then is the noise of the samples. *Take the best* takes epoch {best[0]:.0f}."
+        )
+    if best[1] > 0 and best[2] > _APART * best[1]:
+        said.append(
+            f"At its best the checking error is {best[2] / best[1]:.2g} times the training error: the system fits its "
+            "own samples better than others. Fewer terms, or more rows."
+        )
+    return said

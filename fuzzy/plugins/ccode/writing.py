@@ -1,5 +1,6 @@
 """The files of a system in C, written whole or not at all."""
 
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
@@ -75,10 +76,15 @@ def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
         points: Those of a table along each input, or none for the rules.
     """
     sources, _ = _sources(fis, name, number, None if points is None else (points,))
+    return zipped({f"{sources.name}.h": sources.header, f"{sources.name}.c": sources.source})
+
+
+def zipped(texts: Mapping[str, str]) -> bytes:
+    """Texts by their files' names as a zip, with the same bytes each time."""
     packed = BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
-        for ending, text in (("h", sources.header), ("c", sources.source)):
-            archive.writestr(ZipInfo(f"{sources.name}.{ending}", (1980, 1, 1, 0, 0, 0)), text)
+        for name, text in texts.items():
+            archive.writestr(ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text)
     return packed.getvalue()
 
 

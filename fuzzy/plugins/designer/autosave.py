@@ -67,6 +67,15 @@ def write(file: Path, design: Design, base: str | None) -> Path:
     return target
 
 
+def put_aside(work: Unsaved, file: Path) -> Unsaved:
+    """Give ``work`` a name that no later unsaved work of ``file`` takes. Raises OSError."""
+    if work.path != place_for(file):
+        return work
+    target = work.path.with_name(f"{file.name}.{secrets.token_hex(8)}.json")
+    work.path.replace(target)
+    return replace(work, path=target)
+
+
 def design_content(design: Design) -> dict[str, Any]:
     """A design in JSON's types, rules that are switched off or misspelt included."""
     return {
@@ -77,6 +86,7 @@ def design_content(design: Design) -> dict[str, Any]:
                 "rule": str(line.rule),
                 "enabled": line.enabled,
                 "text": line.text if line.problem else None,
+                "source": line.source,
             }
             for line in design.lines
         ],
@@ -134,7 +144,7 @@ def design_from(content: dict[str, Any]) -> Design:
     lines = []
     for entry in content["rules"]:
         rule = sentence(system, entry["rule"])
-        line = RuleLine(int(entry["key"]), rule, str(rule), bool(entry["enabled"]))
+        line = RuleLine(int(entry["key"]), rule, str(rule), bool(entry["enabled"]), None, entry.get("source"))
         lines.append(read(system, line, entry["text"]) if entry["text"] is not None else line)
     point = tuple(float(value) for value in content["point"])
     whole = len({line.key for line in lines}) == len(lines) and all(map(math.isfinite, point))

@@ -58,6 +58,10 @@ class Bridge(Element, component="static/bridge.js"):
             shared = {n: f"{_SHARED}[{json.dumps(v.name)}]" for n, v in traits.items() if isinstance(v, Shared)}
             self._call("receive", _object(news | {name: shared[name] for name in news if name in shared}))
 
+    def forget(self, name: str) -> None:
+        """Send a value with the next update even if it is the same: the page shows what has been typed there since."""
+        self._sent.pop(name, None)
+
     def send(self, content: Any) -> None:
         """Send a message to the module, which hears it with ``model.on("msg:custom", ...)``."""
         if not self.is_deleted:

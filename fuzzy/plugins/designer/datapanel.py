@@ -15,7 +15,7 @@ from fuzzy.plugins.designer.columns import LoadedTable, columns_data, matching
 from fuzzy.plugins.designer.datapictures import Rows, histograms
 from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.latest import Latest
-from fuzzy.plugins.designer.panel import SessionPanel
+from fuzzy.plugins.designer.panel import FUNCTION, SessionPanel
 from fuzzy.plugins.designer.session import refusal_of
 from fuzzy.plugins.designer.tablesource import TableSession
 from fuzzy.plugins.designer.workers import WorkError
@@ -119,6 +119,7 @@ class DataSession(TableSession):
                 self.rows = rows_of(table, self.columns, self.present, ~bad, self.choice["along"])
             except InputError as error:
                 problem = error
+            self.bench.pictured["data"] = None if self.rows is None else (self.rows.x, self.rows.y)
         self.widget.update(
             sources=self.table_files(),
             table=None if table is None else columns_data(table),
@@ -220,7 +221,7 @@ class DataSession(TableSession):
         return found
 
 
-panel = SessionPanel("Data", 40, DataSession)
+panel = SessionPanel("Data", 40, DataSession, purpose=FUNCTION)
 
 
 def _note(error: Exception) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import Literal, get_args, get_origin, get_type_hints
 
 from fuzzy.detached import detached
-from fuzzy.files.fisfile import format_fis
+from fuzzy.files.fisfile import FaultyRule, FisFileError, format_fis, parse_rule_line
 from fuzzy.language import RuleError, parse_rule
-from fuzzy.rule import Rule
+from fuzzy.rule import Clause, Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
 # What a system can choose, in the order of its fields: and_method, or_method, defuzzification, ...
@@ -35,6 +35,7 @@ class RuleLine:
     text: str  # what stands in the editor: str(rule), or a sentence with a problem
     enabled: bool = True
     problem: Mistake | None = None
+    source: str | None = None  # a line of the file that is no rule: the rule is a stand-in, off until one is read here
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,34 @@ def with_lines(design: Design, lines: Iterable[RuleLine]) -> Design:
     return replace(design, system=system, lines=lines, next_key=next_key)
 
 
+def with_faults(design: Design, faults: Iterable[FaultyRule]) -> Design:
+    """``design`` with lines of its file that are no rules, each at its place; they stay as they are until mended."""
+    lines = list(design.lines)
+    for key, fault in enumerate(faults, design.next_key):
+        stand_in = RuleLine(key, _stand_in(design.system.inputs, design.system.outputs), "", False, None, fault.text)
+        lines.insert(fault.place, read(design.system, stand_in, fault.text))
+    return with_lines(design, lines)
+
+
+def _stand_in(inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Rule:
+    """A rule for a line that is none; no rule of a matrix, which asks for plain terms."""
+    when = next((Clause(v.name, term, negated=True) for v in inputs for term in v.terms), None)
+    then = next(((v.name, term) for v in outputs for term in v.terms), None)
+    if when is None or then is None:
+        raise FuzzySystemError("mend or remove the rules that cannot be read first: no terms are left for them")
+    return Rule((when,), (then,))
+
+
+def unread(design: Design) -> str:
+    """Why the design cannot be saved: a line of its file that is no rule yet; empty where there is none."""
+    numbers = [number for number, line in enumerate(design.lines, 1) if line.source is not None]
+    if not numbers:
+        return ""
+    which = f"rule {numbers[0]} is" if len(numbers) == 1 else f"{len(numbers)} rules, the first rule {numbers[0]}, are"
+    it = "it" if len(numbers) == 1 else "them"
+    return f"{which} not readable yet; mend or remove {it}, then save. The file stays as it is until then"
+
+
 def with_disabled(new: Design, old: Design) -> Design:
     """``new`` with the disabled lines of ``old`` whose sentences ``new`` can read.
 
@@ -110,6 +139,8 @@ def with_disabled(new: Design, old: Design) -> Design:
             lines += [next(fresh)] if beside else []
             continue
         try:
+            if line.source is not None:
+                line = replace(line, rule=_stand_in(new.system.inputs, new.system.outputs))
             sentence(new.system, str(line.rule))
         except RuleError:
             continue
@@ -132,13 +163,17 @@ def with_variables(
         rules: The rules that take the place of the lines' rules (None: the line goes); by default they stay.
     """
     kept = [line.rule for line in design.lines] if rules is None else list(rules)
+    for place, line in enumerate(design.lines):
+        if line.source is not None:
+            kept[place] = _stand_in(inputs, outputs)
     pairs = [(line, rule) for line, rule in zip(design.lines, kept, strict=True) if rule is not None]
     system = replace(design.system, inputs=tuple(inputs), outputs=tuple(outputs), rules=tuple(r for _, r in pairs))
     lines = []
     for line, rule in pairs:
         lines.append(replace(line, rule=rule, text=line.text if line.problem else str(rule)))
     if any(line.problem for line in lines):
-        lines = [read(system, line, line.text) if line.problem else line for line in lines]
+        # What numbers mean in a line of the file is not for a change of terms to say.
+        lines = [read(system, line, line.text) if line.problem and line.text != line.source else line for line in lines]
         system = replace(system, rules=tuple(line.rule for line in lines))
     return replace(design, system=system, lines=tuple(lines), point=point_in(system, design))
 
@@ -167,13 +202,17 @@ def read(system: Sugeno, line: RuleLine, text: str) -> RuleLine:
     Args:
         system: The system, whose variables and terms the sentence names.
         line: The line.
-        text: The sentence.
+        text: The sentence; of a line of the file that is no rule also such a line.
     """
     try:
-        rule = sentence(system, text)
+        written = line.source is not None and not text.lstrip().casefold().startswith("if")
+        rule = parse_rule_line(text, system) if written else sentence(system, text)
+    except FisFileError as error:
+        return replace(line, text=text, problem=Mistake(f"{error.reason.partition(chr(10))[0]}{_EITHER}", 0, len(text)))
     except RuleError as error:
         return replace(line, text=text, problem=Mistake(error.reason, error.start, error.end))
-    return replace(line, rule=rule, text=str(rule), problem=None)
+    enabled = line.enabled or line.source is not None
+    return replace(line, rule=rule, text=str(rule), problem=None, enabled=enabled, source=None)
 
 
 def sentence(system: Sugeno, text: str) -> Rule:
@@ -187,6 +226,7 @@ def sentence(system: Sugeno, text: str) -> Rule:
     return rule
 
 
+_EITHER = "; a sentence, if ... then ..., may stand here in the place of the numbers"
 POWERS = "a hedge's power must be one of 0.1, 0.2, ... 9.9: a .fis file has no room for others"
 
 
@@ -197,8 +237,14 @@ def holds_power(power: float) -> bool:
 
 
 def file_text(design: Design) -> str:
-    """The text of the .fis file; a disabled rule has the weight 0 there.
+    """The text of the .fis file; a disabled rule has the weight 0 there, a line that is no rule is as it was.
 
     Raises FisFileError where the format cannot hold the system; no edit leads to that.
     """
-    return format_fis(design.written)
+    text = format_fis(design.written)
+    if not unread(design):
+        return text
+    lines = text.split("\n")  # the rules are the last ones, before an empty one
+    for place, line in enumerate(design.lines, len(lines) - 1 - len(design.lines)):
+        lines[place] = lines[place] if line.source is None else line.source
+    return "\n".join(lines)

@@ -12,8 +12,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fuzzy.files.fisfile import FisText, parse_bytes, write_quietly
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer import autosave
-from fuzzy.plugins.designer.design import Design, design_of, file_text, point_in, with_disabled, with_lines
+from fuzzy.plugins.designer.design import (
+    Design,
+    design_of,
+    file_text,
+    point_in,
+    unread,
+    with_disabled,
+    with_faults,
+    with_lines,
+)
 from fuzzy.plugins.designer.edits import edited
 from fuzzy.plugins.designer.saving import DocumentError, alone_in, bytes_of, check_untouched
 from fuzzy.plugins.designer.variableedits import new_variable
@@ -47,7 +57,7 @@ class FileContent(NamedTuple):
 
 
 def read_content(path: Path, mamdani: bool = False, name: str | None = None) -> FileContent:
-    """Read a .fis file that need not exist. Raises DocumentError or FisFileError.
+    """Read a .fis file that need not exist; rules in it may be wrong. Raises DocumentError or FisFileError.
 
     Args:
         path: The file.
@@ -57,7 +67,7 @@ def read_content(path: Path, mamdani: bool = False, name: str | None = None) -> 
     data = bytes_of(path)
     if data is None:
         return FileContent(None, None)
-    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani))
+    return FileContent(hashlib.sha256(data).hexdigest(), parse_bytes(data, name or str(path), mamdani, lenient=True))
 
 
 def confined(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
@@ -95,7 +105,8 @@ class Document:
     ``path`` is relative to ``folder``, outside which nothing is read or written; by default the file's own. A file
     that does not exist begins with ``begin``, by default :func:`new_system`; ``content`` is what it holds where it was
     read already. Unsaved work of a run that ended is
-    taken up again: then ``restored`` says when it was written, and undoing leads back to the file. ``notes`` are
+    taken up again: then ``restored`` says when it was written, and undoing leads back to the file. Where the file was
+    changed since, the work stands in ``aside`` until one chooses, see :meth:`choose`. ``notes`` are
     sentences on what was found while opening. ``unkept`` says why unsaved work cannot be kept at present.
 
     Raises DocumentError or FisFileError where there is nothing to open.
@@ -116,7 +127,10 @@ class Document:
         self._begin = begin
         self.revision = 0
         self.compared: Sugeno | None = None
+        self.purpose = ""  # what was chosen that it is for; empty: what its names say
+        self.judged: tuple[Any, ...] = ()  # by which terms of a cost the design was tuned last
         self.restored: datetime | None = None
+        self.aside: tuple[autosave.Unsaved, ...] = ()  # unsaved work that is older than the file, the newest first
         self.notes: tuple[str, ...] = ()
         self.unkept: str | None = None
         self._keeping = threading.Lock()  # held by whoever writes or removes unsaved work, or writes the file
@@ -140,7 +154,11 @@ class Document:
         else:
             fis = content.text.system
             self.notes = (*self.notes, *content.text.warnings)
-        design = design_of(fis, first_key)
+        faults = content.text.faults if content.text is not None else ()
+        self.notes += tuple(
+            f"line {f.line} is no rule, and stays as it is until it is mended: {f.reason}" for f in faults
+        )
+        design = with_faults(design_of(fis, first_key), faults)
         # Only now: of a file that cannot be read, this document does not know what saving would replace.
         self._digest, self._saved_text = content.digest, file_text(design)
         return design
@@ -153,10 +171,8 @@ class Document:
             if work.elsewhere:
                 self.notes += (f"another designer has {self.path.name} open, with unsaved work of {when}",)
             elif work.base != self._digest and self._changed_after(work.when):
-                older = work.path.with_name(f"{self.path.name}.older")
                 with suppress(OSError):
-                    work.path.replace(older)
-                    self.notes += (f"unsaved work of {when} is older than the file; it is kept in {older}",)
+                    self.aside += (autosave.put_aside(work, self.path),)
             elif self.restored is None and (file_text(work.design) != self._saved_text or _misspelt(work.design)):
                 self.restored = work.when
                 self._note(f"take up unsaved work of {when}", self.design, work.when)
@@ -299,7 +315,7 @@ class Document:
         self._gesture = None
 
     def replace(self, fis: Sugeno, what: str, keep_disabled: bool = False, gesture: str | None = None) -> None:
-        """Put a whole new system (uploaded, trained) in the place of the design, as one edit.
+        """Put a whole new system (uploaded, trained) in the place of the design, as one edit; the loop stays.
 
         Args:
             fis: The system.
@@ -310,6 +326,7 @@ class Document:
 
         Raises FisFileError where no .fis file can hold it.
         """
+        fis = fis if fis.loop else replace(fis, loop=self.design.system.loop)
         new = design_of(fis, self.design.next_key)
         if keep_disabled:
             new = with_disabled(new, self.design)
@@ -327,6 +344,25 @@ class Document:
         lines = [replace(line, key=key) for key, line in enumerate(design.lines, first)]
         new = replace(with_lines(design, lines), point=point_in(design.system, self.design))
         self._record(new, what)
+
+    def choose(self, which: Any) -> None:
+        """Choose between the file and the newest work in ``aside``.
+
+        Args:
+            which: "file" forgets the work, "work" puts it in the place of the design, as one edit.
+
+        Raises DocumentError for anything else, and where there is nothing to choose.
+        """
+        check_known(which if isinstance(which, str) else "", ("file", "work"), "choice", DocumentError)
+        if not self.aside:
+            raise DocumentError("there is no unsaved work to choose")
+        work = self.aside[0]
+        if which == "work":
+            self.take(work.design, f"take up unsaved work of {work.when:%Y-%m-%d %H:%M:%S}")
+            self.autosave()  # only when it is kept elsewhere it may go
+        work.path.unlink(missing_ok=True)
+        self.aside = self.aside[1:]
+        self._tell()
 
     def compare(self, fis: Sugeno | None) -> None:
         """Show ``fis`` beside the design; None shows nothing."""
@@ -366,6 +402,8 @@ class Document:
         Raises OverwriteError where the file changed on disk since it was read, or another file is there already,
         unless ``overwrite``; DocumentError or FisFileError where it cannot be written.
         """
+        if problem := unread(self.design):
+            raise DocumentError(problem)
         target = confined(self.folder, self.path if path is None else path)
         text = self.text()
         if not target.parent.is_dir():
@@ -432,7 +470,7 @@ class Document:
 
 def _misspelt(design: Design) -> bool:
     """Are there sentences that a .fis file cannot keep?"""
-    return any(line.problem for line in design.lines)
+    return any(line.problem and line.text != line.source for line in design.lines)
 
 
 def _inside(folder: Path, path: Path) -> bool:

@@ -67,6 +67,14 @@ def _rename(design: Design, message: Message) -> tuple[Design, str]:
     return replace(design, system=replace(design.system, name=name)), f"rename to {name}"
 
 
+def _loop(design: Design, message: Message) -> tuple[Design, str]:
+    """loop {text, what}: the control loop that goes with the system, and the edit's name; see ``Sugeno.loop``."""
+    text = message.text("text")
+    if not text.isprintable():
+        raise EditError("a loop is kept in one line")
+    return replace(design, system=replace(design.system, loop=text)), f"loop: {message.label('what')}"
+
+
 EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "term": termedits.move_term,
     "term_type": termedits.change_type,
@@ -82,6 +90,7 @@ EDITS: dict[str, Callable[[Design, Message], tuple[Design, str]]] = {
     "unit": variableedits.change_unit,
     "choice": _choose,
     "rename": _rename,
+    "loop": _loop,
     "rule_text": ruleedits.rule_text,
     "add_rule": ruleedits.add_rule,
     "copy_rule": ruleedits.copy_rule,

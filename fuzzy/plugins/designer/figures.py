@@ -1,6 +1,7 @@
 """The figures of a design as files, drawn in a worker process, one picture a task."""
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from fuzzy.errors import InputError
@@ -50,6 +51,7 @@ async def all_figures(
     ending: str,
     point: Sequence[float],
     announce: Callable[[int, int], bool],
+    chosen: Mapping[str, Any] = MappingProxyType({}),
 ) -> bytes | None:
     """Draw all pictures of a system, see :func:`fuzzy.figures.figureset.write_figures`: the bytes of a zip.
 
@@ -59,13 +61,14 @@ async def all_figures(
         ending: The format, "svg", "pdf" or "png".
         point: The point (inputs,) of the rule viewer and the surfaces.
         announce: Called with the number of pictures that are drawn, and that of all; false ends it: no zip.
+        chosen: What the panels know beside it, see :func:`fuzzy.figures.figureset.pictures_of`.
     """
     from fuzzy.figures import figureset
 
-    pictures = await background(figureset.pictures_of, fis, point)
-    drawn: list[bytes] = []
-    for picture in pictures:
-        if not announce(len(drawn), len(pictures)):
+    pictures = await background(figureset.pictures_of, fis, point, chosen)
+    files, drawn = figureset.files_of(pictures), list[bytes]()
+    for picture in files:
+        if not announce(len(drawn), len(files)):
             return None
         drawn.append(await background(figureset.picture_bytes, fis, picture, point, ending))
     data: bytes = await background(figureset.packed_pictures, fis, pictures, point, ending, drawn)

@@ -126,7 +126,13 @@ def open_folder(path: Path) -> Folder:
 
 def check_size(path: Path, name: str) -> None:
     """Raise FolderError for a file of more than 2 MB; there may be none."""
-    if path.is_file() and path.stat().st_size > LARGEST_FILE:
+    if path.is_file():
+        check_length(path.stat().st_size, name)
+
+
+def check_length(size: int, name: str) -> None:
+    """Raise FolderError for more than 2 MB."""
+    if size > LARGEST_FILE:
         raise FolderError(f"{name!r} is larger than {LARGEST_FILE / 1e6:g} MB")
 
 

@@ -1,4 +1,4 @@
-"""The tab History: named snapshots of the design, and the edits that can be undone or made again."""
+"""The drawer History: named snapshots of the design, and the edits that can be undone or made again."""
 
 import re
 from collections.abc import Callable, Mapping

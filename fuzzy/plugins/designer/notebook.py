@@ -16,18 +16,25 @@ from fuzzy.plugins.designer.document import DEPTH
 from fuzzy.plugins.designer.edits import edited
 from fuzzy.plugins.designer.views import design_data, functions_data, or_none, refusal_data, surface_data, viewer_data
 from fuzzy.system import Sugeno, sizes
+from fuzzy.words import counted
 
 _SOON = 0.004  # s that edits in hand may take to arrive before they are shown together
+_KEPT: dict[str, "NotebookSession"] = {}  # of this kernel, the last of each name
 _STILL = 96  # dots per inch of the picture that stays in a saved notebook
 
 
 class NotebookSession:
-    """A design with its history, the point that is looked at, and the traits that show it; there is no file."""
+    """A design with its history, the point that is looked at, and the traits that show it; there is no file.
 
-    def __init__(self, fis: Sugeno) -> None:
-        self.design = design_of(fis)
+    Where an ``earlier`` session has edits, they are not lost: of the same system it goes on with them; of another one
+    they are a step back.
+    """
+
+    def __init__(self, fis: Sugeno, earlier: "NotebookSession | None" = None) -> None:
+        self._start = self.design = design_of(fis)
         self._undo: list[tuple[str, Design]] = []
         self._redo: list[tuple[str, Design]] = []
+        self._notice: dict[str, Any] | None = None
         self._gesture: Any = None
         self._axes: list[int] | None = None
         self._output = 0
@@ -35,6 +42,8 @@ class NotebookSession:
         self._problem: dict[str, Any] | None = None
         self._problems = itertools.count(1)
         self._revision = 0
+        if earlier is not None and earlier._undo:
+            self._go_on(earlier)
 
     def hear(self, content: Any) -> None:
         """Do what a module's message asks; an error becomes the trait ``problem`` and is not raised."""
@@ -57,6 +66,7 @@ class NotebookSession:
             "viewer": or_none(viewer_data, design),
             "surface": or_none(surface_data, design, *self._known_axes()),
             "compared": None,
+            "notice": self._notice,
         }
 
     def _take(self, content: Mapping[str, Any]) -> None:
@@ -71,6 +81,8 @@ class NotebookSession:
             if self._known_axes() != (self._axes, self._output):
                 self._axes, self._output = before
                 raise InputError("a surface has one or two of the inputs and one output, each by its number")
+        elif content.get("do") == "anew":
+            self._begin_anew()
         elif content.get("do") in ("undo", "redo"):
             self._step(*((self._undo, self._redo) if content["do"] == "undo" else (self._redo, self._undo)))
         else:
@@ -86,6 +98,23 @@ class NotebookSession:
             self._redo = []
             self._revision += 1
         self.design = new
+
+    def _go_on(self, earlier: "NotebookSession") -> None:
+        self.design, self._undo, self._redo = earlier.design, [*earlier._undo], [*earlier._redo]
+        edits = counted(len(self._undo), "edit") if earlier.design.system != earlier._start.system else ""
+        if earlier._start.system == self._start.system:
+            kept = {"says": f"Kept from before: {edits}.", "anew": True}
+            self._notice = kept if edits else earlier._notice
+        else:
+            self._begin_anew()
+            apart = {"says": f"The cell gives another system. Undo brings back {edits}.", "anew": False}
+            self._notice = apart if edits else None
+
+    def _begin_anew(self) -> None:
+        """Show the system that the cell gives; what was edited is a step back."""
+        self._undo = [*self._undo, ("the system of the cell", self.design)][-DEPTH:]
+        self._redo, self._gesture, self._notice, self.design = [], None, None, self._start
+        self._revision += 1
 
     def _step(self, back: list[tuple[str, Design]], forth: list[tuple[str, Design]]) -> None:
         if back:
@@ -103,11 +132,15 @@ class NotebookSession:
         return axes, output if type(output) is int and 0 <= output < outputs else 0
 
 
-def editor(fis: Sugeno) -> Any:
+def editor(fis: Sugeno, key: str | None = None) -> Any:
     """Make the designer of ``fis`` as a widget for Jupyter, marimo and other notebooks that show anywidgets.
+
+    A cell that is run again goes on with the edits that were made in the editor of the same name, and says so; a button
+    starts from ``fis``. If the cell gives another system than before, that is shown, and undo brings the edits back.
 
     Args:
         fis: The system, which stays as it is.
+        key: The name by which edits are found again in this kernel, by default the system's.
 
     Returns:
         The widget; its ``fis`` is the system as edited so far.
@@ -117,7 +150,8 @@ def editor(fis: Sugeno) -> Any:
     """
     anywidget, traitlets = widget_library()
     folder = Path(__file__).parent / "static"
-    session = NotebookSession(fis)
+    name = fis.name if key is None else key
+    session = _KEPT[name] = NotebookSession(fis, _KEPT.get(name))
     traits = session.traits()
 
     class Editor(anywidget.AnyWidget):  # type: ignore[name-defined]
@@ -127,6 +161,7 @@ def editor(fis: Sugeno) -> Any:
         _css = stylesheet() + "".join(
             (folder / f"{sheet}.css").read_text("utf-8") for sheet in ("designer", "notebook")
         )
+        seen = traitlets.Int(0).tag(sync=True)  # the revision that the notebook shows, which it says itself
         locals().update({name: traitlets.Any(value).tag(sync=True) for name, value in traits.items()})
 
         def __init__(self) -> None:

@@ -7,13 +7,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fuzzy.files.fisfile import FisText
+from fuzzy.errors import InputError
+from fuzzy.files.fisfile import FisFileError, FisText, parse_bytes
 from fuzzy.plugins.designer.autosave import find
 from fuzzy.plugins.designer.document import Document, FileContent, read_content
-from fuzzy.plugins.designer.folder import Folder, FolderError, check_shown, check_size, read_bytes
+from fuzzy.plugins.designer.folder import Folder, FolderError, check_length, check_shown, check_size, read_bytes
 from fuzzy.plugins.designer.latest import Latest, Postponed
-from fuzzy.plugins.designer.saving import DocumentError
-from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers
+from fuzzy.plugins.designer.mamdanifile import SugenoForm, nearest, sugeno_forms
+from fuzzy.plugins.designer.saving import DocumentError, digest_of
+from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers, WorkError
 from fuzzy.system import Sugeno
 
 T = TypeVar("T")
@@ -29,11 +31,12 @@ class MamdaniFileError(FolderError):
         name: The file.
         changes: What becomes another thing then, a sentence each.
         free: The name of a file that there is not yet, for the Sugeno system.
+        forms: What its sets can become, and how far the outputs are off then; a sentence where that is not measured.
     """
 
-    def __init__(self, name: str, changes: tuple[str, ...], free: str) -> None:
-        super().__init__(name, changes, free)
-        self.name, self.changes, self.free = name, changes, free
+    def __init__(self, name: str, changes: tuple[str, ...], free: str, forms: list[SugenoForm] | str) -> None:
+        super().__init__(name, changes, free, forms)
+        self.name, self.changes, self.free, self.forms = name, changes, free, forms
 
     def __str__(self) -> str:
         return f"{self.name} is a Mamdani system; it can be opened as a Sugeno system, {self.free}"
@@ -44,6 +47,16 @@ def _content(path: Path, name: str) -> FileContent:
     if content.text is not None:
         check_shown(content.text.system, name)
     return content
+
+
+def _kept(path: Path, error: FisFileError) -> FileContent | None:
+    """The unsaved work that goes on from a file that cannot be read, as its content; None: there is none."""
+    digest = digest_of(path)
+    for work in find(path):
+        if work.base == digest and not work.elsewhere:
+            note = f"the file cannot be read ({error}); shown is your unsaved work of {work.when:%Y-%m-%d %H:%M:%S}"
+            return FileContent(digest, FisText(work.design.written, (), (note,)))
+    return None
 
 
 class OpenDocuments:
@@ -72,21 +85,38 @@ class OpenDocuments:
             self._first = found if begin is not None else self._first
         return found
 
-    async def opened(self, name: str, mamdani: str = "") -> Document:
+    async def opened(self, name: str, mamdani: str = "", fit: str = "") -> Document:
         """The document of the file ``name``, which is read in another process, within a time limit.
 
         Args:
             name: The file. Where there is none yet, the document begins with a small system.
             mamdani: A file with the Mamdani system with which a file that is not there yet begins.
+            fit: What that system's sets become, see :class:`fuzzy.plugins.designer.mamdanifile.SugenoForm`.
 
         Raises MamdaniFileError, or another InputError or WorkError for what cannot be opened.
         """
         path = self.folder.inside(name)
-        content = None if self._found(path) else await self.content(path, name)
+        try:
+            content = None if self._found(path) else await self.content(path, name)
+        except FisFileError as error:
+            kept = _kept(path, error)
+            if kept is None:
+                raise
+            document = self._added(name, Document(path, self.folder.path, None, kept))
+            document.keep()
+            return document
         if content is not None and content.text is not None and content.text.changes:
             stem = path.relative_to(self.folder.path).with_suffix("").as_posix()
-            raise MamdaniFileError(name, content.text.changes, self.folder.free_name(f"{stem}-sugeno"))
+            forms: list[SugenoForm] | str
+            try:
+                forms = await self.reading(name, sugeno_forms, path, name)
+            except (InputError, WorkError) as error:
+                forms = str(error)
+            raise MamdaniFileError(name, content.text.changes, self.folder.free_name(f"{stem}-sugeno"), forms)
         begin = await self.read(mamdani) if mamdani and content is not None and content.text is None else None
+        if begin is not None and begin.changes and fit:
+            near = await self.reading(mamdani, nearest, self.folder.inside(mamdani), mamdani, fit)
+            begin = begin._replace(system=near)
         found = self._found(path)  # another tab may have opened it meanwhile
         if found is not None:
             return found
@@ -110,6 +140,27 @@ class OpenDocuments:
         with suppress(DocumentError):  # the page says that it cannot be kept
             document.keep()
         return document
+
+    async def mended(self, name: str, text: str) -> str:
+        """Take ``text`` in the place of what the file ``name`` holds, as unsaved work; the file stays as it is.
+
+        The name of the document is returned: that of a Mamdani system's Sugeno system is another one. Raises InputError
+        where the text cannot be read either, WorkError.
+        """
+        path = self.folder.inside(name)
+        data = text.encode()
+        check_length(len(data), name)
+        if self._found(path) is not None:  # another tab has mended it
+            return name
+        read = await self.reading(name, parse_bytes, data, name, True, True)
+        check_shown(read.system, name)
+        if read.changes:
+            free = self.folder.free_name(f"{name[: -len('.fis')]}-sugeno")
+            self.begun(free, read.system)
+            return free
+        document = self._added(name, Document(path, self.folder.path, None, FileContent(digest_of(path), read)))
+        document.keep()
+        return name
 
     async def content(self, path: Path, name: str) -> FileContent:
         """What the file called ``name`` holds, a Mamdani system as a Sugeno system. Raises InputError, WorkError."""

@@ -2,13 +2,13 @@
 
 import asyncio
 import itertools
+import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlencode
 from weakref import WeakKeyDictionary
 
 from nicegui import background_tasks, ui
@@ -17,7 +17,9 @@ from nicegui.elements.mixins.text_element import TextElement
 from fuzzy.entrypoints import entry_points
 from fuzzy.errors import InputError
 from fuzzy.figures.palette import stylesheet
-from fuzzy.files.fisfile import beyond_matlab
+from fuzzy.files.examples import is_example
+from fuzzy.files.fisfile import FisFileError, beyond_matlab
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.bridge import Bridge, Shared
 from fuzzy.plugins.designer.design import Design
 from fuzzy.plugins.designer.document import Document
@@ -26,14 +28,15 @@ from fuzzy.plugins.designer.folder import LARGEST_FILE
 from fuzzy.plugins.designer.historytab import HistoryTab
 from fuzzy.plugins.designer.keys import SHORTCUTS
 from fuzzy.plugins.designer.latest import Latest, Postponed
+from fuzzy.plugins.designer.mending import offer_forms, offer_mending
 from fuzzy.plugins.designer.modules import Modules
 from fuzzy.plugins.designer.open_documents import MamdaniFileError, OpenDocuments
-from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
+from fuzzy.plugins.designer.panel import FUNCTION, PagePart, Panel, Workbench, find_panels, purpose_of, purposes_of
 from fuzzy.plugins.designer.saving import OverwriteError, digest_of
 from fuzzy.plugins.designer.session import act_of
 from fuzzy.plugins.designer.sideeffects import broken
 from fuzzy.plugins.designer.starting import Starting
-from fuzzy.plugins.designer.tabs import Tab, tab_group
+from fuzzy.plugins.designer.tabs import Tab, TabGroup
 from fuzzy.plugins.designer.views import (
     SMALL_POINTS,
     compared_data,
@@ -47,12 +50,10 @@ from fuzzy.plugins.designer.views import (
     viewer_data,
 )
 from fuzzy.plugins.designer.workers import WorkError
-from fuzzy.shown import typeset
 from fuzzy.system import Sugeno
 
 # What makes a zip of a design: (system, name, type of numbers, points of a table) -> bytes
 _C_WRITER = next(iter(entry_points(group="fuzzyfleet.exports", name="c")), None)
-_CHANGES = 50  # of a Mamdani system that are listed
 SOON = 0.001  # s that edits in hand may take to arrive before they are shown together
 COARSE, FINE = 13, 0.2  # points of a small surface along each axis while one drags, and s until they are fine again
 REST = 0.4  # s after the last edit before the rules are checked
@@ -67,7 +68,7 @@ _ENCODED: WeakKeyDictionary[Document, tuple[int, Shared]] = WeakKeyDictionary() 
 _STATIC = Path(__file__).parent / "static"
 
 
-async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani: str = "") -> None:
+async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani: str = "", fit: str = "") -> None:
     """Fill the page of a new browser tab with the designer of a file, or with what is wrong with the file.
 
     Args:
@@ -75,6 +76,7 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani
         modules: The modules that pages may load.
         name: The file's name in the folder.
         mamdani: The file with the Mamdani system with which a new file begins.
+        fit: What that system's sets become.
     """
     ui.add_head_html(f"<style>{stylesheet()}</style>")
     for sheet in ("designer.css", "page.css"):
@@ -84,49 +86,40 @@ async def build_page(opened: OpenDocuments, modules: Modules, name: str, mamdani
     if around is not None:
         around.parent.tag = "div"
     try:
-        document = await opened.opened(name, mamdani)
+        # A worker reads the file while the panels are looked for here.
+        document, panels = await asyncio.gather(opened.opened(name, mamdani, fit), asyncio.to_thread(find_panels))
     except MamdaniFileError as error:
-        _offer(error)
+        offer_forms(error)
         return
     except (InputError, OSError, WorkError) as error:
+        if isinstance(error, FisFileError) and error.line is not None:
+            offer_mending(opened, modules, name, error)
+            return
         with ui.element("main").classes("shell shell-nothing"):
             TextElement(tag="h1", text="This file cannot be opened")
             TextElement(tag="p", text=str(error)).props('role="alert"')
             TextElement(tag="a", text="Back to the designer").props('href="/"')
         return
-    _Page(opened, modules, document)
-
-
-def _offer(error: MamdaniFileError) -> None:
-    """Offer to open a Mamdani system as a Sugeno system."""
-    with ui.element("main").classes("shell shell-nothing"):
-        TextElement(tag="h1", text=f"{error.name} is a Mamdani system")
-        words = (
-            "The designer works with Sugeno systems. It can open this one as such, and saves it as "
-            f"{error.free}; {error.name} stays as it is. Inputs and rules stay. Between the constants the outputs' "
-            "values are others than the Mamdani system's. This changes:"
-        )
-        TextElement(tag="p", text=words)
-        with ui.element("ul"):
-            for change in error.changes[:_CHANGES]:
-                TextElement(tag="li", text=typeset(change))
-            if len(error.changes) > _CHANGES:
-                TextElement(tag="li", text=f"and {len(error.changes) - _CHANGES} more, alike")
-        to = urlencode({"file": error.free, "mamdani": error.name})
-        with ui.element("p"):
-            TextElement(tag="a", text=f"Open as {error.free}").props(f'href="/?{to}"')
-        with ui.element("p"):
-            TextElement(tag="a", text="Back to the designer").props('href="/"')
+    _Page(opened, modules, document, panels)
 
 
 class _Page:
     """What one browser tab shows, and what it asks for."""
 
-    def __init__(self, opened: OpenDocuments, modules: Modules, document: Document) -> None:
+    def __init__(
+        self, opened: OpenDocuments, modules: Modules, document: Document, panels: tuple[list[Panel], list[str]]
+    ) -> None:
         self.opened, self.document = opened, document
         self.client = ui.context.client
         self.bench = Workbench(
-            document, opened.workers, modules.url, self._say, opened.reading, self._open_rule, self._show_shared
+            document,
+            opened.workers,
+            modules.url,
+            self._say,
+            opened.reading,
+            self._open_rule,
+            self._show_shared,
+            self.client.download,
         )
         first = document.design.system.inputs[0].name
         self.selected: dict[str, Any] = {"kind": "input", "variable": first, "term": None}
@@ -149,6 +142,10 @@ class _Page:
         self._name = opened.folder.name(document.path)
         self._everywhere: list[Bridge] = []
         self._exporting = False  # all pictures
+        self._sizes: dict[str, Any] = {}  # the buttons that fold and enlarge the pane that says why
+        self._size = ""  # which of them is pressed
+        self.panels = panels
+        self.purpose = document.purpose or purpose_of(document.design.system, panels[0])
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
         self._build()
@@ -162,7 +159,7 @@ class _Page:
     def _build(self) -> None:
         shown = self._now()
         editor = shown | {"functions": functions_data(), "histograms": None}
-        panels, missing = find_panels()
+        panels, missing = self.panels
         with ui.element("div").classes("shell"):
             for name, text in (("shell-edit", "Skip to the editors"), ("shell-look", "Skip to the views")):
                 TextElement(tag="a", text=text).classes("shell-skip").props(f'href="#{name}"')
@@ -171,34 +168,104 @@ class _Page:
                     _STATIC / "header.js", design=shown["design"], shell=self._shell(), keys=SHORTCUTS
                 )
                 self.header.on_message(self._asked)
+                self._module(_STATIC / "tour.js", shown | {"example": is_example(self.document.path)})
                 self.starting = Starting(self.opened, self._tell_header)
                 self.bench.on_close(self.starting.stop)
             with ui.element("aside").classes("shell-tree").props('aria-label="System" id="shell-tree"'):
                 self._module(_STATIC / "tree.js", shown)
             with ui.element("main"):
                 self.surface: Bridge | None = None
+                self.surface_place = PagePart(shown=False)
+                improving = [panel for panel in panels if getattr(panel, "improves", "")]
                 left = [
                     Tab("Memberships", lambda: self._build_terms(editor)),
                     Tab("Rules", self._build_rules),
-                    Tab("Check", self._build_check),
-                    Tab("History", self.history.build),
+                    Tab("Check", self._build_check, drawer=True),
+                    Tab("History", self.history.build, drawer=True),
+                    *(Tab(panel.title, partial(self._build_panel, panel), drawer=True) for panel in improving),
                 ]
-                self.surface_place = PagePart(shown=False)
-                right = [
-                    Tab("Viewer", lambda: self._module(_STATIC / "viewer.js", self._now())),
-                    Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place),
-                    *(Tab(panel.title, partial(self._build_panel, panel)) for panel in panels),
+                views = [
+                    Tab(panel.title, partial(self._build_panel, panel), purpose=getattr(panel, "purpose", ""))
+                    for panel in panels
+                    if panel not in improving
                 ]
-                self.editors = tab_group("Edit the design", left, self.bench, "shell-edit")
+                # A function is its surface; of a loop or a robot what it does stands first.
+                first = [tab for tab in views if tab.purpose not in ("", FUNCTION)]
+                surface = Tab("Surface", lambda: self._build_surface(_STATIC / "surface.js"), self.surface_place)
+                right = [*first, surface, *(tab for tab in views if tab not in first)]
+                self.editors = TabGroup("Edit the design", left, self.bench, "shell-edit")
+                with self.editors.after:
+                    self._badge = TextElement(tag="button", text="Check").props('type="button"').classes("shell-badge")
+                    self._badge.on(
+                        "click", lambda: self._open("Check", partial(self._badge.run_method, "focus")), args=[]
+                    )
                 with ui.element("div").classes("shell-glance"):
                     self.bench.widget(_STATIC / "glance.js")
-                self.views = tab_group("Look and try", right, self.bench, "shell-look")
+                self.views = TabGroup("Look and try", right, self.bench, "shell-look", self.purpose)
+                self._build_canvas(improving)
                 for tabs, group in ((left, self.editors), (right, self.views)):
                     self.bench.lead([tab.title for tab in tabs], group.show)
+        self.bench.lead(["Viewer"], lambda _: self._size_why(self._size) if self._size == "hidden" else None)
         self.bench.on_change(self._checking.begin)
         self._checking.begin()
         for sentence in (*self.document.notes, *missing):
             self.bench.notify(sentence)
+        if (
+            faulty := next((line.key for line in self.document.design.lines if line.source is not None), None)
+        ) is not None:
+            self._open_rule(faulty)
+
+    def _build_canvas(self, improving: Sequence[Any]) -> None:
+        """What stands round the views: what the rule base is for, why it answers as it does, and what improves it."""
+        known = purposes_of(self.panels[0])
+        with self.views.before:
+            self._purposes = self.bench.widget(_STATIC / "purpose.js", purposes=known, purpose=self.purpose)
+            self._purposes.on_message(self._chosen)
+        with self.views.below:
+            with ui.element("section").classes("shell-why").props('aria-label="Why"') as self._why:
+                with ui.element("div").classes("shell-why-bar"):
+                    TextElement(tag="h2", text="Why")
+                    for text, size, label in (("–", "hidden", "Fold why"), ("⤢", "large", "Enlarge why")):
+                        button = TextElement(tag="button", text=text).props(f'type="button" aria-label="{label}"')
+                        button.props(f'title="{label}" aria-pressed="false"')
+                        button.on("click", partial(self._size_why, size), args=[])
+                        self._sizes[size] = button
+                self._module(_STATIC / "viewer.js", self._now() | {"short": True})
+            self._improving = improving
+            with ui.element("div").classes("shell-acts"):
+                self._improve = self.bench.widget(_STATIC / "improve.js", ways=self._ways())
+                self._improve.on_message(self._improved)
+                self.bench.widget(_STATIC / "pictures.js", stem=self.document.path.stem)
+
+    def _ways(self) -> list[list[str]]:
+        """What improves a rule base of this purpose: the title of a drawer, and by what."""
+        suiting = [p for p in self._improving if getattr(p, "purpose", "") in ("", self.purpose)]
+        return [[panel.title, panel.improves] for panel in suiting]
+
+    def _size_why(self, size: str) -> None:
+        """Fold or enlarge the pane that says why, or give it its usual size again."""
+        self._size = "" if self._size == size else size
+        for name, button in self._sizes.items():
+            button.props["aria-pressed"] = "true" if self._size == name else "false"
+            button.update()
+        self._why.props["data-size"] = self._size
+        self._why.update()
+
+    def _chosen(self, content: Mapping[str, Any]) -> None:
+        """Take another purpose; it is remembered as long as the document is open."""
+        self.purpose = check_known(content.get("purpose"), purposes_of(self.panels[0]), "purpose", InputError)
+        self.document.purpose = self.purpose
+        self._purposes.update(purpose=self.purpose)
+        self._improve.update(ways=self._ways())
+        self.views.fit(self.purpose)
+
+    def _improved(self, content: Mapping[str, Any]) -> None:
+        """Open what improves the rule base."""
+        self._open(content.get("open"), partial(self._improve.send, {"focus": True}))
+
+    def _open(self, title: Any, closed: Callable[[], Any]) -> None:
+        """Open a drawer over the editors, or close it; ``closed`` gives the focus back to what opened it."""
+        self.editors.open(check_known(title, self.editors.drawers, "drawer", InputError), closed)
 
     def _module(self, path: Path, traits: dict[str, Any], more: Callable[[], dict[str, Any]] = dict) -> Bridge:
         bridge = self.bench.widget(path, **traits)
@@ -299,8 +366,17 @@ class _Page:
             "largest": LARGEST_FILE,
             "writesC": _C_WRITER is not None,
             "unkept": self.document.unkept,
+            "unnamed": self._unnamed(),
+            "aside": [f"{work.when:%Y-%m-%d %H:%M:%S}" for work in self.document.aside],
             "restored": f"{restored:%Y-%m-%d %H:%M}" if restored is not None else None,
         }
+
+    def _unnamed(self) -> str | None:
+        """The name that a new design which nobody has named is offered where it is saved; None: it has one."""
+        path, name = self.document.path, self.document.design.system.name
+        if path.exists() or re.fullmatch(r"untitled(-\d+)?\.fis", path.name) is None:
+            return None
+        return f"{name}.fis" if re.fullmatch(r"\w[\w -]{0,60}", name) and name != "untitled" else path.name
 
     def _show_shell(self) -> None:
         self.header.update(shell=self._shell())
@@ -346,7 +422,8 @@ class _Page:
         if self.bench.closed or of != (self.document.design.system, self.document.design.lines):
             return  # another design is checked once the edits rest
         self.findings = findings
-        self.editors.count("Check", sum(finding["severity"] != "note" for finding in findings))
+        wrong = sum(finding["severity"] != "note" for finding in findings)
+        self._badge.set_text(f"Check {wrong}" if wrong else "Check ✓")
         if self._check is not None:
             self._check.update(findings=findings)
 
@@ -486,7 +563,10 @@ class _Page:
         self.client.download(text.encode(), name, "text/plain")
 
     def _do_snapshot(self, content: Mapping[str, Any]) -> None:
-        self.bench.notify(f"the snapshot “{self.history.take()}” is kept; the tab History lists all")
+        self.bench.notify(f"the snapshot “{self.history.take()}” is kept; History lists all")
+
+    def _do_history(self, content: Mapping[str, Any]) -> None:
+        self._open("History", partial(self.header.send, {"focus": "history"}))
 
     async def _do_export(self, content: Mapping[str, Any]) -> None:
         kind, ending = check_figure(content.get("kind"), content.get("format"))
@@ -530,7 +610,8 @@ class _Page:
 
         self._exporting = True
         try:
-            data = await all_figures(self.bench.background, design.in_force, ending, design.point, told)
+            chosen = {"file": self.document.path.stem, **self.bench.pictured}
+            data = await all_figures(self.bench.background, design.in_force, ending, design.point, told, chosen)
         finally:
             self._exporting = False
         if data is None:
@@ -558,6 +639,15 @@ class _Page:
         self.compared = name
         self.document.compare(system)
         self.header.update(shell=self._shell())
+
+    def _do_choose(self, content: Mapping[str, Any]) -> None:
+        """Choose between the file and unsaved work that is older than it, or look at both."""
+        if content.get("which") == "compare" and self.document.aside:
+            work = self.document.aside[0]
+            self._compare_with(f"unsaved work of {work.when:%Y-%m-%d %H:%M:%S}", work.design.in_force)
+            return
+        self.document.choose(content.get("which"))
+        self._show_shell()
 
     async def _do_discard(self, content: Mapping[str, Any]) -> None:
         document = self.document

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from fuzzy.errors import InputError
 from fuzzy.plugins.designer.workers import DesignerWorkers
+from fuzzy.system import Sugeno
 
 if TYPE_CHECKING:
     from fuzzy.plugins.designer.bridge import Bridge
@@ -24,8 +25,11 @@ T = TypeVar("T")
 PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
 
+FUNCTION = "function"  # the purpose of a rule base of which nothing else is found
+
+
 class Panel(Protocol):
-    """A tab of the designer."""
+    """A tab of the designer. It may have the further attributes of :class:`SessionPanel`."""
 
     @property
     def title(self) -> str:
@@ -41,11 +45,20 @@ class Panel(Protocol):
 
 @dataclass(frozen=True)
 class SessionPanel:
-    """A panel that begins a session for each page that shows it: ``session(bench)``."""
+    """A panel that begins a session for each page that shows it: ``session(bench)``.
+
+    Attributes:
+        purpose: For which rule bases it is: "function", "loop", "robot" or another word; empty: for all.
+        improves: By what it improves the rule base: it is opened by the button Improve, over the editors.
+        suits: Whether a system, by the names of its variables, is for this purpose.
+    """
 
     title: str
     order: int
     session: Callable[[Any], Any]
+    purpose: str = ""
+    improves: str = ""
+    suits: Callable[[Sugeno], bool] | None = None
 
     def build(self, bench: Any) -> None:
         """Put the panel on the page of ``bench``, a :class:`Workbench`."""
@@ -71,6 +84,7 @@ class Workbench:
         reading: Runs a function that reads the file of a name within a time limit; by default a worker reads it.
         open_rule: Leads to a rule, by its key.
         tell_shared: Gives the page's views the values in ``shared``.
+        give: Hands a file to whoever sits at the page, by its bytes and its name.
     """
 
     def __init__(
@@ -82,16 +96,18 @@ class Workbench:
         reading: Callable[..., Awaitable[Any]] | None = None,
         open_rule: Callable[[int], None] = lambda key: None,
         tell_shared: Callable[[], None] = lambda: None,
+        give: Callable[[bytes, str], None] = lambda data, name: None,
     ) -> None:
         self.document = document
         self.closed = False
         self._workers, self._module_url, self._say = workers, module_url, say
-        self._reading, self._open_rule, self._tell_shared = reading, open_rule, tell_shared
+        self._reading, self._open_rule, self._tell_shared, self._give = reading, open_rule, tell_shared, give
         self._change_callbacks: list[tuple[PagePart, Callable[[], Any]]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
         self._here = PagePart()
         self._groups: dict[str, Callable[[str], None]] = {}
         self.shared: dict[str, Any] = {}
+        self.pictured: dict[str, Any] = {}  # what the panels have chosen, for the pictures of a set
 
     def widget(self, module: Path, **traits: Any) -> "Bridge":
         """Show the ES module in the file ``module``, a part of an installed package, with its model's first values."""
@@ -156,6 +172,11 @@ class Workbench:
         if not self.closed:
             self._tell_shared()
 
+    def give(self, data: bytes, name: str) -> None:
+        """Hand a file to whoever sits at the page: the browser downloads it under this name."""
+        if not self.closed:
+            self._give(data, name)
+
     def notify(self, sentence: str, problem: bool = False) -> None:
         """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""
         if not self.closed:
@@ -207,6 +228,21 @@ class Workbench:
             self.notify(str(error), problem=True)
             return []
         return [result] if inspect.isawaitable(result) else []
+
+
+def purposes_of(panels: Iterable[Panel]) -> list[str]:
+    """What rule bases are for, as the panels say: a function first, then in the order of the panels."""
+    named = [getattr(panel, "purpose", "") for panel in panels]
+    return list(dict.fromkeys([FUNCTION, *filter(None, named)]))
+
+
+def purpose_of(system: Sugeno, panels: Iterable[Panel]) -> str:
+    """What ``system`` is for, by the names of its variables."""
+    for panel in panels:
+        suits = getattr(panel, "suits", None)
+        if suits is not None and suits(system):
+            return str(getattr(panel, "purpose", FUNCTION))
+    return FUNCTION
 
 
 def find_panels() -> tuple[list[Panel], list[str]]:

@@ -97,8 +97,11 @@ def without(design: Design, place: Place, gone: Callable[[str], bool]) -> tuple[
     """
     rules: list[Rule | None] = []
     changed = removed = 0
-    for rule in (line.rule for line in design.lines):
-        name = place.variable.name
+    for line in design.lines:
+        rule, name = line.rule, place.variable.name
+        if line.source is not None:  # the rule is a stand-in
+            rules.append(rule)
+            continue
         if place.kind == "input":
             when = tuple(c for c in rule.when if not (c.variable == name and gone(c.term)))
             left = replace(rule, when=when)

@@ -56,7 +56,14 @@ def _put(design: Design, place: int, line: RuleLine) -> Design:
 
 def of_rule(line: RuleLine, rule: Rule) -> RuleLine:
     """The line with a rule from the table: its sentence follows, and a misspelt one is given up."""
+    _check_read(line)
     return replace(line, rule=rule, text=str(rule), problem=None)
+
+
+def _check_read(line: RuleLine) -> None:
+    """Raise EditError for a line of the file that is no rule, of which there is nothing to change but its text."""
+    if line.source is not None:
+        raise EditError(f"{line.text!r} is no rule yet: mend its sentence, or remove it")
 
 
 def _room(design: Design, more: int) -> None:
@@ -130,6 +137,8 @@ def rule_enabled(design: Design, message: Message) -> tuple[Design, str]:
     """rule_enabled {key | keys, enabled}: a rule that is off does nothing and stays in the table."""
     places = _places(design, message)
     enabled = message.flag("enabled")
+    for place in places:
+        _check_read(design.lines[place])
     changed = _each(design, places, lambda _, line: replace(line, enabled=enabled))
     return changed, f"{_named(places)} {'on' if enabled else 'off'}"
 

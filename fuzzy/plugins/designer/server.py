@@ -12,7 +12,7 @@ import webbrowser
 from typing import TYPE_CHECKING, Any
 
 from fuzzy.errors import InputError, shortened
-from fuzzy.files.fisfile import MamdaniError
+from fuzzy.files.fisfile import FisFileError, MamdaniError
 from fuzzy.plugins.designer.folder import LARGEST_FILE, Folder, FolderError
 from fuzzy.plugins.designer.guard import Guard
 from fuzzy.plugins.designer.modules import Modules
@@ -92,9 +92,15 @@ def serve(
     """
     token = token_of(os.environ.get(TOKEN))
     opened = OpenDocuments(folder)
-    # What is wrong with the file is said here, before anything starts; a Mamdani system the page offers to convert.
-    with contextlib.suppress(MamdaniError):
+    # What is wrong with the file is said here, before anything starts; a Mamdani system the page offers to convert, and
+    # a wrong line to mend.
+    try:
         opened.document(name, begin)
+    except FisFileError as error:
+        if error.line is None:
+            raise
+        if not isinstance(error, MamdaniError):
+            print(f"fuzzy design: {error}\nThe page shows the line, to be mended.", file=sys.stderr)
     listening = bound_socket(port)
     number = listening.getsockname()[1]
     url = f"http://{HOST}:{number}/" + (f"?token={token}" if token else "")
@@ -138,8 +144,8 @@ def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
     _add_routes(app, opened, modules)
 
     @ui.page("/", response_timeout=2 * PATIENCE)  # a file that is read for so long is given up before
-    async def designer(file: str = "", mamdani: str = "") -> None:
-        await build_page(opened, modules, file or name, mamdani)
+    async def designer(file: str = "", mamdani: str = "", fit: str = "") -> None:
+        await build_page(opened, modules, file or name, mamdani, fit)
 
     ui.run_with(
         app,

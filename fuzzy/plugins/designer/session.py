@@ -53,13 +53,19 @@ class PanelSession:
         """End what is being done, because the page is closed."""
 
     def heard(self, message: Any) -> Any:
-        """Do what the page asks, in the order in which it asks; an error becomes a refusal."""
-        self._doing = asyncio.get_running_loop().create_task(self._do(message if isinstance(message, dict) else {}))
-        return self._doing
+        """Do what the page asks, in the order in which it asks; an error becomes a refusal.
 
-    async def _do(self, message: dict[str, Any]) -> None:
+        What takes no time is done at once: an undo that the page asks for right behind it must find it done.
+        """
+        message = message if isinstance(message, dict) else {}
+        answer: Any = None
         with self.refusing(message):
             answer = self.act(message)
+        self._doing = asyncio.get_running_loop().create_task(self._finish(answer, message))
+        return self._doing
+
+    async def _finish(self, answer: Any, message: dict[str, Any]) -> None:
+        with self.refusing(message):
             if answer is not None:
                 await answer
 

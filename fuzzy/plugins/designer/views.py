@@ -92,6 +92,7 @@ def _rule_data(line: RuleLine) -> dict[str, Any]:
         "text": line.text,
         "weight": float(rule.weight),
         "enabled": line.enabled,
+        "unread": line.source is not None,
         "connective": rule.connective,
         "when": [
             {"variable": c.variable, "term": c.term, "negated": c.negated, "power": float(c.power)} for c in rule.when
@@ -102,13 +103,13 @@ def _rule_data(line: RuleLine) -> dict[str, Any]:
 
 
 def _problem_data(line: RuleLine) -> dict[str, Any]:
-    """What is wrong with a line's sentence, and the last ``good`` one, which is in force."""
+    """What is wrong with a line's sentence, and the last ``good`` one, which is in force, or the line of the file."""
     assert line.problem is not None
     return {
         "message": typeset(line.problem.message),
         "start": _utf16(line.text[: line.problem.start]),
         "end": _utf16(line.text[: line.problem.end]),
-        "good": str(line.rule),
+        "good": str(line.rule) if line.source is None else line.source,
     }
 
 

@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeVar
 
 from fuzzy.errors import InputError
+from fuzzy.files.fislines import FisFileError
 
 T = TypeVar("T")
 
@@ -45,7 +46,7 @@ class DesignerWorkers:
         except RuntimeError as error:  # the pool has been closed meanwhile
             raise WorkError(str(error)) from None
         if outcome == "refused":
-            raise InputError(value)
+            raise value if isinstance(value, FisFileError) else InputError(value)
         if outcome == "failed":
             raise WorkError(value)
         return value
@@ -123,12 +124,14 @@ def set_imports_aside() -> None:
 
 
 def _work(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
-    """What became of it: exceptions travel as text, because not every one can be pickled."""
+    """What became of it: other exceptions travel as text, because not every one can be pickled."""
     try:
         value = function(*args)
         pickle.dumps(value)
         set_imports_aside()
         return "done", value
+    except FisFileError as error:  # its line is wanted
+        return "refused", error
     except InputError as error:
         return "refused", str(error)
     except Exception as error:

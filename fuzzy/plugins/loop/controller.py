@@ -18,12 +18,15 @@ from fuzzy.inference import infer
 from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 
-INPUT_ROLES = ("error", "error_rate", "error_sum")
+INPUT_ROLES = ("error", "error_rate", "error_sum", "scheduling")
 OUTPUT_ROLES = ("u", "du")
+FACTOR_OF = {"error": "Ke", "error_rate": "Kde", "error_sum": "Kie", "u": "Ku", "du": "Kdu"}  # of Scale, by role; the
+# scheduling variable, as gain scheduling calls what the plant depends on, comes as it is
 _ALIASES = {
     "error": "e err controlerror",
     "error_rate": "de derror dedt edot ce deltae deltaerror changeoferror changeinerror errorchange rateoferror",
     "error_sum": "ie ierror errorintegral interror integraloferror sumoferror sumerror",
+    "scheduling": "schedulingvariable operating operatingvariable operatingpoint",
     "u": "control controlsignal controlaction controleffort",
     "du": "deltau dudt udot changeofcontrol changeincontrol changeofu controlrate controlchange",
 }
@@ -78,6 +81,11 @@ class Roles:
                 raise LoopError(f"two variables are {twice}: each role is given once")
 
 
+def factor_of(scale: Scale, role: str) -> float:
+    """What the loop multiplies a variable of this role by."""
+    return float(getattr(scale, FACTOR_OF[role])) if role in FACTOR_OF else 1.0
+
+
 def role_of(name: str) -> str | None:
     """The role that a variable's name says, in any case, with blanks and signs left out; None if it says none.
 
@@ -85,6 +93,11 @@ def role_of(name: str) -> str | None:
     ('error_rate', 'error_rate', None)
     """
     return _ROLE_OF.get(re.sub(r"[\W_]+", "", name).casefold())
+
+
+def is_controller(system: Sugeno) -> bool:
+    """Whether a system holds a loop, or the names of its variables are those of a loop's controller."""
+    return bool(system.loop) or all(role_of(v.name) for v in (*system.inputs, *system.outputs))
 
 
 def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
@@ -107,7 +120,7 @@ def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
         strange = [v.name for v, role in zip(variables, roles, strict=True) if role not in known]
         if strange:
             accepted = (
-                "error (e), error_rate (de, change of error) and error_sum (ie)"
+                "error (e), error_rate (de, change of error), error_sum (ie) and scheduling (operating point)"
                 if what == "input"
                 else "u, which acts directly, and du, which is integrated"
             )
@@ -122,8 +135,9 @@ def roles_of(fis: Sugeno, chosen: Mapping[str, str] | None = None) -> Roles:
 class LoopController(Protocol):
     """What a loop asks at each sample."""
 
-    def __call__(self, error: float, rate: float, total: float) -> tuple[float, float]:
-        """The control u and the rate du/dt of its integrated part, from the error, its rate and its sum."""
+    def __call__(self, error: float, rate: float, total: float, operating: float = 0.0) -> tuple[float, float]:
+        """The control u and the rate du/dt of its integrated part, from the error, its rate, its sum, and the
+        operating variable."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +157,7 @@ class PID:
     Kd: float = 0.0
     rule: str = field(default="", kw_only=True)
 
-    def __call__(self, error: float, rate: float, total: float) -> tuple[float, float]:
+    def __call__(self, error: float, rate: float, total: float, operating: float = 0.0) -> tuple[float, float]:
         """The control, of which no part is integrated by the loop."""
         return self.Kp * error + self.Ki * total + self.Kd * rate, 0.0
 
@@ -155,8 +169,7 @@ class RuleController:
         if (len(roles.inputs), len(roles.outputs)) != (len(fis.inputs), len(fis.outputs)):
             raise LoopError(f"{fis.name}: there must be one role for each input and output")
         self.fis, self.roles = fis, roles
-        known = {"error": scale.Ke, "error_rate": scale.Kde, "error_sum": scale.Kie}
-        self.factors = np.array([known[role] for role in roles.inputs])
+        self.factors = np.array([factor_of(scale, role) for role in roles.inputs])
         self._from = [INPUT_ROLES.index(role) for role in roles.inputs]
         self._u = roles.outputs.index("u") if "u" in roles.outputs else None
         self._du = roles.outputs.index("du") if "du" in roles.outputs else None
@@ -165,18 +178,18 @@ class RuleController:
         if self._compiled:
             self._memory, self._point, self._values = one_point(packed(fis))
 
-    def __call__(self, error: float, rate: float, total: float) -> tuple[float, float]:
+    def __call__(self, error: float, rate: float, total: float, operating: float = 0.0) -> tuple[float, float]:
         """The control and the rate of its integrated part."""
-        known = (error, rate, total)
+        known = (error, rate, total, operating)
         point = [known[source] * factor for source, factor in zip(self._from, self.factors, strict=True)]
         values = self._evaluated(point)
         u = 0.0 if self._u is None else self._scale.Ku * values[self._u]
         du = 0.0 if self._du is None else self._scale.Kdu * values[self._du]
         return float(u), float(du)
 
-    def known(self, error: np.ndarray, rate: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """The inputs (..., inputs) of the system, in its order and scaled, at errors, rates and sums (...)."""
-        known = np.stack([error, rate, total], axis=-1)
+    def known(self, error: np.ndarray, rate: np.ndarray, total: np.ndarray, operating: np.ndarray) -> np.ndarray:
+        """The inputs (..., inputs) of the system, in its order and scaled, at errors, rates, sums, operating (...)."""
+        known = np.stack([error, rate, total, operating], axis=-1)
         scaled: np.ndarray = known[..., self._from] * self.factors
         return scaled
 

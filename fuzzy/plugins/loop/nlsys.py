@@ -66,7 +66,9 @@ def to_nlsys(
         inputs, outputs = [v.name for v in fis.inputs], [v.name for v in fis.outputs]
         return control.nlsys(None, output, inputs=inputs, outputs=outputs, name=fis.name)
     _check_period(sample_time)
-    rules = RuleController(fis, roles_of(fis, roles), scale or Scale())
+    rules = RuleController(fis, chosen := roles_of(fis, roles), scale or Scale())
+    if "scheduling" in chosen.inputs:
+        raise LoopError(f"{fis.name} is scheduled: linear_controller takes it at one value of its operating variable")
 
     def asked(x: Any, u: Any) -> tuple[float, float, float, float]:
         """The error, the sum with it, the direct control and the integral of du."""
@@ -147,7 +149,8 @@ def linear_controller(
     Args:
         fis: The rule base.
         sample_time: The period [s].
-        at: The point (inputs,) of the rules, in their units; by default where all are 0.
+        at: The point (inputs,) of the rules, in their units; by default where all are 0. A scheduling variable stays
+            there.
         roles: As of :func:`to_nlsys`.
         scale: As of :func:`to_nlsys`.
 
@@ -170,5 +173,6 @@ def linear_controller(
     total = 0 * one
     for row, output in zip(gains, chosen.outputs, strict=True):
         for gain, given in zip(row, chosen.inputs, strict=True):
-            total = total + of_output[output] * float(gain) * of_input[given]
+            if given in of_input:
+                total = total + of_output[output] * float(gain) * of_input[given]
     return control.minreal(total, verbose=False)

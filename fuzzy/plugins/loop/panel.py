@@ -1,17 +1,19 @@
 """The designer's panel "Step response": the rule base as controller of one's own plant, beside the file's and a PID.
 
-It follows every edit; the loops are simulated in another process. A Python file of the folder is run once it was
-chosen, within a time limit.
+It follows every edit; the loops are simulated in another process. What is chosen belongs to the design: each choice is
+an edit, kept in ``Sugeno.loop``. A Python file of the folder is run once it was chosen here, within a time limit; of
+one that a design brings with it the page says so.
 """
 
 import asyncio
-import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from fuzzy.errors import InputError
-from fuzzy.naming import check_known, expected
+from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Latest
 from fuzzy.plugins.designer.panel import SessionPanel
@@ -19,43 +21,69 @@ from fuzzy.plugins.designer.saving import save_text
 from fuzzy.plugins.designer.session import PanelSession, refusal_of
 from fuzzy.plugins.designer.views import variable_data
 from fuzzy.plugins.designer.workers import WorkError
-from fuzzy.plugins.loop.controller import INPUT_ROLES, OUTPUT_ROLES, PID, LoopError, Roles, Scale, role_of, roles_of
+from fuzzy.plugins.loop.controller import (
+    INPUT_ROLES,
+    OUTPUT_ROLES,
+    PID,
+    LoopError,
+    Roles,
+    is_controller,
+    role_of,
+    roles_of,
+)
+from fuzzy.plugins.loop.keptloop import (
+    check_setting,
+    design_settings,
+    example_settings,
+    kept_settings,
+    kept_text,
+    loop_of,
+    pid_of,
+    transfer_of,
+)
 from fuzzy.plugins.loop.plant import TransferFunction
-from fuzzy.plugins.loop.plantfile import PLANT_EXAMPLES, TEMPLATE, numbers_of
-from fuzzy.plugins.loop.response import STEPS, TITLES, Loop
-from fuzzy.plugins.loop.steptask import StepTask, read_saved, simulated
+from fuzzy.plugins.loop.plantfile import PLANT_EXAMPLES, TEMPLATE
+from fuzzy.plugins.loop.response import TITLES
+from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction
+from fuzzy.plugins.loop.steptask import StepTask, begun, controller_zip, read_saved, simulated
 from fuzzy.shown import typeset
 from fuzzy.system import Sugeno
 
 _MODULE = Path(__file__).parent / "static" / "step.js"
-_FACTORS = ("Ke", "Kde", "Kie", "Ku", "Kdu")
-_TEXTS = ("numerator", "denominator")
-_NUMBERS = (
-    *("dead_time", "reference", "duration", "sample_time", "disturbance_time", "disturbance", "noise", "rate_filter"),
-    *("low", "high"),  # None: no limit
-    *_FACTORS,
-    *("Kp", "Ki", "Kd"),  # None: by a rule
-)
-_MAY_LACK = ("low", "high", "Kp", "Ki", "Kd")
 _TEMPLATE_FILE = "plant.py"
+NEARLY = 1e-3  # of the outputs' greatest: rules that differ less from their plane are the PID
 
 
-def chosen_example(name: str) -> dict[str, Any]:
-    """The settings that an example makes, by their names."""
-    example = PLANT_EXAMPLES[name]
-    numerator, denominator = (
-        " ".join(f"{c:g}" for c in row) for row in (example.plant.numerator, example.plant.denominator)
-    )
-    return {
-        "example": name, "source": "", "numerator": numerator, "denominator": denominator,
-        "dead_time": example.plant.dead_time, "duration": example.duration, "sample_time": example.duration / STEPS,
-        "disturbance_time": example.disturbance[0], "disturbance": example.disturbance[1],
-        "low": example.limits[0], "high": example.limits[1], **dict(zip(_FACTORS, example.scale, strict=True)),
-        "Kp": None, "Ki": None, "Kd": None,
-    }  # fmt: skip
+class ChosenLoop:
+    """What of a panel's session knows the loop of the design: plant, roles and settings."""
+
+    bench: Any
+    folder: Any
+    present: Sugeno
+
+    def kept(self) -> dict[str, Any]:
+        """The settings of the loop: those that the design keeps, else of an example. Raises LoopError."""
+        return design_settings(self.present)
+
+    def roles(self, fis: Sugeno, chosen: Mapping[str, str]) -> Roles:
+        """What the variables are, by choice or by name. Raises LoopError."""
+        names = {v.name for v in (*fis.inputs, *fis.outputs)}
+        return roles_of(fis, {name: role for name, role in chosen.items() if name in names and role})
+
+    def plant(self, settings: Mapping[str, Any]) -> TransferFunction | ScheduledTransferFunction | Path:
+        """The plant, or its file, which may be a Python file only where it was chosen here. Raises LoopError."""
+        source = settings["source"]
+        if not source:
+            return transfer_of(settings)
+        if Path(source).suffix == ".py" and source not in chosen_here(self.bench.document):
+            raise LoopError(
+                f"the design brings {source} with it as its plant, a Python file: it runs when you choose it here"
+            ).about("source")
+        check_size(path := self.folder.inside(source, Path(source).suffix), source)
+        return Path(path)
 
 
-class StepSession(PanelSession):
+class StepSession(ChosenLoop, PanelSession):
     """The step response of one page: what it has chosen, and what came of it."""
 
     error = LoopError
@@ -64,12 +92,9 @@ class StepSession(PanelSession):
     def __init__(self, bench: Any) -> None:
         super().__init__(bench)
         self.before: Sugeno | None = None
-        names = [v.name for v in self.present.outputs]
-        direct = any(role_of(name) == "u" for name in names)
-        self.choice = {
-            **chosen_example("integrating" if direct and len(names) == 1 else "lag"),
-            "reference": 1.0, "noise": 0.0, "rate_filter": 0.0, "rival": True, "before": True, "roles": {},
-        }  # fmt: skip
+        self.view: dict[str, Any] = {"rival": True, "before": True, "shown": "time"}
+        self.unread: LoopError | None = None
+        self.choice = self._chosen()
         self.answer: dict[str, Any] | None = None
         self.loops = Latest(self._simulate)
         self.shown = self.present  # the system that is simulated
@@ -98,46 +123,64 @@ class StepSession(PanelSession):
 
     def _do_choose(self, message: dict[str, Any]) -> None:
         name, value = self.setting(message)
+        if name in self.view:
+            if type(value) is not type(self.view[name]):
+                raise LoopError(f"{name} cannot be {value!r}").about(name)
+            self.view[name] = value
+            self.simulate()
+            return
+        check_setting(name, value)
         if name == "source":
             files = self._files()
             self.widget.update(files=files)
             if value != "":
-                check_known(value, files, "plant", LoopError)
-        elif name in _TEXTS:
-            if not isinstance(value, str) or len(value) > 500:
-                raise LoopError(f"{name} must be numbers with blanks between").about(name)
-        elif name in _NUMBERS:
-            lacks = value is None and name in _MAY_LACK
-            if not lacks and (
-                isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value)
-            ):
-                raise LoopError(f"{name} must be a number, got {value!r}").about(name)
-        elif name not in ("rival", "before") or not isinstance(value, bool):
-            raise LoopError(expected(name, self.choice, "setting"))
-        self.choice = {**self.choice, name: value}
-        self.simulate()
+                self._trust(check_known(value, files, "plant", LoopError))
+        self._keep({name: value}, f"{name.replace('_', ' ')} {value}")
 
     def _do_example(self, message: dict[str, Any]) -> None:
-        name = message.get("value")
-        name = check_known(name, PLANT_EXAMPLES, "example", LoopError)
-        self.choice = {**self.choice, **chosen_example(name)}
-        self.simulate()
+        name = check_known(message.get("value"), PLANT_EXAMPLES, "example", LoopError)
+        self._keep(example_settings(name), f"example {name}")
 
     def _do_role(self, message: dict[str, Any]) -> None:
         name, role = message.get("variable"), message.get("value")
         variables = [v.name for v in (*self.present.inputs, *self.present.outputs)]
         if name not in variables or (role != "" and role not in (*INPUT_ROLES, *OUTPUT_ROLES)):
             raise LoopError(f"{name!r} cannot be {role!r}")
-        self.choice = {**self.choice, "roles": {**self.choice["roles"], name: role}}
-        self.simulate()
+        roles = {v: r for v, r in self.choice["roles"].items() if v in variables}
+        self._keep({"roles": {**roles, name: role}}, f"{name} is {role or 'nothing'}")
 
     def _do_template(self, _: dict[str, Any]) -> None:
         """Write the file of a plant to begin with into the folder, and choose it."""
         path = self.folder.inside(_TEMPLATE_FILE, ".py")
         save_text(path, TEMPLATE, None, own=False)
-        self.choice = {**self.choice, "source": _TEMPLATE_FILE}
+        self._trust(_TEMPLATE_FILE)
         self.widget.update(files=self._files())
-        self.simulate()
+        self._keep({"source": _TEMPLATE_FILE}, f"plant {_TEMPLATE_FILE}")
+
+    async def _do_pid(self, _: dict[str, Any]) -> None:
+        """Take the scale factors with which the rules act as the PID does."""
+        factors, deviation, rules = await self._asked(begun)
+        if rules is not None:
+            text = kept_text({**self.choice, **factors})
+            self.bench.document.replace(replace(rules, loop=text), "rules of the PIDs")
+            return
+        self._keep(factors, "scale factors of the PID")
+        if deviation > NEARLY:
+            said = f"the rules are not linear: they differ from the PID by up to {100 * deviation:.2g} %"
+            self.bench.notify(said)
+
+    async def _do_code(self, _: dict[str, Any]) -> None:
+        """Give the whole controller in C: the rules, and the loop round them."""
+        stem = self.bench.document.path.stem
+        self.bench.give(await self._asked(controller_zip, self.present.name), f"{stem}-controller-c.zip")
+        self.bench.notify(f"{stem}-controller-c.zip is written; `fuzzy step --c` proves it")
+
+    async def _asked(self, function: Any, *more: Any) -> Any:
+        """What a worker's ``function`` makes of the loop."""
+        task = self._task()
+        if isinstance(task.plant, Path):
+            return await self.bench.read(task.name, function, task, *more)
+        return await self.bench.background(function, task, *more)
 
     def _do_look(self, message: dict[str, Any]) -> None:
         """Look at what the controller knew in a sample."""
@@ -152,9 +195,29 @@ class StepSession(PanelSession):
 
     # The loop
 
+    def _chosen(self) -> dict[str, Any]:
+        """What is chosen: the loop of the design, and what the page shows beside it."""
+        try:
+            settings, self.unread = self.kept(), None
+        except LoopError as error:
+            settings, self.unread = kept_settings("{}"), error
+        return {**settings, **self.view}
+
+    def _keep(self, settings: Mapping[str, Any], what: str) -> None:
+        """Make a choice an edit of the design; ``what`` it is called."""
+        self.widget.forget("choice")  # with an undo right behind it the loop is as it was, and the field is not
+        before, text = self.present, kept_text({**self.choice, **settings})
+        self.bench.document.apply({"edit": "loop", "text": text, "what": what[:100]})
+        if self.present == before:  # no edit: what was refused before is forgotten all the same
+            self.simulate()
+
+    def _trust(self, source: str) -> None:
+        """Remember that a file was chosen here, and may run."""
+        chosen_here(self.bench.document).add(source)
+
     def simulate(self) -> None:
         """Simulate what is chosen; what is asked for meanwhile comes after it, once."""
-        self.shown = self.present
+        self.shown, self.choice = self.present, self._chosen()
         self.widget.update(choice=self.choice, system=self._system())
         self.loops.wish()
 
@@ -162,11 +225,7 @@ class StepSession(PanelSession):
         if self.bench.closed:
             return
         try:
-            task = self._task()
-            if isinstance(task.plant, Path):
-                self.answer = await self.bench.read(task.name, simulated, task)
-            else:
-                self.answer = await self.bench.background(simulated, task)
+            self.answer = await self._asked(simulated)
             self.widget.update(response=self.answer, problem=None)
         except (InputError, WorkError) as error:
             self.answer = None
@@ -175,39 +234,22 @@ class StepSession(PanelSession):
 
     def _task(self) -> StepTask:
         chosen, fis = self.choice, self.present
-        roles = self._roles(fis)
+        roles = self.roles(fis, chosen["roles"])
         if not fis.rules:
             raise LoopError(f"{fis.name} has no rule in force: nothing is controlled")
-        plant: TransferFunction | Path
-        if chosen["source"]:
-            plant = self.folder.inside(chosen["source"], Path(chosen["source"]).suffix)
-            check_size(plant, chosen["source"])
-        else:
-            rows = [numbers_of(chosen[name], name) for name in _TEXTS]
-            plant = TransferFunction(rows[0], rows[1], chosen["dead_time"])
-        settings: dict[str, Any] = {name: float(chosen[name]) for name in _NUMBERS[:8] if name != "dead_time"}
-        loop = Loop(
-            **settings,
-            low=-math.inf if chosen["low"] is None else chosen["low"],
-            high=math.inf if chosen["high"] is None else chosen["high"],
-            scale=Scale(*(float(chosen[name]) for name in _FACTORS)),
-        )
-        before, before_roles = self.before if chosen["before"] and self.before != fis else None, None
+        if self.unread:
+            raise self.unread
+        plant = self.plant(chosen)
+        loop = loop_of(chosen)
+        other = self.before is not None and replace(self.before, loop=fis.loop) != fis
+        before, before_roles = self.before if chosen["before"] and other else None, None
         if before is not None:
             try:
-                before_roles = self._roles(before)
+                before_roles = self.roles(before, chosen["roles"])
             except LoopError:
                 before = None
-        gains = [chosen[name] for name in ("Kp", "Ki", "Kd")]
-        given = any(gain is not None for gain in gains)
-        rival = PID(*(float(gain or 0.0) for gain in gains)) if given else True
-        return StepTask(
-            plant, chosen["source"], loop, fis, roles, before, before_roles, rival if chosen["rival"] else False
-        )
-
-    def _roles(self, fis: Sugeno) -> Roles:
-        names = {v.name for v in (*fis.inputs, *fis.outputs)}
-        return roles_of(fis, {name: role for name, role in self.choice["roles"].items() if name in names and role})
+        rival: PID | bool = (pid_of(chosen) or True) if chosen["rival"] else False
+        return StepTask(plant, chosen["source"], loop, fis, roles, before, before_roles, rival, chosen["shown"])
 
     # What the page sees
 
@@ -224,7 +266,8 @@ class StepSession(PanelSession):
         if self.bench.document.saved and self.before is not self.present:
             self.before = self.present
         elif self.shown == self.present:
-            return  # only another look at it
+            self.widget.update(choice=self.choice)
+            return  # only another look at it, or an edit that is undone again
         self.simulate()
 
     def close(self) -> None:
@@ -248,4 +291,12 @@ class StepSession(PanelSession):
         return [*self.folder.files(".py"), *self.folder.files(".toml")]
 
 
-panel = SessionPanel("Step response", 45, StepSession)
+_CHOSEN: "WeakKeyDictionary[Any, set[str]]" = WeakKeyDictionary()
+
+
+def chosen_here(document: Any) -> set[str]:
+    """The plants that were chosen for a document since it was opened."""
+    return _CHOSEN.setdefault(document, set())
+
+
+panel = SessionPanel("Step response", 45, StepSession, purpose="loop", suits=is_controller)

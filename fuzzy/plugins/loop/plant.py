@@ -8,7 +8,7 @@ section 2.3).
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.signal import tf2ss
 from fuzzy.errors import InputError, quoted
 
 MOST_ORDER = 12
+NEEDS_OPERATING = "the plant needs its operating variable: give its value, or TIME,VALUE pairs"
 _WHOLE = 1e-9  # a dead time closer than this share of a sample to whole samples is whole
 
 
@@ -105,11 +106,7 @@ class TransferFunction:
 
     def sampled(self, sample_time: float) -> "SampledTransferFunction":
         """The transfer function under a zero-order hold of ``sample_time`` [s], exactly."""
-        a, b, c, d = _state_space(self.numerator, self.denominator)
-        whole, part = _split(self.dead_time, sample_time)
-        moved, older = _held(a, b, part)
-        rest, newer = _held(a, b, sample_time - part)
-        return SampledTransferFunction(rest @ moved, rest @ older, newer, c, d, whole, np.zeros(len(a)))
+        return held_inputs(*_state_space(self.numerator, self.denominator), self.dead_time, sample_time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +130,16 @@ class SampledTransferFunction:
         return self.transition @ state + self.older * older + self.newer * newer
 
 
+def held_inputs(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float, dead_time: float, sample_time: float
+) -> SampledTransferFunction:
+    """The states dx/dt = A x + b u, y = c x + d u, sampled, with u held and ``dead_time`` [s] late."""
+    whole, part = _split(dead_time, sample_time)
+    moved, older = _held(a, b, part)
+    rest, newer = _held(a, b, sample_time - part)
+    return SampledTransferFunction(rest @ moved, rest @ older, newer, c, d, whole, np.zeros(len(a)))
+
+
 @dataclass(frozen=True)
 class FunctionPlant:
     """A plant of one's own: dx/dt = derivative(x, u, t), y = output(x), by default the first state.
@@ -147,18 +154,22 @@ class FunctionPlant:
         dead_time: The delay of the input [s].
         substeps: Steps of the integration for each sample.
         name: What messages and pictures call it.
+        operating: Values of the operating variable v that the responses are of; then it is derivative(x, u, t, v).
+        gains: (Kp, Ki, Kd) of the PID at each of these.
 
     Raises:
-        PlantError: A number of states that is none.
+        PlantError: A number of states that is none, and operating points that do not ascend.
     """
 
-    derivative: Callable[[Any, float, float], Any]
+    derivative: Callable[..., Any]
     states: int = 1
     output: Callable[[Any], float] | None = None
     initial: Sequence[float] | None = None
     dead_time: float = 0.0
     substeps: int = 4
     name: str = field(default="plant", compare=False)
+    operating: Sequence[float] = ()
+    gains: Sequence[Sequence[float]] = ()
 
     def __post_init__(self) -> None:
         for name, most in (("states", 100), ("substeps", 1000)):
@@ -170,12 +181,29 @@ class FunctionPlant:
             raise PlantError(f"{self.name}: initial must have {self.states} numbers, one a state, got {len(start)}")
         object.__setattr__(self, "initial", start)
         object.__setattr__(self, "dead_time", _dead_time(self.dead_time))
+        points, gains = checked_points(self.operating, self.gains, self.name)
+        object.__setattr__(self, "operating", points)
+        object.__setattr__(self, "gains", gains)
 
     def __str__(self) -> str:
         return self.name
 
+    def at(self, value: float) -> "FunctionPlant":
+        """The plant at a ``value`` of its operating variable, in the variable's unit."""
+        return self.along(lambda _: value)
+
+    def along(self, course: Callable[[float], float]) -> "FunctionPlant":
+        """The plant as its operating variable follows a ``course``, a function of the time [s]."""
+
+        def moved(x: Any, u: float, t: float) -> Any:
+            return self.derivative(x, u, t, course(t))
+
+        return replace(self, derivative=moved, operating=(), gains=())
+
     def sampled(self, sample_time: float) -> "SampledFunction":
-        """The plant with its input held between samples, ``sample_time`` [s] apart."""
+        """The plant with its input held between samples, ``sample_time`` [s] apart. Raises PlantError."""
+        if self.operating:
+            raise PlantError(f"{self.name}: {NEEDS_OPERATING}").about("operating")
         whole, part = _split(self.dead_time, sample_time)
         return SampledFunction(self, whole, part, sample_time - part, np.array(self.initial, dtype=float))
 
@@ -242,6 +270,22 @@ def _coefficients(values: Any, name: str, *, strip: bool = True) -> tuple[float,
     while strip and len(numbers) > 1 and numbers[0] == 0:
         del numbers[0]
     return tuple(numbers)
+
+
+def checked_points(points: Any, gains: Any, name: str) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    """Operating points, and the gains of the PID at each, as numbers. Raises PlantError."""
+    try:
+        found = tuple(float(point) for point in points)
+        rows = tuple(tuple(float(gain) for gain in row) for row in gains) or ((),) * len(found)
+    except (TypeError, ValueError):
+        raise PlantError(
+            f"{name}: operating must be numbers, and gains Kp, Ki, Kd at each, got {quoted(points)}"
+        ) from None
+    if list(found) != sorted(set(found)) or not all(map(math.isfinite, (*found, *sum(rows, ())))):
+        raise PlantError(f"{name}: the operating points must be finite and ascending, got {quoted(points)}")
+    if len(rows) != len(found) or any(len(row) > 3 for row in rows):
+        raise PlantError(f"{name}: each operating point has the gains Kp, Ki, Kd of one PID, or none has")
+    return found, rows
 
 
 def _dead_time(value: Any) -> float:

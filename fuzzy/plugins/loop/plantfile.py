@@ -1,7 +1,9 @@
 """Plants in files and in a text: what a command line and the designer are given.
 
-A .toml file has the keys of :class:`fuzzy.plugins.loop.plant.TransferFunction`; a .py file has a function
-``plant(x, u, t)``, and may have ``states``, ``output(x)``, ``initial``, ``dead_time`` and ``substeps``, see TEMPLATE.
+A .toml file has the keys of :class:`fuzzy.plugins.loop.plant.TransferFunction`, or a table [[point]] with these for
+each operating point, its value ``at`` and, where known, ``gains`` = [Kp, Ki, Kd]; a .py file has a function
+``plant(x, u, t)``, and may have ``states``, ``output(x)``, ``initial``, ``dead_time`` and ``substeps``, see TEMPLATE;
+with ``operating`` = [points] and ``gains`` = [[Kp, Ki, Kd], ...] the function ``plant(x, u, t, v)``.
 """
 
 import re
@@ -14,11 +16,14 @@ from fuzzy.errors import quoted
 from fuzzy.files.pythonfile import load_python_file, told
 from fuzzy.naming import check_known
 from fuzzy.plugins.loop.plant import FunctionPlant, PlantError, TransferFunction
+from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction
 from fuzzy.quantity import UNPRINTABLE, unprintable
 
 TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
-_OPTIONAL = ("states", "initial", "dead_time", "substeps")
+_OPTIONAL = ("states", "initial", "dead_time", "substeps", "operating", "gains")
 _KEYS = ("numerator", "denominator", "dead_time")
+
+Plant = TransferFunction | ScheduledTransferFunction | FunctionPlant
 
 
 class Example(NamedTuple):
@@ -30,6 +35,12 @@ class Example(NamedTuple):
     scale: tuple[float, float, float, float, float]  # Ke, Kde, Kie, Ku, Kdu
     limits: tuple[float, float]
     disturbance: tuple[float, float]  # s, size
+    points: str = ""  # transfer functions at operating points, of which ``plant`` is one
+
+    @property
+    def whole(self) -> TransferFunction | ScheduledTransferFunction:
+        """The plant with all of its operating points."""
+        return plant_of_text(self.points) if self.points else self.plant
 
 
 def _examples() -> dict[str, Example]:
@@ -40,14 +51,40 @@ def _examples() -> dict[str, Example]:
 PLANT_EXAMPLES = _examples()
 
 
-def plant_of_text(text: str) -> TransferFunction:
+def plant_of_text(text: str) -> TransferFunction | ScheduledTransferFunction:
     """The transfer function in "numerator; denominator; dead time", coefficients with blanks or commas between.
+
+    Those of operating points stand one after the other, "value: numerator; denominator; dead time; Kp Ki Kd | ...",
+    dead time and gains may be left out.
 
     >>> plant_of_text("1; 1 0.4 1; 0.2").dead_time
     0.2
+    >>> plant_of_text("1: 2; 3 1; 0.8 | 2: 4; 3 1; 0.8").at(1.5).numerator
+    (1.0,)
 
     Raises PlantError.
     """
+    if ":" in text:
+        return _of_points([_point_of_text(part) for part in text.replace("\n", "|").split("|") if part.strip()])
+    return _transfer_of_text(text)
+
+
+def _point_of_text(text: str) -> dict[str, Any]:
+    value, _, rest = text.partition(":")
+    gains = rest.split(";")[3:]
+    return {
+        "at": numbers_of(value, "operating")[0],
+        "plant": _transfer_of_text(";".join(rest.split(";")[:3])),
+        "gains": numbers_of(" ".join(gains), "gains") if gains else [],
+    }
+
+
+def _of_points(points: list[dict[str, Any]]) -> ScheduledTransferFunction:
+    columns = ([point[name] for point in points] for name in ("at", "plant", "gains"))
+    return ScheduledTransferFunction(*columns)
+
+
+def _transfer_of_text(text: str) -> TransferFunction:
     parts = text.split(";")
     if len(parts) not in (2, 3):
         raise PlantError(
@@ -71,9 +108,7 @@ def numbers_of(text: str, name: str) -> list[float]:
         ).about(name) from None
 
 
-def read_plant(
-    path: Path, name: str = "", answered: Callable[[], None] = lambda: None
-) -> TransferFunction | FunctionPlant:
+def read_plant(path: Path, name: str = "", answered: Callable[[], None] = lambda: None) -> Plant:
     """The plant in a .toml or .py file; a Python file is run.
 
     Args:
@@ -94,15 +129,28 @@ def read_plant(
         raise PlantError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for keys in unprintable(table):
         raise PlantError(f"{name}: cannot be read: {keys[0]}: {UNPRINTABLE}")
-    for key in table:
-        check_known(key, _KEYS, "key", PlantError, where=name)
-    missing = [key for key in _KEYS[:2] if key not in table]
-    if missing:
-        raise PlantError(f"{name}: the {missing[0]} is missing")
     try:
-        return TransferFunction(**table)
+        if "point" not in table:
+            return _of_table(table, _KEYS[:2])
+        check_known(next((key for key in table if key != "point"), "point"), ("point",), "key", PlantError)
+        if not isinstance(table["point"], list) or not all(isinstance(each, dict) for each in table["point"]):
+            raise PlantError("operating points are tables [[point]]")
+        points = [
+            {"at": each.pop("at", None), "gains": each.pop("gains", []), "plant": _of_table(each, _KEYS[:2])}
+            for each in table["point"]
+        ]
+        return _of_points(points)
     except PlantError as error:
         raise PlantError(f"{name}: {error}") from None
+
+
+def _of_table(table: dict[str, Any], needed: tuple[str, ...]) -> TransferFunction:
+    for key in table:
+        check_known(key, _KEYS, "key", PlantError)
+    missing = [key for key in needed if key not in table]
+    if missing:
+        raise PlantError(f"the {missing[0]} is missing")
+    return TransferFunction(**table)
 
 
 def _of_module(module: Any, path: Path, name: str, answered: Callable[[], None]) -> FunctionPlant:

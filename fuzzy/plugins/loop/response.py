@@ -2,14 +2,16 @@
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fuzzy.plugins.loop.controller import PID, LoopController, LoopError, Roles, RuleController, Scale, roles_of
 from fuzzy.plugins.loop.plant import LoopPlant
+from fuzzy.plugins.loop.scheduledplant import Course, along
 from fuzzy.quantity import described
 from fuzzy.system import Sugeno
 
@@ -37,11 +39,14 @@ class Loop:
     seed: int = described("The seed of the noise.", 0)
     rate_filter: float = described("Time constant of a first-order filter of the error's rate, in s.", 0.0)
     scale: Scale = field(default_factory=Scale)
+    operating: Course | None = None  # the variable that a scheduled plant and rules depend on
 
     def __post_init__(self) -> None:
+        if self.operating is not None:
+            object.__setattr__(self, "operating", Course.of(self.operating))
         for each in fields(self):
             value = getattr(self, each.name)
-            if each.name not in ("scale", "seed") and (
+            if each.name not in ("scale", "seed", "operating") and (
                 isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or math.isnan(value)
             ):
                 raise LoopError(f"{each.name} must be a number, got {value!r}").about(each.name)
@@ -75,6 +80,10 @@ class Loop:
     def steps(self) -> int:
         """How many samples the duration has, without the one at t = 0."""
         return max(1, round(self.duration / self.period))
+
+    def operating_at(self, time: float) -> float:
+        """The operating variable at a time [s]; 0 in a loop without one."""
+        return 0.0 if self.operating is None else self.operating(time)
 
     @property
     def disturbed(self) -> int:
@@ -126,8 +135,11 @@ class StepResponse:
         error: (steps + 1,) r - y as measured.
         error_rate: (steps + 1,) de/dt, the error's unit / s.
         error_sum: (steps + 1,) the integral of e, the error's unit · s.
+        operating: (steps + 1,) the operating variable, 0 where the loop has none.
         known: (steps + 1, inputs): what the rule base was given; (steps + 1, 0) of a PID.
         figures: Rise time, settling time, overshoot, steady-state error and integrals of the error.
+        clipped: (inputs,) the shares of samples in which an input of the rules lay outside its universe; () of a PID.
+        limited: The share of samples in which the actuator stood at a limit.
         loop: LoopController, plant and settings: what was simulated.
         stopped: Why it ended early, in a sentence; empty: it did not. The rest of the arrays is nan.
     """
@@ -139,8 +151,11 @@ class StepResponse:
     error: np.ndarray
     error_rate: np.ndarray
     error_sum: np.ndarray
+    operating: np.ndarray
     known: np.ndarray
     figures: Figures
+    clipped: tuple[float, ...]
+    limited: float
     loop: Loop
     stopped: str
 
@@ -153,6 +168,7 @@ def step_response(
     scale: Scale | None = None,
     disturbance: tuple[float, float] | None = None,
     limits: tuple[float, float] = (-math.inf, math.inf),
+    operating: float | str | Sequence[tuple[float, float]] | Course | None = None,
     **settings: Any,
 ) -> StepResponse:
     """Simulate the step response of a loop, sample by sample.
@@ -174,6 +190,8 @@ def step_response(
         scale: The scale factors around a system; a PID has none.
         disturbance: (time [s], size) of a step at the plant's input.
         limits: Of the actuator.
+        operating: The operating variable of a scheduled plant or rule base: a value, or (time [s], value) pairs with
+            straight lines between; two pairs at one time are a step.
         settings: The other fields of :class:`Loop`: reference, duration, sample_time, noise, seed, rate_filter.
 
     Returns:
@@ -190,28 +208,63 @@ def step_response(
     when, size = disturbance if disturbance is not None else (math.inf, 0.0)
     low, high = limits
     more = {"disturbance_time": when, "disturbance": size, "low": low, "high": high}
-    loop = Loop(**{**more, **settings}, scale=scale or Scale())
+    course = None if operating is None else Course.of(operating)
+    loop = Loop(**{**more, **settings}, scale=scale or Scale(), operating=course)
     chosen = roles_of(controller, roles) if isinstance(controller, Sugeno) else None
     return respond(controller, plant, loop, chosen)
 
 
-def respond(controller: Sugeno | PID, plant: LoopPlant, loop: Loop, roles: Roles | None = None) -> StepResponse:
+def respond(
+    controller: Sugeno | LoopController, plant: LoopPlant, loop: Loop, roles: Roles | None = None
+) -> StepResponse:
     """As :func:`step_response` from a Loop, with the ``roles`` of a system's variables."""
     asked: LoopController
     if isinstance(controller, Sugeno):
         asked = RuleController(controller, roles_of(controller) if roles is None else roles, loop.scale)
+        if "scheduling" in asked.roles.inputs and loop.operating is None:
+            name = controller.inputs[asked.roles.inputs.index("scheduling")].name
+            raise LoopError(f"{name} is the operating variable: give its value, or TIME,VALUE pairs").about("operating")
     else:
         asked = controller
-    samples, stopped = _simulated(asked, plant, loop)
+    samples, stopped = _simulated(asked, along(plant, loop.operating), loop)
     time = np.arange(loop.steps + 1) * loop.period
+    operating = np.array([loop.operating_at(t) for t in time.tolist()])
     output, control, error, rate, total = np.full((5, loop.steps + 1), np.nan)
     if samples:
         for array, column in zip((output, control, error, rate, total), np.array(samples).T, strict=True):
             array[: len(column)] = column
     reference = np.full_like(time, loop.reference)
-    known = asked.known(error, rate, total) if isinstance(asked, RuleController) else np.empty((len(time), 0))
+    known = (
+        asked.known(error, rate, total, operating) if isinstance(asked, RuleController) else np.empty((len(time), 0))
+    )
     figures = figures_of(time, output, control, loop)
-    return StepResponse(time, reference, output, control, error, rate, total, known, figures, loop, stopped)
+    clipped = _clipped(controller, known[: len(samples)]) if isinstance(controller, Sugeno) else ()
+    limited = float(np.mean((control <= loop.low) | (control >= loop.high)))
+    return StepResponse(
+        time, reference, output, control, error, rate, total, operating, known, figures, clipped, limited, loop, stopped
+    )
+
+
+def _clipped(fis: Sugeno, known: np.ndarray) -> tuple[float, ...]:
+    """The shares (inputs,) of samples (samples, inputs) that lie outside the universes."""
+    ends = np.array([v.universe for v in fis.inputs])
+    room = 1e-9 * (ends[:, 1] - ends[:, 0])
+    outside = (known < ends[:, 0] - room) | (known > ends[:, 1] + room)
+    return tuple(map(float, outside.mean(axis=0))) if len(known) else (0.0,) * known.shape[1]
+
+
+def clipping(fis: Sugeno, done: StepResponse, roles: Roles | None = None) -> list[str]:
+    """Sentences on how often the rules, or the actuator, stood at the end of what they know or can do."""
+    known = roles.inputs if roles is not None else ("",) * len(fis.inputs)
+    found = [
+        f"In {100 * share:.0f} % of the samples {v.name} lay outside its universe"
+        + ("." if role == "scheduling" else ": its scale factor is large.")
+        for v, share, role in zip(fis.inputs, done.clipped, known, strict=True)
+        if share >= 0.01
+    ]
+    if done.limited >= 0.01:
+        found.append(f"In {100 * done.limited:.0f} % of the samples the actuator stood at a limit.")
+    return found
 
 
 def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tuple[list[tuple[float, ...]], str]:
@@ -219,33 +272,61 @@ def _simulated(controller: LoopController, plant: LoopPlant, loop: Loop) -> tupl
     period, first = loop.period, loop.disturbed
     moving = plant.sampled(period)
     noise = np.random.default_rng(loop.seed).normal(0.0, loop.noise, loop.steps + 1) if loop.noise else None
-    forget = loop.rate_filter / (loop.rate_filter + period)
     held = deque([0.0] * (moving.dead_samples + 2), maxlen=moving.dead_samples + 2)  # the latest is the last
     most = _GONE * max(abs(loop.reference), abs(loop.disturbance), 1.0)
-    state, integrated, total, rate, before = moving.initial, 0.0, 0.0, 0.0, None
+    state, asked = moving.initial, SampledController(controller, loop)
     samples: list[tuple[float, ...]] = []
     for k in range(loop.steps + 1):
         output = moving.output(state, held[1])
         if not abs(output) <= most:
             return samples, f"the output runs away: the loop is unstable, and was stopped at t = {k * period:.4g} s"
         error = loop.reference - output - (noise[k] if noise is not None else 0.0)
-        if before is not None:
-            rate = forget * rate + (1 - forget) * (error - before) / period
-        before = error
-        control, integrated, total = _limited(controller, loop, error, rate, total, integrated)
+        control = asked(error, loop.operating_at(k * period))
         if control != control:
             return samples, f"the rules give no number at t = {k * period:.4g} s: no rule fires there"
-        samples.append((output, control, error, rate, total))
+        samples.append((output, control, asked.error, asked.rate, asked.total))
         held.append(control + (loop.disturbance if k >= first else 0.0))
         state = moving.advance(state, held[0], held[1], k * period)
     return samples, ""
 
 
+class SampledController:
+    """A controller from sample to sample: the error's filtered rate, its sum and the integral of du, both clamped."""
+
+    def __init__(self, controller: LoopController, loop: Loop) -> None:
+        self._controller, self._loop, self._period = controller, loop, loop.period
+        self._keep = loop.rate_filter / (loop.rate_filter + loop.period)
+        self._begun = False
+        self.error = self.rate = self.total = self._integrated = 0.0
+
+    def __call__(self, error: float, operating: float = 0.0) -> float:
+        """The control at the next sample, whose ``error`` has been measured; not-a-number where no rule fires."""
+        if self._begun:
+            self.rate = self._keep * self.rate + (1 - self._keep) * (error - self.error) / self._period
+        self._begun, self.error = True, error
+        control, self._integrated, self.total = _limited(
+            partial(self._controller, operating=operating),
+            self._loop,
+            self._period,
+            error,
+            self.rate,
+            self.total,
+            self._integrated,
+        )
+        return control
+
+
 def _limited(
-    controller: LoopController, loop: Loop, error: float, rate: float, total: float, integrated: float
+    controller: Callable[[float, float, float], tuple[float, float]],
+    loop: Loop,
+    period: float,
+    error: float,
+    rate: float,
+    total: float,
+    integrated: float,
 ) -> tuple[float, float, float]:
     """The control within its limits, the loop's integral of du, and the error's sum, both clamped."""
-    low, high, period = loop.low, loop.high, loop.period
+    low, high = loop.low, loop.high
     summed = total + error * period
     direct, change = controller(error, rate, summed)
     wanted = direct + integrated + change * period
@@ -318,3 +399,13 @@ def _stays(t: np.ndarray, values: np.ndarray, band: float) -> float | None:
     if k == len(values) - 1:
         return None
     return float(np.interp(-band, -values[k : k + 2], t[k : k + 2]))
+
+
+def figure_rows(responses: Mapping[str, StepResponse]) -> list[tuple[str, list[float | None]]]:
+    """The figures of responses to the same loop: a title with its unit, and the value of each; a row a figure."""
+    first = next(iter(responses.values()))
+    return [
+        (f"{title} [{unit}]" if unit else title, [getattr(done.figures, name) for done in responses.values()])
+        for name, (title, unit) in TITLES.items()
+        if name not in AFTER or first.loop.disturbed <= first.loop.steps
+    ]

@@ -1,17 +1,19 @@
 """What the panel "Step response" asks a worker: a plant, a loop and some controllers; the answer is JSON's types."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError
 from fuzzy.plugins.designer.views import numbers
-from fuzzy.plugins.loop.controller import PID, LoopError, Roles
+from fuzzy.plugins.loop.controller import PID, LoopError, Roles, Scale
 from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
-from fuzzy.plugins.loop.plantfile import read_plant
-from fuzzy.plugins.loop.response import Loop, StepResponse, respond
+from fuzzy.plugins.loop.plantfile import Plant, read_plant
+from fuzzy.plugins.loop.response import Loop, StepResponse, clipping, respond
 from fuzzy.plugins.loop.rival import tuned_pid
+from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction, operating_points
+from fuzzy.plugins.loop.scheduledrules import along_points, loop_at, pid_over_points, pids_of, schedule_from_pids
 from fuzzy.shown import typeset
 from fuzzy.system import Sugeno
 
@@ -22,7 +24,7 @@ _DRAWN = 1000  # samples that are sent, at most
 class StepTask:
     """A loop for the design, the design of the file (None: none) and a rival, where one is wished for."""
 
-    plant: TransferFunction | Path  # a file is read, and a Python file run
+    plant: TransferFunction | ScheduledTransferFunction | Path  # a file is read, and a Python file run
     name: str  # of the file, for messages
     loop: Loop
     design: Sugeno
@@ -30,6 +32,7 @@ class StepTask:
     before: Sugeno | None
     before_roles: Roles | None
     rival: PID | bool  # True: by a rule from the transfer function; False: none
+    shown: str = "time"  # of operating points: the way of their variable, all "points", or the value of one
 
 
 def simulated(task: StepTask) -> dict[str, Any]:
@@ -41,36 +44,86 @@ def simulated(task: StepTask) -> dict[str, Any]:
     Raises PlantError, LoopError for what makes no loop.
     """
     plant = read_plant(task.plant, task.name) if isinstance(task.plant, Path) else task.plant
-    now = respond(task.design, plant, task.loop, task.roles)
-    rows = [("design", now)]
+    points, task = operating_points(plant), _placed(task, plant)
+    if points and task.shown == "points":
+        rows = [(f"at {v:g}", respond(task.design, plant, loop_at(task.loop, v), task.roles)) for v in points]
+        task = replace(task, before=None, rival=False)
+    else:
+        rows = [("design", respond(task.design, plant, task.loop, task.roles))]
+    now = rows[0][1]
     if task.before is not None:
         rows.append(("file", respond(task.before, plant, task.loop, task.before_roles)))
-    words, rival = "", None
+    words, rival = " ".join(map(typeset, clipping(task.design, now, task.roles))), None
     try:
         rival = _rival(task, plant)
         if rival is not None:
-            same = isinstance(plant, TransferFunction)  # a drag changes neither: a function may be another one
+            same = not isinstance(plant, FunctionPlant)  # a drag changes neither: a function may be another one
             rows.append(("pid", (_pid_response if same else respond)(rival, plant, task.loop)))
     except LoopError as error:
-        words = typeset(f"No PID is drawn: {error}.")
+        words += typeset(f" No PID is drawn: {error}.")
     every = -(-len(now.time) // _DRAWN)
     return {
         "time": now.time[::every].tolist(),
         "reference": task.loop.reference,
         "disturbed": task.loop.disturbed * task.loop.period if task.loop.disturbed <= task.loop.steps else None,
+        "points": [f"{value:g}" for value in points],
+        "operating": numbers(now.operating[::every]) if points and task.shown != "points" else None,
         "rows": [_row(name, done, every) for name, done in rows],
         "known": numbers(now.known[::every].T),
         "rival": None if rival is None else asdict(rival),
-        "words": words,
+        "words": words.strip(),
     }
 
 
+def _placed(task: StepTask, plant: Plant) -> StepTask:
+    """The task at the operating point that is shown, or as the operating variable moves: by default over all points."""
+    points, loop = operating_points(plant), task.loop
+    there = next((value for value in points if f"{value:g}" == task.shown), None)
+    if there is not None:
+        loop = loop_at(loop, there)
+    return replace(task, loop=along_points(plant, loop))
+
+
+def begun(task: StepTask) -> tuple[dict[str, float], float, Sugeno | None]:
+    """The scale factors with which the design of a task acts as its PID does, how far its rules are from it, and the
+    rules of a scheduled one, which are the PID of each operating point.
+
+    Raises PlantError, LoopError.
+    """
+    from fuzzy.plugins.loop.equivalent import scale_from_pid
+
+    plant = read_plant(task.plant, task.name) if isinstance(task.plant, Path) else task.plant
+    task = _placed(replace(task, rival=task.rival or True, shown="time"), plant)
+    roles = {v.name: r for v, r in zip(task.design.inputs, task.roles.inputs, strict=True)}
+    roles |= {v.name: r for v, r in zip(task.design.outputs, task.roles.outputs, strict=True)}
+    if "scheduling" in task.roles.inputs:
+        return asdict(Scale()), 0.0, schedule_from_pids(task.design, plant, task.loop, roles)
+    pid = _rival(task, plant)
+    assert pid is not None
+    scale, deviation = scale_from_pid(task.design, pid, plant, task.loop, roles)
+    return asdict(scale), deviation, None
+
+
+def controller_zip(task: StepTask, name: str) -> bytes:
+    """The design of a task, with the loop round it, as C in a zip. Raises ExportError, LoopError."""
+    from fuzzy.plugins.loop.controllercode import controller_code, zipped_controller
+
+    return zipped_controller(controller_code(task.design, task.loop, task.roles, name))
+
+
 _tuned, _pid_response = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)
+_best = lru_cache(maxsize=4)(pid_over_points)
 
 
-def _rival(task: StepTask, plant: TransferFunction | FunctionPlant) -> PID | None:
+def _rival(task: StepTask, plant: Plant) -> PID | None:
     if task.rival is not True:
         return task.rival or None
+    if points := operating_points(plant):
+        if task.loop.operating is not None and task.shown in [f"{value:g}" for value in points]:
+            return pids_of(plant, task.loop.period)[task.loop.operating(0.0)]
+        if isinstance(plant, FunctionPlant):
+            raise LoopError("of a Python plant no PID for all operating points is looked for: give its gains")
+        return _best(plant, task.loop)
     if not isinstance(plant, TransferFunction):
         raise LoopError("the rules for a PID need a transfer function: give its gains")
     return _tuned(plant, task.loop.period)

@@ -24,7 +24,7 @@ from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.world.paths.joined import PathTable, join_tables
 from robotics.world.paths.references import References
-from robotics.world.paths.road import TIMED, planned_at, road_of
+from robotics.world.paths.road import TIMED, road_of
 
 CLOCK_MARGIN = 1.2  # s: how far two robots' clocks may differ before the plan's clearance is lost
 PLANNED_SPREAD = 0.6  # s: within which the plan lets all arrive
@@ -77,10 +77,6 @@ class PlannedTiming(References):
     progress: np.ndarray  # (runs, robots, ticks + 1): share of the path at every tick, from 0 to 1
     durations: np.ndarray  # (runs, 1) s: of CELLS ticks; the nominal duration, longer where a path was bent
     found: np.ndarray  # (runs, 1) bool: whether there is a plan
-
-    def due(self, times: np.ndarray) -> np.ndarray:
-        """Each robot's planned share at ``times`` (runs, rows, robots) [s]; each row asks for all robots."""
-        return np.asarray(_due(self.progress, np.ascontiguousarray(times / self.durations[..., None] * CELLS)))
 
     def reached(self, spacing: float, count: int) -> np.ndarray:
         """The times [s] (runs, robots, count) at which the plan has each robot at every ``spacing`` [m] of its path.
@@ -171,18 +167,6 @@ def _nodes(paths: PathTable, robots: int) -> np.ndarray:
     shares = np.linspace(0, 1, CELLS + 1)
     points = [np.stack(paths.at(share * paths.lengths)[:2], axis=-1) for share in shares]
     return np.stack(points, axis=-2).reshape(-1, robots, CELLS + 1, 2)
-
-
-@kernel
-def _due(plan, ticks):  # type: ignore[no-untyped-def]
-    """Each robot's planned share at ``ticks`` (runs, rows, robots)."""
-    due = np.empty(ticks.shape)
-    for r in range(ticks.shape[0]):
-        p = r if len(plan) > 1 else 0
-        for i in range(ticks.shape[1]):
-            for j in range(ticks.shape[2]):
-                due[r, i, j], _ = planned_at(plan[p, j], ticks[r, i, j])
-    return due
 
 
 @kernel

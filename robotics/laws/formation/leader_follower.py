@@ -36,7 +36,7 @@ from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path as FilePath
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -336,7 +336,7 @@ def lead_and_follow(robot, gain, memory, command, work, known, lane, road, path,
 class _FormationLaw(EquationLaw):
     """What both laws remember."""
 
-    remembers = LeadMemory
+    remembers: ClassVar[type[Columns]] = LeadMemory
 
     def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Begin with no formation met. Raises ControllerError where x does not grow along every path."""
@@ -415,7 +415,9 @@ class LeaderFollower(_FormationLaw):
         """The gains that have no effect without a correction."""
         return frozenset({"ky", "kpsi"} if self.correction == "none" else ())
 
-    equation, derived, works = lead_and_follow, NetworksDerived, NetworkWork
+    equation = lead_and_follow
+    derived: ClassVar[type[Columns]] = NetworksDerived
+    works: ClassVar[type[Columns]] = NetworkWork
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """What each network asks and answers."""

@@ -1,4 +1,4 @@
-"""Rule bases of named inputs asked in compiled code; what :class:`robotics.laws.rules.evaluation.RuleBase` does.
+"""Rule bases of named inputs asked in compiled code, over all other robots where an input is of pairs.
 
 A rule base is data: where it begins among the packed ones, and which of the quantities that
 :mod:`robotics.laws.rules.perception` found out its inputs are. One of pairs is asked once for each other robot.
@@ -12,7 +12,8 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column, several
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.packed import PackedColumns, evaluate_packed
-from robotics.laws.rules.evaluation import ADDED, RuleBase
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.evaluation import ADDED, MOST_INPUTS, RuleBase
 from robotics.laws.rules.of_reference import LATER, later
 from robotics.laws.rules.perception import (
     FIRST_LATER,
@@ -21,14 +22,13 @@ from robotics.laws.rules.perception import (
     FIRST_READING,
     PLACES,
     TOLD,
-    TeamColumns,
     other_of,
 )
 from robotics.laws.rules.quantities import NUMBERED, numbered
+from robotics.laws.rules.situation import TeamColumns
 from robotics.world.paths.road import moving
 
-MOST_INPUTS = 32  # of a rule base
-MOST_OUTPUTS = 4  # likewise
+MOST_OUTPUTS = 10  # likewise
 _V, _W = (FIRST_LATER + LATER.index(name) for name in ("target_v", "target_w"))
 _AHEAD, _LEFT, _SPEED, _GAP, _BEARING, _CLOSING, _LAG, _AGE = (
     FIRST_NUMBERED + [*NUMBERED].index(name)
@@ -43,6 +43,7 @@ class AskColumns(Columns):
     begin = column("", "where it begins among the packed rule bases")
     rules = column("", "1: it has some")
     pairs = column("", "1: it is asked once for each other robot")
+    outputs = column("", "how many it may have")
     places = several(MOST_INPUTS, "", "of its inputs in PLACES")
     numbers = several(MOST_INPUTS, "", "of each: seconds from now [s], the number of a robot from 0, or of a sensor")
     given = several(MOST_OUTPUTS, "", "where it gives each output; -1: it does not")
@@ -59,14 +60,8 @@ class AnswerColumns(Columns):
     said = several(MOST_OUTPUTS, "", "what it says")
 
 
-def is_compiled(base: RuleBase) -> bool:
-    """Whether compiled code can ask a rule base: by its inputs, and what is to be beyond their universes."""
-    known = all(_place(v.name) is not None for v in base.fis.inputs) and len(base.fis.inputs) <= MOST_INPUTS
-    return known and len(base.fis.outputs) <= MOST_OUTPUTS and base.fis.out_of_range != "error"
-
-
-def _place(name: str, sensors: tuple[str, ...] = ()) -> tuple[int, float] | None:
-    """The place of a quantity in PLACES, and its number; None where it is not compiled."""
+def place_of(name: str, sensors: tuple[str, ...] = ()) -> tuple[int, float]:
+    """The place of a quantity in PLACES, and its number. Raises ControllerError for one that came too late."""
     if name in PLACES[:FIRST_LATER]:
         return PLACES.index(name), 0.0
     if at := later(name):
@@ -76,7 +71,10 @@ def _place(name: str, sensors: tuple[str, ...] = ()) -> tuple[int, float] | None
         return FIRST_READING, float(sensors.index(sensor)) if sensor in sensors else -1.0
     if found := numbered(name):
         return FIRST_NUMBERED + [*NUMBERED].index(found[1]), float(found[0])
-    return None
+    raise ControllerError(
+        f"{name} was added to RULE_QUANTITIES after a law was imported; add it before that, as "
+        "robotics/laws/rules/quantities.py says"
+    )
 
 
 def ask_numbers(
@@ -94,10 +92,14 @@ def ask_numbers(
     nothing = [0.0] * (MOST_OUTPUTS - len(neutral))
     rows: dict[str, object] = dict.fromkeys(AskColumns.columns, 0.0)
     rows |= {"places": [0.0] * MOST_INPUTS, "numbers": [0.0] * MOST_INPUTS, "given": [-1.0] * MOST_OUTPUTS}
-    rows |= {"neutral": [*neutral.values(), *nothing], "adds": [*(float(n in ADDED) for n in neutral), *nothing]}
+    rows |= {
+        "outputs": len(neutral),
+        "neutral": [*neutral.values(), *nothing],
+        "adds": [*(float(n in ADDED) for n in neutral), *nothing],
+    }
     if base is None:
         return rows
-    places = [_place(v.name, sensors) or (0, 0.0) for v in base.fis.inputs]
+    places = [place_of(v.name, sensors) for v in base.fis.inputs]
     rest = [0.0] * (MOST_INPUTS - len(places))
     least = [place for name, place in base.outputs.items() if name not in ADDED]
     return rows | {
@@ -115,7 +117,7 @@ def ask_numbers(
 
 @compiled_only(forceinline=True)
 def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, inputs, out):  # type: ignore[no-untyped-def]
-    """Write what a rule base says into ``out`` (MOST_OUTPUTS,), and its inputs where runs record them.
+    """Write what a rule base says into ``out`` (outputs,), and its inputs where runs record them.
 
     Args:
         ask: AskColumns.
@@ -132,7 +134,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
         out: Where the answer is written.
     """
     count, system, told = int(ask.count), rules[int(ask.begin) :], int(ask.told)
-    for o in range(MOST_OUTPUTS):
+    for o in range(int(ask.outputs)):
         out[o] = ask.neutral[o]
     head, high, pairs = TeamColumns(table), int(PackedColumns(system).high), ask.pairs == 1
     nobody, urgent = True, np.inf
@@ -141,13 +143,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
         if pairs and other.counts == 0:
             continue
         for n in range(count):
-            place = int(ask.places[n])
-            if place < FIRST_PAIR:
-                value = now.known[place]
-            elif place < FIRST_LATER:
-                value = other.told[place - FIRST_PAIR]
-            else:
-                value = _numbered(place, ask.numbers[n], memory, known, i, head, readings)
+            value = told_of(other, int(ask.places[n]), ask.numbers[n], memory, known, i, head, now, readings)
             if math.isnan(value) or value == np.inf:  # what is not known is the end of its universe
                 value = system[high + n]
             work.asked[n] = value
@@ -155,7 +151,7 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
         if ask.rules == 1:
             evaluate_packed(system, work.asked, work.said, rest)
             urgency = work.said[int(ask.least)] if ask.least >= 0 else -abs(work.said[0])
-            for o in range(MOST_OUTPUTS):
+            for o in range(int(ask.outputs)):
                 if ask.given[o] >= 0:
                     said = work.said[int(ask.given[o])]
                     if pairs:
@@ -168,6 +164,16 @@ def ask_rules(ask, rules, memory, known, i, table, now, work, rest, readings, in
     if nobody:
         for n in range(count):
             inputs[told + n] = np.nan
+
+
+@compiled_only(forceinline=True)
+def told_of(other, place, number, memory, known, i, head, now, readings):  # type: ignore[no-untyped-def]
+    """What a robot knows of a quantity, by its ``place`` in PLACES and its number; one of pairs of an ``other``."""
+    if place < FIRST_PAIR:
+        return now.known[place]
+    if place < FIRST_LATER:
+        return other.told[place - FIRST_PAIR]
+    return _numbered(place, number, memory, known, i, head, readings)
 
 
 @compiled_only(forceinline=True)

@@ -19,15 +19,13 @@ Two things that follow from what the sensors do not tell:
 import math
 from dataclasses import dataclass, fields
 
-import numpy as np
-
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import check_quantities, quantity
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.clearances import SECTOR
-from robotics.laws.rules.perception import KNOWN, TeamColumns, other_of
-from robotics.laws.rules.situation import Situation
+from robotics.laws.rules.perception import KNOWN, other_of
+from robotics.laws.rules.situation import TeamColumns
 
 TURNING = 0.03  # m: a robot that drives ahead has so much more room than one that turns, whose corners swing out
 ASIDE = 0.1  # cosine of the bearing from which on a robot comes no nearer to another by driving on
@@ -55,56 +53,6 @@ class EmergencySettings:
         """The numbers that have no effect."""
         return frozenset() if self.on else frozenset({"braking", "delay", "least", "near"})
 
-    def kept(
-        self, now: Situation, v: np.ndarray, w: np.ndarray, halted: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Bring commands down to what is safe.
-
-        Args:
-            now: What the robots know.
-            v: The speeds wanted [m/s] (runs, robots).
-            w: The turn rates wanted [rad/s] (runs, robots).
-            halted: For how long [s] each robot has stood still for what comes nearer (runs, robots); 0: it does not.
-
-        Returns the safe speeds and turn rates, and for how long each robot has stood still now.
-        """
-        if not self.on:
-            return v, w, halted
-        seen, them = now.seen, now.others
-        halted = self._halted(now, halted)
-        # Where a team-mate is known to be there may be something else as well.
-        clear = np.minimum(now.clear, now.echoes)
-        front = np.minimum(clear[SECTOR.front_left], clear[SECTOR.front_right]) + TURNING
-        v = np.minimum(v, np.maximum(self._fastest(front - self.least, 0.0), 0.0))
-        v = np.maximum(v, -np.maximum(self._fastest(clear[SECTOR.behind] - self.least, 0.0), 0.0))
-        halts = halted > 0
-        v, w = np.where(halts | ((v < 0) & (now.way_back <= 0)), 0.0, v), np.where(halts, 0.0, w)
-        if not seen.heard.fields:
-            return v, w, halted
-        forward = np.sign(np.where(v == 0, 1.0, v))[:, :, None]
-        cos = np.cos(them.bearing) * forward
-        dx, dy = them.x - seen.x[:, :, None], them.y - seen.y[:, :, None]
-        distance = np.maximum(np.hypot(dx, dy), 1e-6)
-        approach = np.maximum(-(dx * them.v_x + dy * them.v_y) / distance, 0.0)
-        # An old message says less of where the other is.
-        unsure = UNSURE * np.minimum(them.age, 1.0) * np.hypot(them.v_x, them.v_y)
-        room = them.gap - self.least - approach * self.delay - unsure
-        fastest = self._fastest(room, approach) / np.maximum(cos, ASIDE)
-        limit = np.where((cos > ASIDE) & (them.gap < FAR), fastest, np.inf).min(axis=-1)
-        return np.asarray(np.sign(v) * np.minimum(np.abs(v), limit)), w, halted
-
-    def _halted(self, now: Situation, halted: np.ndarray) -> np.ndarray:
-        """Notice what is near and comes nearer: for how long each robot has stood still for it."""
-        begins = (now.nearest_room < self.near) & (now.nearing > COMES_NEARER) & (halted == 0)
-        goes_on = (halted > 0) & (now.nearing > SETTLED)
-        return np.where(begins | (goes_on & (now.nearest_room < 2 * self.near)), halted + now.dt, 0.0)
-
-    def _fastest(self, room: np.ndarray, approach: np.ndarray | float) -> np.ndarray:
-        """The largest v [m/s] with v t + v²/(2 a) + u v/a ≤ ``room`` [m]."""
-        b = self.delay + np.asarray(approach) / self.braking
-        root = np.sqrt(b**2 + 2 * np.maximum(room, 0.0) / self.braking)
-        return np.asarray(self.braking * (root - b))
-
 
 EmergencyColumns = Columns.named(
     "EmergencyColumns", {f.name: column(f.metadata["unit"]) for f in fields(EmergencySettings)}
@@ -113,7 +61,7 @@ EmergencyColumns = Columns.named(
 
 @compiled_only(forceinline=True)
 def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type: ignore[no-untyped-def]
-    """Bring the command of one robot down to what is safe, as :meth:`EmergencySettings.kept` does.
+    """Bring the command of one robot down to what is safe.
 
     Args:
         v: The speed wanted [m/s].
@@ -125,6 +73,8 @@ def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type:
         table: What the team knows before the start.
         now: What the robot knows, robotics.laws.rules.perception.PerceivedColumns.
         readings: What it is told of the others, likewise.
+
+    Returns the safe speed and turn rate, and for how long the robot has stood still now.
     """
     if guard.on == 0:
         return v, w, halted
@@ -143,7 +93,7 @@ def kept_safe(v, w, halted, guard, robot, known, table, now, readings):  # type:
         v, w = 0.0, 0.0
     if v < 0 and now.known[KNOWN.way_back] <= 0:
         v = 0.0
-    forward, limit = -1.0 if v < 0 else 1.0, np.inf
+    forward, limit = -1.0 if v < 0 else 1.0, math.inf
     head, robots = TeamColumns(table), known.heard.shape[2]
     for j in range(robots):
         other = other_of(readings, head, robots, j)

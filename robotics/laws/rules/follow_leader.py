@@ -22,96 +22,129 @@ All robots stop when the leader reaches the end of its path. One computer comman
 radio, late or lost.
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.columns import Columns, column, several
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
-from robotics.laws.formation.leader_follower import pace
-from robotics.laws.law import Command, ControllerError, Law, Observation
-from robotics.laws.rules.situation import ONWARD, Fixed, Recall, Situation
+from robotics.laws.equation import EquationLaw, RobotColumns, equation
+from robotics.laws.formation.leader_follower import pace_compiled
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.perception import level_with_leader, on_leader, onward_bearing, stretched
+from robotics.laws.rules.situation import ONWARD
 from robotics.laws.setting import Setting
-from robotics.world.paths.references import Reference
+from robotics.laws.teams.neighbours import reach
+from robotics.world.paths.road import at, nearest
 
 _AT_END = 1e-3  # m: a leader this near to the end of its path has arrived
-_MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
 
 
-class FormationMemory(NamedTuple):
-    """What is known before the start, what robots remember, and in which runs the leader has arrived."""
+class FollowColumns(Columns):
+    """What a robot remembers."""
 
-    fixed: Fixed
-    recall: Recall
-    over: np.ndarray  # (runs,) bool: then all stand still
+    over = column("", "1: the leader has arrived, and all stand still")
+    places = several(0, "m", "(robots,): the abscissae of all")
 
-    @classmethod
-    def start(cls, setting: Setting, runs: int, *, meetings: bool = False) -> "FormationMemory":
-        """Begin. ``meetings``: whether to look where paths meet.
 
-        Raises ControllerError for a single robot.
-        """
-        if len(setting.robots) < 2:
-            raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
-        fixed, recall = Fixed.of(setting, _MARGIN, meetings=meetings), Recall.start(setting, runs)
-        # Where a path closes, its end is as near as its beginning: look no farther than the robot may be
-        begin = setting.references.at(0.0)
-        x, y, _ = np.moveaxis(np.broadcast_to(setting.starts, (*recall.place.shape, 3)), -1, 0)
-        reach = 0.2 + 1.2 * np.hypot(x - begin.x, y - begin.y)
-        near = setting.references.joined.nearest(x, y, np.broadcast_to(begin.s, x.shape), reach)
-        return cls(fixed, recall._replace(place=near, best=near), np.zeros(runs, dtype=bool))
+@compiled_only
+def find_formation(known, i, memory, places):  # type: ignore[no-untyped-def]
+    """Bring the places of all robots (robots,) [m] up to date, and notice in ``memory`` that the leader has arrived."""
+    road, robots = known.road, known.heard.shape[2]
+    path, first, near = known.path[i] - i % robots, i - i % robots, reach(known.heard, i, known.time)
+    for j in range(robots):
+        robot = RobotColumns(known.seen, first + j)
+        places[j] = nearest(road, path + j, robot.x, robot.y, places[j], near)
+    if places[0] >= road.lengths[path] - _AT_END:
+        memory.over = 1.0
 
-    def situation(self, seen: Observation, dt: float) -> Situation:
-        """All that robots know now; the clock shows the time, and the target is the sample due."""
-        return Situation(seen, self.fixed, self.recall._replace(clock=np.full_like(self.recall.clock, seen.time)), dt)
 
-    def after(self, now: Situation, v: np.ndarray, w: np.ndarray) -> "FormationMemory":
-        """What is remembered of a period with its command, all that quantities may ask for."""
-        zero = np.zeros_like(now.place)
-        recall = now.remembered(pace=zero + 1.0, keep=zero, yields=zero, v=v, w=w)
-        return self._replace(recall=recall, over=self.arrived(now))
+@compiled_only
+def aim_level(target, v, known, i, place, begin):  # type: ignore[no-untyped-def]
+    """Let the ``target`` be level with the leader, who is at ``place`` [m] and drives ``v`` [m/s].
 
-    def arrived(self, now: Situation) -> np.ndarray:
-        """In which runs the leader has reached the end of its path by now (runs,) bool."""
-        length = np.broadcast_to(now.fixed.lengths, now.place.shape)[:, 0]
-        return np.asarray(self.over | (now.place[:, 0] >= length - _AT_END))
+    ``begin`` (robots,) [m] is where the references begin.
+    """
+    road, path, number = known.road, known.path[i], i % known.heard.shape[2]
+    s = level_with_leader(road, path - number, number, place, begin)
+    target.x, target.y, target.heading, curvature = at(road, path, s)
+    target.v, target.s = v * stretched(road, path - number, number, s, begin), s
+    target.w = target.v * curvature
+
+
+class FollowDerived(Columns):
+    """What the law makes of the timing."""
+
+    demanded = column("m/s", "v_d")
+
+
+@equation
+def follow(robot, gain, memory, command, known, i, table):  # type: ignore[no-untyped-def]
+    """Evaluate the law at the measured postures; ``table`` says where the references begin (robots,) [m]."""
+    road, robots, places = known.road, known.heard.shape[2], memory.places
+    number = i % robots
+    path, leader = known.path[i], known.path[i] - number
+    find_formation(known, i, memory, places)
+    total = 0.0
+    for j in range(1, robots):
+        total += on_leader(road, leader, j, places[j], table)
+    v = gain.demanded * pace_compiled(places[0] - total / (robots - 1), 1.5, 0.0, gain.leader_rate)
+    leads = 0.0 if memory.over > 0 else v
+    if number > 0:
+        ahead = places[0] - on_leader(road, leader, number, places[number], table)
+        stretch = stretched(road, leader, number, places[number], table)
+        v = gain.demanded * stretch * pace_compiled(ahead, 0.25, 1.75, gain.rate)
+    w = 2 * v * math.sin(onward_bearing(road, path, robot, places[number])) / ONWARD
+    if memory.over > 0:
+        v, w = 0.0, 0.0
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    aim_level(command.target, leads, known, i, places[0], table)
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowLeader(Law[FormationMemory]):
+class FollowLeader(EquationLaw):
     """The law of the module's head."""
 
     speed: float = quantity(0.0, "m/s", least=0, doc="Speed v_d of the leader; 0: that of its timing.")
     leader_rate: float = quantity(2.0, "1/m", above=0, doc="How steeply the leader's speed falls with its lead.")
     rate: float = quantity(4.0, "1/m", above=0, doc="How steeply the followers' speed grows with the leader's lead.")
 
-    def init(self, setting: Setting, runs: int) -> FormationMemory:
+    equation, remembers, derived = follow, FollowColumns, FollowDerived
+    aims = True
+
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """v_d, by the leader's timing where the law does not say it."""
+        references = setting.references
+        way = (references.joined.lengths - references.at(0.0).s) / references.ends
+        return {"demanded": self.speed or np.broadcast_to(way[..., :1], way.shape)}
+
+    def tables(self, setting: Setting) -> np.ndarray:
+        """Where the references begin (rows, robots) [m]."""
+        return setting.references.at(-setting.references.road.since).s.reshape(-1, len(setting.robots))
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
         """Find the robots on their paths. Raises ControllerError for a single robot."""
-        return FormationMemory.start(setting, runs)
-
-    def control(self, seen: Observation, memory: FormationMemory, dt: float) -> tuple[Command, FormationMemory]:
-        """Evaluate the law at the measured postures."""
-        now = Situation(seen, memory.fixed, memory.recall, dt)
-        v = self.speed_of(seen) * now.stretch * pace(now.leader_ahead, 0.25, 1.75, self.rate)
-        v[:, 0] = (self.speed_of(seen) * pace(now.leader_ahead, 1.5, 0.0, self.leader_rate))[:, 0]
-        w = 2 * v * np.sin(now.onward_bearing) / ONWARD
-        memory = memory._replace(recall=memory.recall._replace(place=now.place), over=memory.arrived(now))
-        v[memory.over], w[memory.over] = 0.0, 0.0
-        return Command(v, w, v, w, target=level_target(now, v[:, :1])), memory
-
-    def speed_of(self, seen: Observation) -> np.ndarray | float:
-        """v_d [m/s], one number or (runs, 1)."""
-        if self.speed:
-            return self.speed
-        references = seen.references
-        way = references.joined.lengths - references.at(0.0).s
-        return np.asarray((way / references.ends)[..., :1])
+        places = places_at_start(setting, runs)
+        return np.concatenate([np.zeros((1, *places.shape[1:])), places])
 
 
-def level_target(now: Situation, speed: np.ndarray) -> Reference:
-    """The places of all robots that are level with the leader, which drives at ``speed`` (runs, 1) [m/s]."""
-    level = now.fixed.level
-    assert level is not None
-    s = level.place(np.broadcast_to(level.share(now.place)[:, :1], now.place.shape))
-    point, v = now.paths.at(s), speed * level.stretch(s)
-    return Reference(point.x, point.y, point.heading, v, v * point.curvature, s)
+def formation_reach(setting: Setting) -> np.ndarray:
+    """How far robots may be along their paths from where these should begin [m], of the shape of the starts.
+
+    Where a path closes, its end is as near as its beginning: it is looked for no farther than the robot may be. Raises
+    ControllerError for a single robot.
+    """
+    if len(setting.robots) < 2:
+        raise ControllerError(f"{setting.name}: a formation needs a leader and followers, at least two robots")
+    begin = setting.references.at(0.0)
+    return np.asarray(0.2 + 1.2 * np.hypot(setting.starts[..., 0] - begin.x, setting.starts[..., 1] - begin.y))
+
+
+def places_at_start(setting: Setting, runs: int) -> np.ndarray:
+    """The abscissae of all robots as each knows them (robots, runs, robots) [m]; raises as :func:`formation_reach`."""
+    near = setting.starting_places(runs, setting.references.at(0.0).s, formation_reach(setting))
+    return np.repeat(near.T[:, :, None], len(setting.robots), axis=2)

@@ -24,9 +24,9 @@ Below them stands the emergency rule of :mod:`robotics.laws.rules.emergency`, wh
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -36,35 +36,20 @@ from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.avoidance.obstacle_avoidance import GROUP_DIAGRAM
 from robotics.laws.avoidance.planned_way import planned_timing
-from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw, equation, gain_columns
-from robotics.laws.law import Command, Observation, check_connected, check_team
+from robotics.laws.equation import equation, gain_columns
+from robotics.laws.law import check_connected, check_team
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, TRACK, YIELD, StateBox, StateDiagram, Transition
-from robotics.laws.rules.asking import MOST_OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules, is_compiled
+from robotics.laws.rules.asking import MOST_OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules
 from robotics.laws.rules.emergency import EmergencyColumns, EmergencySettings, kept_safe
 from robotics.laws.rules.evaluation import RuleBase
-from robotics.laws.rules.perception import (
-    KNOWN,
-    PerceivedColumns,
-    RecallColumns,
-    TeamColumns,
-    TeamMessage,
-    WantedColumns,
-    asking,
-    perceive,
-    recalled,
-    remember,
-    team_rows,
-    tell,
-    work_for,
-)
-from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation, turning_circles
+from robotics.laws.rules.perceiving import MEETING_MARGIN, Perceiving
+from robotics.laws.rules.perception import KNOWN, PerceivedColumns, WantedColumns, perceive, remember, tell
+from robotics.laws.rules.situation import TURN_TIME, RecallColumns, TeamColumns, turning_circles
 from robotics.laws.setting import Setting
-from robotics.laws.teams.cooperation import JOINING, held, hold
+from robotics.laws.teams.cooperation import JOINING, hold
 from robotics.laws.teams.neighbours import OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, TrackingWork, toward
-from robotics.world.paths.posture import posture_error
 from robotics.world.paths.road import moving, share
-from robotics.world.sensing.carried import sensor_names
 
 TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
     "cooperation": {"rate": "1, of the clock: 1 on time, 0 waits", "speed": "m/s, at most, beside the path"},
@@ -79,7 +64,7 @@ TEAM_OUTPUTS = {  # of each task, each with its unit and meaning
     },
 }
 _SHOWN_WITH = 0.54  # m: the largest circle of a robot with which its rule bases are tested among obstacles (MiR100)
-_SLOWEST = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
+LEAST_WISH = 0.1  # m/s: a robot that wants to drive slower gives way by less than its speed
 GUARDED, GUARDED_TURN = 0.01, 0.2  # m/s, rad/s: what the emergency rule takes off less than this is noise
 WALL_AFTER = 6.0  # s without progress after which an avoiding robot is said to follow the wall
 LEFT_AFTER = 15.0  # s after which it is said to be left behind
@@ -176,7 +161,7 @@ def drive_team(robot, gain, memory, command, work, known, i, rules, table):  # t
     if asked < 0:  # back it goes straight
         w = 0.0
     safe, safe_w, memory.halted = kept_safe(asked, w, memory.halted, gain.emergency, robot, known, table, now, readings)
-    yields = min(max((v - safe) / max(v, _SLOWEST), 0.0), 1.0)
+    yields = min(max((v - safe) / max(v, LEAST_WISH), 0.0), 1.0)
     mode, stuck = TRACK, now.known[KNOWN.stuck]
     if avoiding > tracking:
         mode = FOLLOW if stuck > WALL_AFTER else AVOID
@@ -219,19 +204,11 @@ def _track(robot, gain, memory, command, work, known, i, rules, table, pace, in_
     return v, w
 
 
-class _Memory(NamedTuple):
-    fixed: Fixed
-    recall: Recall
-    halted: np.ndarray  # (runs, robots) s: as of EmergencySettings.kept
-    stays: np.ndarray | None  # (runs, 1) bool: there is no plan; None: none is wanted
-
-
 @dataclass(frozen=True, kw_only=True)
-class FuzzyTeam(EquationLaw):
+class FuzzyTeam(Perceiving):
     """The fuzzy team: its five rule bases, and the few numbers beside them. A rule base "none" leaves its task out.
 
-    So does one without rules. With a rule base of quantities that are not compiled, such as a user's own, it drives by
-    the same formulas on arrays.
+    So does one without rules.
     """
 
     tracking_rule_base: str | Sugeno = "tracking"
@@ -239,7 +216,9 @@ class FuzzyTeam(EquationLaw):
     crash_rule_base: str | Sugeno = "crash"
     obstacles_rule_base: str | Sugeno = "obstacles"
     supervisor_rule_base: str | Sugeno = "supervisor"
-    margin: float = quantity(0.2, "m", least=0.02, most=5)  # between the turning circles of robots that do not meet
+    margin: float = quantity(
+        MEETING_MARGIN, "m", least=0.02, most=5
+    )  # between the turning circles of robots that do not meet
     plan: Literal["none", "reservation"] = "none"  # whose timing it follows: the scenario's, or a plan's
     look_ahead: float = quantity(0.4, "s", least=0, most=10)
     reach: float = quantity(0.4, "m", above=0)  # the target is no farther ahead of the robot's place
@@ -251,10 +230,9 @@ class FuzzyTeam(EquationLaw):
     yields = True
     looks = True
     diagrams = (_DIAGRAM, GROUP_DIAGRAM)
-    message = TEAM_MESSAGE
-    says, remembers, derived, works = TeamMessage, TeamMemory, TeamDerived, TeamWork
+    remembers, derived, works = TeamMemory, TeamDerived, TeamWork
     equation = drive_team
-    aims = progresses = has_modes = guards = True
+    has_modes = guards = True
     watchdog = OUTAGE  # s
     tasks = MappingProxyType({task: f"{task}_rule_base" for task in ("tracking", *TEAM_OUTPUTS)})
 
@@ -270,18 +248,9 @@ class FuzzyTeam(EquationLaw):
         object.__setattr__(self, "bases", bases)
 
     @property
-    def has_equation(self) -> bool:  # type: ignore[override]
-        """Whether its rule bases ask for nothing that is not compiled."""
-        return all(map(is_compiled, self.rule_bases.values()))
-
-    @property
     def may_refuse(self) -> bool:  # type: ignore[override]
         """Whether it plans, which may find no plan."""
         return self.plan != "none"
-
-    def reads(self, setting: Setting) -> tuple[str, ...]:
-        """All sensors that robots carry."""
-        return sensor_names(setting.sensors)
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """How the rule bases are asked, and the numbers of the emergency rule."""
@@ -295,34 +264,16 @@ class FuzzyTeam(EquationLaw):
             "tracking_inputs": told,
             "emergency": asdict(self.guard),
         }
-        sensors, names = self.reads(setting), {v.name for base in self.rule_bases.values() for v in base.fis.inputs}
+        sensors = self.reads(setting)
         for task, base in self.bases.items():
             found[task] = ask_numbers(base, NEUTRAL[task], begin, told, sensors)
             if base is not None:
                 begin, told = begin + len(base.compiled.system), told + len(base.inputs)
-        return found | {"asks": asking(names, setting.period, self.working - self.works.size)}
+        return found | {"asks": self.wanted(setting)}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of tracking, and those of named inputs."""
         return (*self.tracker.rule_rows(), *(base.compiled.system for base in self.rule_bases.values()))
-
-    def working_for(self, robots: int, sensors: int) -> int:
-        """Room for the sensors and for the other robots, too."""
-        return self.working + work_for(robots, sensors)
-
-    def tables(self, setting: Setting) -> np.ndarray:
-        """What the robots know before the start."""
-        return team_rows(setting, self.margin, self.reads(setting))
-
-    def begin(self, setting: Setting, runs: int) -> np.ndarray:
-        """Nothing is remembered but where the robots are."""
-        start = recalled(Recall.start(setting, runs))
-        return np.concatenate([start, np.zeros((TeamMemory.size - len(start), *start.shape[1:]))])
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The range sensors that the rule bases name."""
-        return tuple(dict.fromkeys(name for base in self.rule_bases.values() for name in base.sensors))
 
     @property
     def fuzzy_systems(self) -> dict[str, Sugeno]:
@@ -341,14 +292,10 @@ class FuzzyTeam(EquationLaw):
         if len(setting.robots) > 1:
             check_team(setting)
         check_connected(setting)
-        halted = np.zeros((runs, len(setting.robots)))
-        plan = None
         if self.plan == "reservation" and len(setting.robots) > 1:
             plan = planned_timing(setting, 2 * float(turning_circles(setting).max()) + self.margin)
-        if self.has_equation:
-            return super().init(setting if plan is None else replace(setting, references=plan), runs)
-        stays = None if plan is None else np.broadcast_to(~plan.found, (runs, 1))
-        return _Memory(Fixed.of(setting, self.margin, plan), Recall.start(setting, runs, plan), halted, stays)
+            setting = replace(setting, references=plan)
+        return super().init(setting, runs)
 
     def misgivings(self, setting: Setting) -> tuple[str, ...]:
         """Say where a robot is larger than those with which the packaged rule bases are tested."""
@@ -365,105 +312,3 @@ class FuzzyTeam(EquationLaw):
     def rule_bases(self) -> Mapping[str, RuleBase]:
         """The rule bases of named inputs, by their tasks; tracking's inputs are not named so."""
         return {task: base for task, base in self.bases.items() if base is not None}
-
-    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
-        """All that the rule bases can be told in a period."""
-        if memory.fixed.plan is not None:
-            seen = seen._replace(references=memory.fixed.plan)
-        return Situation(seen, memory.fixed, memory.recall, dt)
-
-    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
-        """Know the situation, ask the rule bases, blend what they say, and guard it."""
-        if self.has_equation:
-            return super().control(seen, memory, dt)
-        stays = memory.stays
-        now = self.situation(seen, memory, dt)
-        inputs: dict[str, np.ndarray] = {}
-        urgency = self._ask(now, "supervisor", inputs)
-        crash = self._ask(now, "crash", inputs)
-        obstacles = self._ask(now, "obstacles", inputs)
-        together = self._ask(now, "cooperation", inputs)
-        pace = (1 - np.exp(-seen.time)) * (1 + urgency["cooperation"] * (together["rate"] - 1))
-        in_time = FREE_SPEED + urgency["cooperation"] * (together["speed"] - FREE_SPEED)
-        v, w = self._tracked(now, pace, in_time, inputs)
-        # blended
-        tracking, avoiding = urgency["tracking"], urgency["obstacles"]
-        total = np.maximum(tracking + avoiding, 1e-6)
-        w = w + urgency["crash"] * crash["turn"] / TURN_TIME
-        aside = np.minimum(obstacles["speed"], in_time)
-        v = (tracking * v + avoiding * aside) / total
-        w = (tracking * w + avoiding * now.way * obstacles["turn"] / TURN_TIME) / total
-        limit = FREE_SPEED + urgency["crash"] * (crash["speed"] - FREE_SPEED)
-        # guarded
-        asked = np.minimum(v, limit)
-        if stays is not None:
-            asked, w = np.where(stays, 0.0, asked), np.where(stays, 0.0, w)
-        w = np.where(asked < 0, 0.0, w)  # back it goes straight
-        safe, safe_w, halted = self.guard.kept(now, asked, w, memory.halted)
-        yields = np.clip((v - safe) / np.maximum(v, _SLOWEST), 0.0, 1.0)
-        after = now.remembered(pace=pace, keep=obstacles["keep"], yields=yields, v=safe, w=safe_w)
-        mode = np.where(avoiding > tracking, np.where(now.stuck > WALL_AFTER, FOLLOW, AVOID), TRACK)
-        mode = np.where(yields > 0.5, YIELD, mode) + np.where(now.stuck > LEFT_AFTER, LEFT_BEHIND, 0)
-        due = now.due
-        command = Command(
-            safe,
-            safe_w,
-            safe,
-            safe_w,
-            now.message(after),
-            due._replace(v=due.v * pace, w=due.w * pace),
-            now.paths.share(now.place),
-            refused=None if stays is None else stays[:, 0],
-            mode=mode,
-            inputs=np.concatenate([inputs[task] for task in self.fuzzy_systems]) if inputs else None,
-            guarded=(np.abs(safe - asked) > GUARDED) | (np.abs(safe_w - w) > GUARDED_TURN),
-        )
-        return command, memory._replace(recall=after, halted=halted)
-
-    def _ask(self, now: Situation, task: str, inputs: dict[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """What the rule base of ``task`` says, (runs, robots) each; its inputs are put into ``inputs``."""
-        base, shape = self.bases[task], now.place.shape
-        found = {name: np.full(shape, value) for name, value in NEUTRAL[task].items()}
-        if base is None:
-            return found
-        if base.of_pairs and shape[1] == 1:
-            inputs[task] = np.full((len(base.inputs), *shape), np.nan)
-            return found
-        said, inputs[task] = base.asked(now, NEUTRAL[task])
-        return {**found, **said}
-
-    def _tracked(
-        self, now: Situation, pace: np.ndarray, in_time: np.ndarray, inputs: dict[str, np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """v [m/s] and ω [rad/s] towards the sample due, beside the path no faster than ``in_time`` [m/s]."""
-        if self.tracking_rule_base == "none":
-            return np.zeros_like(pace), np.zeros_like(pace)
-        if not self.tracker.tracking.fis.rules:
-            inputs["tracking"] = np.full((len(self.tracker.inputs), *pace.shape), np.nan)
-            return np.zeros_like(pace), np.zeros_like(pace)
-        ahead = np.minimum(now.recall.clock + self.look_ahead * pace, now.fixed.end)
-        due = now.seen.references.each_at(ahead)
-        target, behind, phase = held(now.seen, due, now.place, self.reach)
-        v, w, asked = self.tracker.toward(now.seen, target, behind)
-        joins = phase == JOINING
-        if joins.any():
-            # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target
-            # that is beside it.
-            _, steep, asked_then = self.joiner.toward(now.seen, target, behind)
-            e = posture_error(now.seen.x, now.seen.y, now.seen.heading, target)
-            w = np.where(joins, steep, w)
-            v = np.where(joins, np.minimum(v, in_time) * np.clip(np.cos(np.arctan2(e.y, e.x)), 0.0, 1.0), v)
-            asked = np.where(joins, asked_then, asked)
-        inputs["tracking"] = asked
-        return v, w
-
-
-class InterpretedTeam(FuzzyTeam):
-    """The same law on arrays: who learns from it looks at its situation in every period."""
-
-    has_equation = False
-
-    @classmethod
-    def of(cls, law: FuzzyTeam) -> "InterpretedTeam":
-        """The same as ``law``."""
-        return cls(**{f.name: getattr(law, f.name) for f in fields(law) if f.init and f.name not in KNOWLEDGE_FIELDS})

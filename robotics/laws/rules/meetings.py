@@ -26,10 +26,8 @@ NOWHERE = -1.0  # the abscissa of a cell that is in conflict with nothing
 class Meetings(NamedTuple):
     """The conflicts of all pairs of robots; the first axis is that of the runs, or 1 if they share their paths."""
 
-    last: np.ndarray  # (runs, robots, robots, cells) m: the last abscissa of the other's path in conflict, or NOWHERE
-    lengths: np.ndarray  # (runs, robots) m
-    room: np.ndarray  # (robots,) m: what a robot needs between two meetings in order to wait there
     first: np.ndarray  # (runs, robots, robots) bool: the row's robot goes first, as far as the paths' ends demand it
+    last: np.ndarray  # (runs, robots, robots, cells) m: the last abscissa of the other's path in conflict, or NOWHERE
     points: np.ndarray  # (runs, robots, cells, 2) m: the cells of the paths
 
     @classmethod
@@ -46,50 +44,7 @@ class Meetings(NamedTuple):
             points[:, :, c, 0], points[:, :, c, 1] = at.x.reshape(-1, robots), at.y.reshape(-1, robots)
         apart = radii[:, None] + radii + margin
         last = _conflicts(points, lengths, apart)
-        return cls(last, lengths, 2 * radii, _first(last, points, lengths, apart), points)
-
-
-class Meeting(NamedTuple):
-    """The next meeting of each robot with each other; each field is (runs, robots, others)."""
-
-    way: np.ndarray  # m to the line at which it would wait; INSIDE: it is beyond it; NO_MEETING: they meet no more
-    through: np.ndarray  # m from that line until the robot is out of the meeting
-    theirs: np.ndarray  # m of the other to its own line
-
-
-def next_meetings(meetings: Meetings, place: np.ndarray, others: np.ndarray) -> Meeting:
-    """The next meetings of robots at ``place`` (runs, robots) with ``others`` (runs, robots, others) [m].
-
-    The others' abscissae are what each robot knows of them; not-a-number: nothing, and they meet nowhere.
-    """
-    return Meeting(*_next(_flat(meetings.last, 1), meetings.room, place, others))
-
-
-def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Who goes first by a plan where robots meet next: 1 the robot, -1 the other (runs, robots, others); 0: neither.
-
-    Either robot has a next meeting of its own, and what the plan passes first of the two counts: the two agree.
-
-    Args:
-        meetings: The conflicts of the paths.
-        reached: When the plan has each robot at each cell of its path (runs, robots, cells) [s].
-        place: Where robots are (runs, robots) [m].
-        others: What each knows of where the others are (runs, robots, others) [m]; not-a-number: nothing.
-    """
-    return np.asarray(_order(_flat(meetings.last, 1), _flat(reached, 1), place, others))
-
-
-def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarray, reach: float) -> np.ndarray:
-    """The distance [m] of each other robot from the next ``reach`` [m] of each robot's path (runs, robots, others).
-
-    ``place`` is (runs, robots); ``x`` and ``y`` [m] are where each robot knows the others to be.
-    """
-    return np.asarray(_off(_flat(meetings.points, 2), place, x, y, int(np.ceil(reach / CELL))))
-
-
-def _flat(values: np.ndarray, axes: int) -> np.ndarray:
-    """The same with all but the first ``axes`` axes one after the other."""
-    return np.ascontiguousarray(values).reshape(*values.shape[:axes], -1)
+        return cls(_first(last, points, lengths, apart), last, points)
 
 
 @kernel
@@ -138,22 +93,12 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
     return first
 
 
-@kernel
-def _next(last, room, place, others):  # type: ignore[no-untyped-def]
-    runs, robots = place.shape
-    way, through, theirs = np.empty((runs, robots, robots)), np.empty((runs, robots, robots)), np.empty(others.shape)
-    for r in range(runs):
-        for i in range(robots):
-            for j in range(robots):
-                own = last[r if len(last) > 1 else 0]
-                found = next_meeting(own, place[r, i], others[r, i], room[i], i, j)
-                way[r, i, j], through[r, i, j], theirs[r, i, j] = found
-    return way, through, theirs
-
-
 @compiled_only
 def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-def]
-    """The next meeting of robot i, at ``place`` [m], with j; the fields of :class:`Meeting`.
+    """The next meeting of robot i, at ``place`` [m], with j.
+
+    Returns the way [m] to the line at which it would wait, INSIDE beyond it, NO_MEETING where they meet no more; from
+    that line until it is out of the meeting; and that of the other to its own line.
 
     Args:
         last: Of its run, as :attr:`Meetings.last` (robots · robots · cells,), one after the other.
@@ -212,19 +157,6 @@ def _line(last, others, room, i, here, found, cells):  # type: ignore[no-untyped
     return line
 
 
-@kernel
-def _off(points, place, x, y, reach):  # type: ignore[no-untyped-def]
-    runs, robots = place.shape
-    off = np.full((runs, robots, robots), np.inf)
-    for r in range(runs):
-        for i in range(robots):
-            for j in range(robots):
-                if i != j and not np.isnan(x[r, i, j]):
-                    way = points[r if len(points) > 1 else 0, i]
-                    off[r, i, j] = off_the_way(way, place[r, i], x[r, i, j], y[r, i, j], reach)
-    return off
-
-
 @compiled_only
 def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
     """The distance [m] of (x, y) from the next ``reach`` cells of a path behind ``place`` [m].
@@ -238,23 +170,14 @@ def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
     return np.sqrt(square)
 
 
-@kernel
-def _order(last, reached, place, others):  # type: ignore[no-untyped-def]
-    runs, robots = place.shape
-    order = np.zeros((runs, robots, robots))
-    for r in range(runs):
-        t = r if len(last) > 1 else 0
-        for i in range(robots):
-            for j in range(robots):
-                order[r, i, j] = goes_first(last[t], reached[t], robots, place[r, i], others[r, i, j], i, j)
-    return order
-
-
 @compiled_only
 def goes_first(last, reached, robots, place, other, i, j):  # type: ignore[no-untyped-def]
-    """Who goes first by a plan, as :func:`planned_order`: robot i, at ``place`` [m], or j, at ``other`` [m].
+    """Who goes first by a plan where robots meet next: 1: robot i, at ``place`` [m], -1: j, at ``other``; 0: neither.
 
-    ``last`` is as of :func:`next_meeting`, ``reached`` of the run (robots · cells,) [s].
+    Either robot has a next meeting of its own, and what the plan passes first of the two counts: the two agree.
+
+    ``last`` is as of :func:`next_meeting`, ``reached`` is when the plan has each robot at each cell of its path
+    (robots · cells,) [s]; an ``other`` that is not a number is not known.
     """
     if i == j or np.isnan(other):
         return 0.0

@@ -3,8 +3,9 @@
 The inputs are those of :mod:`robotics.laws.rules.quantities`; the outputs are one or more of ``RULE_OUTPUTS``.
 What a rule base does not give, or one of pairs cannot give as nobody is heard, fuzzy tracking does: it drives to the
 target ``look_ahead`` seconds from now. A rule base of v and w whose inputs are a tracking law's four, as Table 5.6, is
-fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`). One that asks for nothing but the robot's own
-motion, path and reference runs in compiled code (:mod:`robotics.laws.rules.of_reference`), as fuzzy tracking does.
+fuzzy tracking itself (:mod:`robotics.laws.tracking.fuzzy_tracking`). All run in compiled code: one that asks for
+nothing but the robot's own motion, path and reference by :mod:`robotics.laws.rules.of_reference`, others by
+:mod:`robotics.laws.rules.perception`.
 """
 
 import math
@@ -12,20 +13,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
-from fuzzy.compiled.columns import Columns, within
+from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import KNOWLEDGE_FIELDS, equation
-from robotics.laws.law import Command, ControllerError, Observation
+from robotics.laws.law import ControllerError
+from robotics.laws.rules.asking import MOST_OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules
 from robotics.laws.rules.evaluation import RuleBase
 from robotics.laws.rules.of_reference import (
     CORRECTIONS,
     HEADING_ERR,
+    OUTPUTS,
     AskedColumns,
     AskingColumns,
     RecalledColumns,
@@ -37,7 +40,9 @@ from robotics.laws.rules.of_reference import (
     see_path,
     tell_asked,
 )
-from robotics.laws.rules.situation import TEAM_MESSAGE, TURN_TIME, Fixed, Recall, Situation
+from robotics.laws.rules.perceiving import Perceiving
+from robotics.laws.rules.perception import PerceivedColumns, WantedColumns, perceive, remember, tell
+from robotics.laws.rules.situation import TURN_TIME, RecallColumns
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import (
     TRACKING_INPUTS,
@@ -48,8 +53,8 @@ from robotics.laws.tracking.fuzzy_tracking import (
     tell_inputs,
     toward,
 )
-from robotics.world.paths.posture import wrapped
-from robotics.world.paths.road import moving
+from robotics.world.paths.posture import wrapped_compiled
+from robotics.world.paths.road import moving, share
 
 RULE_OUTPUTS = {  # each with its unit and meaning
     "v": "m/s: the speed itself",
@@ -63,8 +68,9 @@ RULE_OUTPUTS = {  # each with its unit and meaning
     "rate": "1, of the robot's copy of a clock that all share: 1 on time, 0 waits; the slowest copy holds",
     "keep": "1, the side of an obstacle to keep: 1 this one, -1 the other, 0 none; the robot remembers it",
 }
-_NEUTRAL = dict.fromkeys(RULE_OUTPUTS, 0.0) | {"v": np.inf, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0}
-_MARGIN = 0.2  # m: between the turning circles of robots whose paths do not meet
+RULE_NEUTRAL = dict.fromkeys(RULE_OUTPUTS, 0.0) | {"v": np.inf, "speed": np.inf, "speed_factor": 1.0, "rate": 1.0}
+_GIVEN = codes(tuple(RULE_OUTPUTS))
+_UNASKED = {name: [0] * c.rows if c.width else 0 for name, c in AskedColumns.columns.items()}
 
 
 def is_tracking(fis: Sugeno) -> bool:
@@ -73,11 +79,6 @@ def is_tracking(fis: Sugeno) -> bool:
     other = {*RULE_OUTPUTS} - {"v", "w"}
     ordered = len(outputs) == 2 and outputs[0] != "w" and outputs[1] != "v"
     return ordered and not other & {*outputs} and all(v.name in TRACKING_INPUTS for v in fis.inputs)
-
-
-class _Memory(NamedTuple):
-    fixed: Fixed
-    recall: Recall
 
 
 class RulesDerived(TrackingDerived):
@@ -120,7 +121,16 @@ def drive_by_rules(robot, aim, gain, memory, command, work, time, road, path, ru
 
 @dataclass(frozen=True, kw_only=True)
 class OwnRules(FuzzyTracking):
-    """A rule base of one's own, and fuzzy tracking for what it does not give."""
+    """A rule base of one's own, and fuzzy tracking for what it does not give.
+
+    One that asks for more than the robot's own motion, path and reference is made a :class:`PerceivingRules`.
+    """
+
+    def __new__(cls, rule_base: str | Sugeno = "tracking", leader: float = 0.0, **_: Any) -> "OwnRules":
+        """Choose the class by what the rule base asks for; raises as the making of it."""
+        fis = load_rule_base(rule_base)
+        perceives = not is_tracking(fis) and (leader != 0 or not is_of_reference(fis))
+        return super().__new__(PerceivingRules if perceives and cls is OwnRules else cls)
 
     leader: float = quantity(0.0, "1", least=0)  # the number of the robot that only tracks; 0: none
     catch_up: float = quantity(0.3, "m/s", least=0)  # of a rule base that corrects: `bend` acts at this speed at rest
@@ -128,7 +138,9 @@ class OwnRules(FuzzyTracking):
 
     tasks = MappingProxyType({**FuzzyTracking.tasks, "own": "rule_base"})
     equation = drive_by_rules
-    derived, remembers, works = RulesDerived, RecalledColumns, RulesWork
+    derived: ClassVar[type[Columns]] = RulesDerived
+    remembers: ClassVar[type[Columns]] = RecalledColumns
+    works: ClassVar[type[Columns]] = RulesWork
 
     def __post_init__(self) -> None:
         tracks = is_tracking(load_rule_base(self.rule_base))
@@ -144,7 +156,7 @@ class OwnRules(FuzzyTracking):
     @property
     def idle(self) -> frozenset[str]:
         """The parameters that have no effect as the others are set."""
-        idle = super().idle | ({"leader"} if self.own is None or self.has_equation else frozenset())
+        idle = super().idle | {"leader"}
         if not self.corrects:
             return idle | {"catch_up"}
         return idle | {"look_ahead", "steering_distance", "deadband", "steering", "lateral", "lateral_rule_base"}
@@ -157,20 +169,12 @@ class OwnRules(FuzzyTracking):
     @property
     def barred(self) -> Mapping[str, str]:
         """A rule base that corrects takes what laws of velocities take."""
-        if self.corrects and self.has_equation:
-            return {}
-        return super().barred
-
-    @property
-    def has_equation(self) -> bool:  # type: ignore[override]
-        """Whether it is fuzzy tracking alone, or asks for nothing that is not compiled."""
-        return self.own is None or (is_of_reference(self.own.fis) and self.leader == 0)
+        return {} if self.corrects else super().barred
 
     def derive(self, setting: Setting) -> Mapping[str, Any]:
         """What fuzzy tracking derives, and how the rule base is asked."""
         begin = sum(map(len, super().rule_rows()))
-        nothing = {name: [0] * c.rows if c.width else 0 for name, c in AskedColumns.columns.items()}
-        ask = nothing if self.own is None else asked_columns(self.own.fis, begin, setting.period)
+        ask = _UNASKED if self.own is None else asked_columns(self.own.fis, begin, setting.period)
         return {**super().derive(setting), "ask": ask}
 
     def rule_rows(self) -> Sequence[np.ndarray]:
@@ -185,22 +189,6 @@ class OwnRules(FuzzyTracking):
         return FuzzyTracking(**own | {"rule_base": self.tracking_rule_base})
 
     @property
-    def message(self) -> tuple[str, ...]:
-        """Where the robots are, if the rule base asks for it."""
-        asks = self.own is not None and (self.own.radio or "rate" in self.own.outputs)
-        return TEAM_MESSAGE if asks else ()
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The range sensors that the rule base names."""
-        return () if self.own is None else self.own.sensors
-
-    @property
-    def looks(self) -> bool:
-        """Whether the rule base asks for the room around the robot."""
-        return self.own is not None and self.own.looks
-
-    @property
     def fuzzy_systems(self) -> Mapping[str, Sugeno]:
         """The rule base, or those of tracking."""
         return super().fuzzy_systems if self.own is None else {"own": self.own.fis}
@@ -211,68 +199,107 @@ class OwnRules(FuzzyTracking):
 
     def init(self, setting: Setting, runs: int) -> Any:
         """Look at the paths. Raises ControllerError where a rule base names a robot that does not exist."""
-        if self.has_equation:
-            return super().init(setting, runs)
-        assert self.own is not None
-        self.own.check(setting, self.rule_base)
+        if self.own is not None:
+            self.own.check(setting, self.rule_base)
         if self.leader > len(setting.robots) or self.leader % 1:
             raise ControllerError(
                 f"leader must be the number of a robot of {setting.name}, 1 to {len(setting.robots)}, or 0 for none; "
                 f"got {self.leader:g}"
             )
-        return _Memory(Fixed.of(setting, _MARGIN), Recall.start(setting, runs))
+        return super().init(setting, runs)
 
     @property
     def rule_bases(self) -> Mapping[str, RuleBase]:
         """The rule base, if it is not fuzzy tracking itself."""
         return {} if self.own is None else {"own": self.own}
 
-    def situation(self, seen: Observation, memory: _Memory, dt: float) -> Situation:
-        """All that the rule base can be told in a period; without an output ``rate`` the clock shows the time."""
-        fixed, recall = memory
-        assert self.own is not None
-        if "rate" not in self.own.outputs:
-            recall = recall._replace(clock=np.full_like(recall.clock, seen.time))
+
+class PerceivingDerived(RulesDerived):
+    """What the law makes of its rule bases."""
+
+    asks = within(WantedColumns)
+    perceived = within(AskColumns)
+    keeps_time = column("", "1: its copy of the clock shows the time")
+    keeps_side = column("", "1: it remembers the side of an obstacle to keep")
+
+
+class PerceivingWork(Columns):
+    """What the law works in."""
+
+    now = within(PerceivedColumns)
+    answer = within(AnswerColumns)
+    given = several(MOST_OUTPUTS, "", "what the rule base gives, as RULE_OUTPUTS")
+    tracking = within(TrackingWork)
+
+
+@equation
+def perceive_and_drive(robot, aim, gain, memory, command, work, known, i, rules, table):  # type: ignore[no-untyped-def]
+    """Perceive, ask the rule base, and track for the rest."""
+    now, rest, ask, said, dt = work.now, work.tracking.rest, gain.ask, work.given, known.dt
+    readings, road, path, target = rest[int(gain.asks.readings) :], known.road, known.path[i], work.now.target
+    if gain.keeps_time == 1:
+        memory.clock = known.time
+    perceive(robot, memory, gain.asks, known, i, table, now, rest)
+    ask_rules(gain.perceived, rules, memory, known, i, table, now, work.answer, rest, readings, command.inputs, said)
+    into = command.target
+    into.x, into.y, into.heading, into.v, into.w, into.s = (
+        target.x,
+        target.y,
+        target.heading,
+        target.v,
+        target.w,
+        target.s,
+    )
+    v, w, _ = toward(robot, target, math.nan, 0.0, False, gain, rules, work.tracking)
+    alone = (
+        gain.leader == i % known.heard.shape[2] + 1
+    )  # it only tracks, as one that a rule base of pairs tells nothing
+    if not alone and gain.perceived.count > 0:
+        alone = True
+        for n in range(int(gain.perceived.count)):
+            alone = alone and math.isnan(command.inputs[n])
+    if not alone:
+        if gain.keeps_side == 1 and memory.side < 0:  # it turns away from the obstacle there, whichever it is
+            said[_GIVEN.turn] = -said[_GIVEN.turn]
+        if ask.corrects == 0 or gain.keeps_time == 1:  # the velocity of the reference, which may be read ahead
+            target.v, target.w = aim.v, aim.w
+        v, w = answered(said, ask, target, wrapped_compiled(target.heading - robot.heading), v, w, gain.catch_up)
+    pace = said[_GIVEN.rate]
+    command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
+    command.progress = share(road, path, now.place)
+    tell(command.say, robot, memory, now, dt, pace, 0.0)
+    remember(memory, known, i, now, pace, said[_GIVEN.keep], 0.0, v, w)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerceivingRules(OwnRules, Perceiving):
+    """A rule base that asks for other robots, the room around it or what the robot remembers of its way."""
+
+    equation = perceive_and_drive
+    derived, remembers, works = PerceivingDerived, RecallColumns, PerceivingWork
+
+    @property
+    def idle(self) -> frozenset[str]:
+        """The parameters that have no effect as the others are set."""
+        return super().idle - {"leader"}
+
+    @property
+    def barred(self) -> Mapping[str, str]:
+        """No low-pass; a lead where it corrects the reference of the present time."""
+        leads = self.corrects and self.own is not None and "rate" not in self.own.outputs
+        return {name: why for name, why in super(OwnRules, self).barred.items() if not (leads and name == "lead")}
+
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """What fuzzy tracking derives, and how the rule base is asked."""
+        outputs = {} if self.own is None or not self.own.fis.rules else self.own.outputs
+        begin = sum(map(len, super(OwnRules, self).rule_rows()))
         ahead = 0.0 if self.corrects else self.look_ahead
-        target = seen.references.each_at(np.minimum(recall.clock + ahead, fixed.end))
-        return Situation(seen, fixed, recall, dt, target)
-
-    def control(self, seen: Observation, memory: Any, dt: float) -> tuple[Command, Any]:
-        """Ask the rule base, and track for the rest."""
-        if self.has_equation:
-            return super().control(seen, memory, dt)
-        assert self.own is not None
-        fixed, _ = memory
-        now = self.situation(seen, memory, dt)
-        target = now.target
-        said, inputs = self.own.asked(now, _NEUTRAL)
-        v, w, _ = self.tracker.toward(seen, target)
-        # A rule base of pairs tells a robot that hears nobody nothing
-        tracks = (np.arange(1, v.shape[1] + 1) == self.leader) | np.isnan(inputs).all(axis=0)
-        aim = target if self.corrects else seen.reference
-        straight = aim.v * np.cos(wrapped(aim.heading - seen.heading)) if self.corrects else v
-        wish_v = said.get("v", straight * said.get("speed_factor", 1.0)) + said.get("dv", 0.0)
-        wish_v = np.minimum(wish_v, said.get("speed", np.inf))
-        # Who keeps a side turns away from the obstacle there, whichever it is.
-        turn = said.get("turn", 0.0) * (now.way if "keep" in self.own.outputs else 1.0)
-        speed = np.maximum(np.abs(aim.v), np.minimum(np.abs(wish_v), self.catch_up))
-        wish_w = said.get("w", np.broadcast_to(aim.w, v.shape) if self.corrects else w) + turn / TURN_TIME
-        wish_w = wish_w + said.get("dw", 0.0) + speed * said.get("bend", 0.0)
-        v, w = np.where(tracks, v, wish_v), np.where(tracks, w, wish_w)
-        pace = np.broadcast_to(said.get("rate", np.ones_like(v)), v.shape)
-        zero = np.zeros_like(v)
-        after = now.remembered(pace=pace, keep=said.get("keep", zero), yields=zero, v=v, w=w)
-        message = now.message(after) if self.message else None
-        progress = now.paths.share(now.place)
-        return Command(v, w, v, w, message, target, progress, inputs=inputs), _Memory(fixed, after)
-
-
-class InterpretedRules(OwnRules):
-    """The same law in Python: who learns from it looks at its situation in every period."""
-
-    has_equation = False
-
-    @classmethod
-    def of(cls, law: OwnRules) -> "InterpretedRules":
-        """The same as ``law``, which asks a rule base of its own."""
-        return cls(**{f.name: getattr(law, f.name) for f in fields(law) if f.init})
+        given = [[*RULE_OUTPUTS].index(name) if name in outputs else -1 for name in OUTPUTS]
+        return {
+            **super(OwnRules, self).derive(setting),
+            "ask": _UNASKED | {"given": given, "corrects": float(self.corrects)},
+            "asks": self.wanted(setting, ahead),
+            "perceived": ask_numbers(self.own, RULE_NEUTRAL, begin, 0, self.reads(setting)),
+            "keeps_time": float("rate" not in outputs),
+            "keeps_side": float("keep" in outputs),
+        }

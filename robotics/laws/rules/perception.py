@@ -1,19 +1,18 @@
 """What one robot knows in a period, in compiled code: the quantities of :mod:`robotics.laws.rules.quantities`.
 
-It is :class:`robotics.laws.rules.situation.Situation` of one robot in scalars: the same formulas in the same order, so
-that the array form is its test. What it remembers are the rows of :class:`RecallColumns`, what it knows before the
-start a row of numbers that begins with :class:`TeamColumns`, and what it finds out in a period stands in
-:class:`PerceivedColumns` and, for each other robot, in :class:`OtherColumns`.
+What it measures, hears and remembers is put into the terms of that table. What it remembers and knows before the start
+are the rows of :mod:`robotics.laws.rules.situation`; what it finds out in a period stands in :class:`PerceivedColumns`
+and, for each other robot, in :class:`OtherColumns`. The tests hold a form on arrays against it, formula by formula.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from robotics.laws.avoidance.echoes import ROBOT_ECHO, is_echo
-from robotics.laws.avoidance.planned_way import PlannedTiming
 from robotics.laws.avoidance.priority import WhereaboutsColumns
 from robotics.laws.equation import AimColumns, HeardColumns
 from robotics.laws.knowledge import share_of
@@ -44,6 +43,7 @@ from robotics.laws.rules.situation import (
     FARTHEST,
     LONGEST_WAY_BACK,
     LOOK_ALONG_PATH,
+    MARK_COUNT,
     NEAR_END,
     NOTHING_NEAR,
     NOTICED,
@@ -58,10 +58,9 @@ from robotics.laws.rules.situation import (
     STUCK_PATIENCE,
     SWING,
     SWINGING,
-    Fixed,
-    Recall,
+    SightColumns,
+    TeamColumns,
 )
-from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import reach
 from robotics.world.paths.posture import wrapped_compiled
 from robotics.world.paths.road import at, moving, nearest, planned, share
@@ -84,11 +83,10 @@ OF_ONWARDS = ("path_bearing", "path_away")
 OF_FORMATION = ("leader_ahead", "stretch", "onward_bearing")
 OF_MEETING = ("meeting", "their_meeting", "lead")
 ALONG = int(np.ceil(LOOK_ALONG_PATH / CELL))
-MARK_COUNT = len(MARKED)
 
 
 class TeamMessage(Columns):
-    """What every robot broadcasts: robotics.laws.rules.situation.TEAM_MESSAGE."""
+    """What every robot broadcasts."""
 
     place = column("m", "the abscissa of its nearest point")
     speed = column("m/s", "the rate of that")
@@ -103,61 +101,6 @@ class FuzzyTeamHeard(HeardColumns):
     """What one robot has heard of another."""
 
     said = within(TeamMessage)
-
-
-class RecallColumns(Columns):
-    """What a robot remembers: robotics.laws.rules.situation.Recall tells of each what it is."""
-
-    place = column("m")
-    clock = column("s")
-    best = column("m")
-    stuck = column("s")
-    side = column("1")
-    clear = several(len(SECTOR), "m")
-    yields = column("1")
-    way_back = column("m")
-    lost = column("s")
-    driven = column("m")
-    fast = column("m")
-    slow = column("m")
-    lean = column("m")
-    x_err = column("m")
-    y_err = column("m")
-    heading_err = column("rad")
-    v_command = column("m/s")
-    w_command = column("rad/s")
-    mark_x = several(MARK_COUNT, "m")
-    mark_y = several(MARK_COUNT, "m")
-    mark_age = several(MARK_COUNT, "s")
-
-
-class TeamColumns(Columns):
-    """What a team knows before the start of a run: numbers, and where each list begins in the row behind them."""
-
-    cells = column("", "of the paths")
-    sensors = column("", "range sensors that some robot carries")
-    end = column("s", "the last reference arrives")
-    planned = column("", "1: the references are a plan's")
-    stays = column("", "1: it lacks one, and the robots stay where they are")
-    radii = column("", "(robots,) m: of the circles in which they turn")
-    begin = column("", "(robots,) m: the abscissae at which the references begin")
-    first = column("", "(robots, robots): 1: the row's robot goes first, as far as the paths' ends demand it")
-    last = column("", "(robots, robots, cells): as robotics.laws.rules.meetings.Meetings")
-    points = column("", "(robots, cells, 2): likewise")
-    reached = column("", "(robots, cells) s: when a plan has each robot at the cells")
-    sights = column("", "(robots, sensors, SightColumns)")
-
-
-class SightColumns(Columns):
-    """A range sensor: robotics.laws.rules.clearances.Sensors tells of each what it is."""
-
-    sector = several(len(SECTOR))
-    x = column("m")
-    y = column("m")
-    axis = column("rad")
-    half_cone = column("rad")
-    inner = column("m")
-    minimum = column("m")
 
 
 class OtherColumns(Columns):
@@ -186,6 +129,7 @@ class PerceivedColumns(Columns):
 
     known = several(len(_OWN), "", "the quantities of the robot itself")
     due = within(AimColumns)  # the sample due by the robot's copy of the clock
+    target = within(AimColumns)  # the same some seconds ahead: what the robot tracks
     place = column("m", "the abscissa of the path's nearest point")
     off = column("m", "from the path")
     cos = column("1", "of the heading")
@@ -206,6 +150,7 @@ class WantedColumns(Columns):
     onwards = column("")
     formation = column("")
     meeting = column("")
+    ahead = column("s", "from the sample due to the target")
     smoothing = column("1", "of a new error in the smoothed one")
     readings = column("", "where (sensors,) and behind them the others' places (robots,) and OtherColumns begin")
 
@@ -216,11 +161,11 @@ _OTHER, _SIGHT = OtherColumns.size, SightColumns.size
 # Before the start --------------------------------------------------------------------------------------------------
 
 
-def asking(names: set[str], period: float, readings: int) -> dict[str, float]:
+def asking(names: set[str], period: float, readings: int, ahead: float = 0.0) -> dict[str, float]:
     """The numbers of :class:`WantedColumns` where rule bases ask for quantities of these ``names``."""
     groups = {"target": OF_TARGET, "onwards": OF_ONWARDS, "formation": OF_FORMATION, "meeting": OF_MEETING}
     asked = {group: float(bool(names & {*of})) for group, of in groups.items()}
-    return asked | {"smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
+    return asked | {"ahead": ahead, "smoothing": share_of(SMOOTH_TIME, period), "readings": readings}
 
 
 def work_for(robots: int, sensors: int) -> int:
@@ -228,60 +173,12 @@ def work_for(robots: int, sensors: int) -> int:
     return sensors + robots * (1 + OtherColumns.size)
 
 
-def team_rows(setting: Setting, margin: float, sensors: tuple[str, ...]) -> np.ndarray:
-    """What a team knows before the start (rows, numbers): a row for each run, or one where they are alike.
-
-    Args:
-        setting: Whose references are a plan's, if there is one.
-        margin: Between the circles of robots that do not meet [m].
-        sensors: The names of those that they look with, in the order of ``setting``; none: they do not look.
-    """
-    plan = setting.references if isinstance(setting.references, PlannedTiming) else None
-    fixed, robots = Fixed.of(setting, margin, plan), len(setting.robots)
-    sights = np.zeros((robots, len(sensors), SightColumns.size))
-    if sensors:
-        every = fixed.sensors
-        sights[:, :, : len(SECTOR)] = np.moveaxis(every.sector, 0, -1)
-        sights[:, :, len(SECTOR) :] = np.stack(every[2:], axis=-1)
-    begin = setting.references.at(-setting.references.road.since).s
-    lists: dict[str, np.ndarray] = {"radii": fixed.radii[None], "begin": begin.reshape(-1, robots)}
-    cells = 0
-    if fixed.meetings is not None:
-        cells = fixed.meetings.last.shape[-1]
-        lists |= {name: getattr(fixed.meetings, name) for name in ("first", "last", "points")}
-        lists |= {} if fixed.reached is None else {"reached": fixed.reached}
-    lists["sights"] = sights[None]
-    ends, found = np.reshape(fixed.end, -1), np.array([True]) if plan is None else np.reshape(plan.found, -1)
-    rows = max(len(ends), len(found), *map(len, lists.values()))
-    at = TeamColumns.size + np.cumsum([0, *(part[0].size for part in lists.values())])
-    numbers = dict.fromkeys(TeamColumns.columns, 0.0) | dict(zip(lists, at[:-1].tolist(), strict=True))
-    numbers |= {"cells": cells, "sensors": len(sensors), "planned": float(plan is not None)}
-    table = np.empty((rows, at[-1]))
-    table[:, : TeamColumns.size] = TeamColumns.stacked(numbers)
-    heads = TeamColumns(table.T)
-    heads.end, heads.stays = ends, ~found
-    for (_, part), first, last in zip(lists.items(), at, at[1:], strict=False):
-        table[:, first:last] = part.reshape(len(part), -1)
-    return table
-
-
-def recalled(recall: Recall) -> np.ndarray:
-    """The rows of :class:`RecallColumns` (rows, runs, robots)."""
-    memory = RecallColumns.zeros(*recall.place.shape)
-    marks = {f"mark_{name}": np.moveaxis(rows, -1, 0) for name, rows in recall.marks._asdict().items()}
-    for name, rows in {**recall._asdict(), **marks}.items():
-        if RecallColumns.columns.get(name, None) is not None:
-            place = RecallColumns.columns[name]
-            memory.array[place.row : place.row + place.rows] = rows
-    return np.asarray(memory.array)
-
-
 # In a period -------------------------------------------------------------------------------------------------------
 
 
 @compiled_only(forceinline=True)
 def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[no-untyped-def]
-    """Find out all that the robot knows in this period.
+    """Find out all that the robot knows in this period, its target being the reference at a time by its clock.
 
     Args:
         robot: RobotColumns.
@@ -293,6 +190,26 @@ def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[n
         now: Where it is written, PerceivedColumns.
         rest: Likewise what is told of the sensors and of the others.
     """
+    look_up(memory, asks, known, i, table, now)
+    find_out(robot, memory, asks, known, i, table, now, rest)
+
+
+@compiled_only(forceinline=True)
+def look_up(memory, asks, known, i, table, now):  # type: ignore[no-untyped-def]
+    """What is due by the robot's clock, and its target; the first part of :func:`perceive`."""
+    road, path, due, target, end = known.road, known.path[i], now.due, now.target, TeamColumns(table).end
+    due.x, due.y, due.heading, due.v, due.w, due.s = moving(road, path, min(memory.clock, end))
+    if asks.ahead > 0:
+        later = min(memory.clock + asks.ahead, end)
+        target.x, target.y, target.heading, target.v, target.w, target.s = moving(road, path, later)
+    else:
+        target.x, target.y, target.heading = due.x, due.y, due.heading
+        target.v, target.w, target.s = due.v, due.w, due.s
+
+
+@compiled_only(forceinline=True)
+def find_out(robot, memory, asks, known, i, table, now, rest):  # type: ignore[no-untyped-def]
+    """Find out all that the robot knows, where it is told what is due and its target; the rest of :func:`perceive`."""
     now.cos, now.sin = math.cos(robot.heading), math.sin(robot.heading)
     head = TeamColumns(table)
     _on_the_path(robot, memory, asks, known, i, head, now)
@@ -304,7 +221,8 @@ def perceive(robot, memory, asks, known, i, table, now, rest):  # type: ignore[n
     if asks.target == 1:
         _target(robot, memory, asks, now)
     if asks.formation == 1:
-        _formation(robot, known, i, head, table, now, rest[int(asks.readings) :])
+        know_formation(robot, known, i, head, table, now, rest[int(asks.readings) :])
+    _tell_more(robot, memory, known, i, now)
 
 
 @compiled_only
@@ -319,7 +237,6 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
     place = nearest(road, path, robot.x, robot.y, memory.place, reach(known.heard, i, known.time))
     x, y, heading, curvature = at(road, path, place)
     off, length = math.hypot(x - robot.x, y - robot.y), road.lengths[path]
-    due.x, due.y, due.heading, due.v, due.w, due.s = moving(road, path, min(memory.clock, head.end))
     net, remaining = place - off, length - place + off
     expected = memory.best - (EXPECTATION_LOSS * known.dt if memory.stuck > STUCK_PATIENCE else 0.0)
     now.best = net if net > memory.best + BEST_GROWTH else expected
@@ -328,7 +245,7 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
     now.place, now.off = place, off
     told[KNOWN.time], told[KNOWN.v], told[KNOWN.w] = known.time, robot.v, robot.w
     told[KNOWN.v_command], told[KNOWN.w_command] = memory.v_command, memory.w_command
-    told[KNOWN.target_v], told[KNOWN.target_w] = due.v, due.w
+    told[KNOWN.target_v], told[KNOWN.target_w] = now.target.v, now.target.w
     told[KNOWN.cross_track] = math.cos(heading) * (robot.y - y) - math.sin(heading) * (robot.x - x)
     told[KNOWN.curvature], told[KNOWN.progress] = curvature, share(road, path, place)
     told[KNOWN.remaining], told[KNOWN.lag] = remaining, due.s - place
@@ -343,11 +260,11 @@ def _on_the_path(robot, memory, asks, known, i, head, now):  # type: ignore[no-u
 
 @compiled_only(forceinline=True)
 def _target(robot, memory, asks, now):  # type: ignore[no-untyped-def]
-    """The sample due as the robot sees it (5.9), and smoothed."""
-    told, due = now.known, now.due
-    dx, dy = due.x - robot.x, due.y - robot.y
+    """The target as the robot sees it (5.9), and smoothed."""
+    told, target = now.known, now.target
+    dx, dy = target.x - robot.x, target.y - robot.y
     x, y = now.cos * dx + now.sin * dy, now.cos * dy - now.sin * dx
-    heading = wrapped_compiled(due.heading - robot.heading)
+    heading = wrapped_compiled(target.heading - robot.heading)
     if math.isnan(memory.x_err):
         memory.x_err, memory.y_err, memory.heading_err = x, y, heading
     else:
@@ -582,51 +499,95 @@ def _aside(robot, memory, dt, now):  # type: ignore[no-untyped-def]
 
 
 @compiled_only(forceinline=True)
-def _formation(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
+def know_formation(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Where the robot is among those of a formation."""
     road, path, told, robots = known.road, known.path[i], now.known, known.heard.shape[2]
-    leader, number, length = path - i % robots, i % robots, road.lengths[path]
-    s = now.place + ONWARD
-    x, y, heading, curvature = at(road, path, s)
-    beyond = max(s - length, 0.0)
-    half = curvature * beyond / 2
-    chord = beyond * (math.sin(half) / half if half != 0 else 1.0)
-    x, y = x + chord * math.cos(heading + half), y + chord * math.sin(heading + half)
-    told[KNOWN.onward_bearing] = wrapped_compiled(math.atan2(y - robot.y, x - robot.x) - robot.heading)
-    told[KNOWN.leader_ahead], told[KNOWN.stretch] = 0.0, 1.0
+    leader, number, begin = path - i % robots, i % robots, table[int(head.begin) :]
+    told[KNOWN.onward_bearing] = onward_bearing(road, path, robot, now.place)
+    told[KNOWN.leader_ahead], told[KNOWN.stretch] = 0.0, stretched(road, leader, number, now.place, begin)
     if robots == 1:
         return
-    if road.shares.shape[1] > 0:
-        progress = share(road, path, now.place)
-        told[KNOWN.stretch] = stretch_at(road, path, progress) / stretch_at(road, leader, progress)
-    else:
-        begin = int(head.begin)
-        told[KNOWN.stretch] = (length - table[begin + number]) / (road.lengths[leader] - table[begin])
     if number > 0:
-        ahead = other_of(rest, head, robots, 0).place - _on_leader(road, path, leader, now.place, head, table, number)
+        ahead = other_of(rest, head, robots, 0).place - on_leader(road, leader, number, now.place, begin)
         told[KNOWN.leader_ahead] = 0.0 if math.isnan(ahead) else ahead
         return
     total, heard = 0.0, 0
     for j in range(1, robots):
         other = other_of(rest, head, robots, j)
         if not math.isnan(other.place):
-            total += _on_leader(road, leader + j, leader, other.place, head, table, j)
+            total += on_leader(road, leader, j, other.place, begin)
             heard += 1
     told[KNOWN.leader_ahead] = now.place - total / heard if heard > 0 else 0.0
 
 
 @compiled_only
-def _on_leader(road, path, leader, s, head, table, number):  # type: ignore[no-untyped-def]
-    """The abscissa [m] on the path of robot 1 that is level with a robot at ``s`` [m]."""
+def onward_bearing(road, path, robot, place):  # type: ignore[no-untyped-def]
+    """The bearing [rad] of the path's point ONWARD beyond ``place`` [m]; beyond its end the path goes on in an arc."""
+    s = place + ONWARD
+    x, y, heading, curvature = at(road, path, s)
+    beyond = max(s - road.lengths[path], 0.0)
+    half = curvature * beyond / 2
+    chord = beyond * (math.sin(half) / half if half != 0 else 1.0)
+    x, y = x + chord * math.cos(heading + half), y + chord * math.sin(heading + half)
+    return wrapped_compiled(math.atan2(y - robot.y, x - robot.x) - robot.heading)
+
+
+@compiled_only
+def stretched(road, leader, number, s, begin):  # type: ignore[no-untyped-def]
+    """The way on a robot's path for each metre of the leader's, at ``s`` [m]; arguments as of :func:`on_leader`."""
+    path = leader + number
+    if number == 0:
+        return 1.0
     if road.shares.shape[1] > 0:
-        return place_at(road, leader, share(road, path, s))
-    mine, first = table[int(head.begin) + number], table[int(head.begin)]
-    return first + (s - mine) / (road.lengths[path] - mine) * (road.lengths[leader] - first)
+        progress = share(road, path, s)
+        return stretch_at(road, path, progress) / stretch_at(road, leader, progress)
+    return (road.lengths[path] - begin[number]) / (road.lengths[leader] - begin[0])
+
+
+@compiled_only
+def on_leader(road, leader, number, s, begin):  # type: ignore[no-untyped-def]
+    """The abscissa [m] on the leader's path that is level with a robot at ``s`` [m] of its own.
+
+    Args:
+        road: The paths.
+        leader: The leader's path.
+        number: The robot's number from 0.
+        s: Its abscissa [m].
+        begin: Where the references begin (robots,) [m].
+    """
+    if road.shares.shape[1] > 0:
+        return place_at(road, leader, share(road, leader + number, s))
+    return _level(s, begin[number], road.lengths[leader + number], begin[0], road.lengths[leader])
+
+
+@compiled_only
+def level_with_leader(road, leader, number, s, begin):  # type: ignore[no-untyped-def]
+    """The abscissa [m] of a robot that is level with the leader at ``s`` [m]; arguments as of :func:`on_leader`."""
+    if road.shares.shape[1] > 0:
+        return place_at(road, leader + number, share(road, leader, s))
+    return _level(s, begin[0], road.lengths[leader], begin[number], road.lengths[leader + number])
+
+
+@compiled_only
+def _level(s, begin, length, other_begin, other_length):  # type: ignore[no-untyped-def]
+    return other_begin + (s - begin) / (length - begin) * (other_length - other_begin)
 
 
 @compiled_only(forceinline=True)
 def remember(memory, known, i, now, pace, keep, yields, v, w):  # type: ignore[no-untyped-def]
-    """Remember this period; the copies of the clock agree on the slowest. As Situation.remembered."""
+    """Remember this period; the copies of the clock agree on the slowest.
+
+    Args:
+        memory: RecallColumns.
+        known: What the law knows.
+        i: The lane.
+        now: PerceivedColumns.
+        pace: The rate of the robot's copy of the clock.
+        keep: The side of an obstacle to keep: 1 this one, -1 the other, 0 none.
+        yields: How much it gives way.
+        v: The command [m/s].
+        w: Likewise [rad/s].
+    """
     clock = memory.clock + known.dt * pace
     for j in range(known.heard.shape[2]):
         heard = FuzzyTeamHeard(known.heard, i, j)
@@ -651,3 +612,28 @@ def tell(say, robot, memory, now, dt, pace, yields):  # type: ignore[no-untyped-
     say.where.x, say.where.y = robot.x, robot.y
     say.where.v_x, say.where.v_y = robot.v * now.cos, robot.v * now.sin
     say.yields, say.stuck = yields, now.known[KNOWN.stuck]
+
+
+# Of other packages -------------------------------------------------------------------------------------------------
+
+
+@compiled_only
+def _nothing_more(robot, memory, known, i, now):  # type: ignore[no-untyped-def]
+    """Tell no other quantity."""
+
+
+def _and_then(before: Any, place: int, of: Any) -> Any:
+    """Tell what ``before`` does, and the quantity of the number ``place``."""
+
+    @compiled_only
+    def tell_more(robot, memory, known, i, now):  # type: ignore[no-untyped-def]
+        before(robot, memory, known, i, now)
+        now.known[place] = of(robot, memory, known, i, now)
+
+    return tell_more
+
+
+_tell_more = _nothing_more
+for _name in _OWN:
+    if RULE_QUANTITIES[_name].of is not None:
+        _tell_more = _and_then(_tell_more, getattr(KNOWN, _name), RULE_QUANTITIES[_name].of)

@@ -34,16 +34,15 @@ from typing import Any, Literal
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, within
-from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
-from robotics.laws.equation import AimColumns, EquationLaw, HeardColumns, RobotColumns, equation
-from robotics.laws.law import Observation, check_connected, check_team
+from robotics.laws.equation import EquationLaw, HeardColumns, equation
+from robotics.laws.law import check_connected, check_team
 from robotics.laws.modes import StateBox, StateDiagram, Transition
 from robotics.laws.setting import Setting
 from robotics.laws.teams.neighbours import OUTAGE, SEARCH_REACH, SEARCH_REACH_AFTER_OUTAGE
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, Lateral, TrackingWork, tell_inputs, toward
-from robotics.world.paths.references import Reference
 from robotics.world.paths.road import at as point_at
 from robotics.world.paths.road import moving, nearest, share
 from robotics.world.paths.road import place as place_at
@@ -314,42 +313,3 @@ class FuzzyCooperation(EquationLaw):
         memory.place = setting.starting_places(runs, setting.references.at(0.0).s, SEARCH_REACH_AFTER_OUTAGE)
         memory.phase = WAITING
         return memory.array
-
-
-class HeldColumns(Columns):
-    """The arguments of :func:`hold`, which moves the aim, and what it returns."""
-
-    robot = within(RobotColumns)
-    aim = within(AimColumns)
-    place = column("m")
-    ahead = column("m")
-    phase = column("")
-
-
-def held(
-    seen: Observation, target: Reference, place: np.ndarray, reach: float
-) -> tuple[Reference, np.ndarray, np.ndarray]:
-    """Hold the sample due near the robot, along its path; so that it drives to the path before it drives across it.
-
-    Args:
-        seen: What the robots know.
-        target: The samples due, each field (runs, robots).
-        place: The abscissae of the paths' nearest points (runs, robots) [m].
-        reach: How far ahead of the robot's place the target is at most [m].
-
-    Returns the target, how far it is ahead [m], as rule 11 takes it, and what the robot does: _FOLLOWING, WAITING,
-    JOINING or ARRIVED; each (runs, robots).
-    """
-    rows = HeldColumns.zeros(*place.shape)
-    rows.place, robot, aim = place, rows.robot, rows.aim
-    robot.x, robot.y, robot.heading = seen.x, seen.y, seen.heading
-    aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = target
-    _hold_all(seen.references.road, rows.array.reshape(rows.size, -1), float(reach))
-    return Reference(aim.x, aim.y, aim.heading, target.v, aim.w, aim.s), rows.ahead, rows.phase.astype(int)
-
-
-@kernel
-def _hold_all(road, rows, reach):  # type: ignore[no-untyped-def]
-    for i in range(rows.shape[1]):
-        one = HeldColumns(rows, i)
-        one.ahead, one.phase = hold(road, i % len(road.lengths), one.robot, one.place, one.aim, reach)

@@ -3,11 +3,8 @@
 In equations of one robot ``heard`` is :attr:`robotics.laws.equation.Known.heard` and ``i`` the robot's lane.
 """
 
-import numpy as np
-
 from fuzzy.compiled.jit import without_refcounts
 from robotics.laws.equation import HeardColumns
-from robotics.world.radio.channel import Heard
 
 OUTAGE = 0.5  # s without a message: the robot is alone, and its watchdog stops it
 SEARCH_REACH = 0.5  # m: how far from its last place on the path a robot looks for the next
@@ -34,22 +31,3 @@ def reach(heard, i, time):  # type: ignore[no-untyped-def]
 
 
 # Of all robots at once --------------------------------------------------------------------------------------------
-
-
-def smallest_heard(mine: np.ndarray, theirs: np.ndarray, hears: np.ndarray) -> np.ndarray:
-    """The smallest of a robot's own value and its neighbours' that were heard (runs, robots).
-
-    ``mine`` is (runs, robots) or one for all, ``theirs`` (runs, receivers, senders), ``hears`` (receivers, senders)
-    bool.
-    """
-    return np.asarray(np.minimum(mine, np.fmin.reduce(np.where(hears, theirs, np.inf), axis=-1)))
-
-
-def alone_for(heard: Heard, time: float) -> np.ndarray:
-    """The time [s] (runs, robots) since the newest message that each robot heard was sent, at most ``time`` [s]."""
-    return smallest_heard(np.asarray(time), heard.age, heard.hears)
-
-
-def search_reach(heard: Heard, time: float) -> np.ndarray:
-    """The distance [m] (runs, robots) from its last place within which each robot looks for the next on its path."""
-    return np.where(alone_for(heard, time) > OUTAGE, SEARCH_REACH_AFTER_OUTAGE, SEARCH_REACH)

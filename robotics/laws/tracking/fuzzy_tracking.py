@@ -31,15 +31,15 @@ With D = 0, as printed, there is nothing of that, and α is 0 nearer to the targ
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
-from fuzzy.compiled.jit import compiled_only, kernel
+from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
@@ -48,12 +48,11 @@ from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
-from robotics.laws.equation import AimColumns, EquationLaw, SeenColumns, equation, gain_columns
+from robotics.laws.equation import AimColumns, EquationLaw, equation, gain_columns
 from robotics.laws.knowledge import share_of
-from robotics.laws.law import ControllerError, Observation
+from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.world.paths.posture import wrapped_compiled
-from robotics.world.paths.references import Reference
 from robotics.world.paths.road import moving
 from robotics.world.sensing.posture import KALMAN
 from robotics.world.vehicle.plant import velocity_limits
@@ -74,14 +73,6 @@ RULE_TIME = 0.4  # s: T of the package's rule bases, v = d_RP / T and ω = 2 α 
 _AHEAD = 0.1  # m: a robot that is so far ahead of its target stands by rule 11
 
 
-class Toward(NamedTuple):
-    """What the rule bases of a tracking law answered, and to what."""
-
-    v: np.ndarray  # (runs, robots) m/s
-    w: np.ndarray  # (runs, robots) rad/s
-    inputs: np.ndarray  # (inputs, runs, robots): those of FuzzyTracking.fuzzy_systems
-
-
 class TrackingDerived(Columns):
     """What the law makes of its rule bases."""
 
@@ -99,12 +90,6 @@ class TrackingWork(Columns):
     known = several(len(TRACKING_INPUTS), "", "all of INPUTS")
     said = several(2, "", "what a rule base answers")
     rest = several(0)
-
-
-class TowardColumns(SeenColumns):
-    """The arguments of :func:`toward`: a robot, an aim, and what follows."""
-
-    x_err = column("m")
 
 
 @compiled_only
@@ -308,45 +293,8 @@ class FuzzyTracking(EquationLaw):
         """The tracking rule base and λ(y_err)."""
         return self.tracking.system, self.turn.system
 
-    @cached_property
-    def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.gain_array(), np.concatenate(self.rule_rows())
-
-    def toward(self, seen: Observation, target: Reference, x_err: np.ndarray | None = None) -> Toward:
-        """Evaluate the rule bases for robots that drive towards a target, as the equation does.
-
-        Args:
-            seen: What the robots know.
-            target: Each field (robots,) or (runs, robots).
-            x_err: How far each robot is behind (runs, robots) [m]; by default the target's x in its frame (5.9).
-        """
-        shape = seen.x.shape
-        given = TowardColumns.zeros(*shape)
-        robot, aim = given.robot, given.aim
-        robot.x, robot.y, robot.heading = seen.x, seen.y, seen.heading
-        aim.x, aim.y, aim.heading, aim.v, aim.w = target[:5]
-        given.x_err = np.nan if x_err is None else x_err
-        rows, (gains, rules) = given.array.reshape(given.size, -1), self._numbers
-        out = np.empty((2 + len(self.inputs) + (self.lateral != "none"), rows.shape[1]))
-        if _toward_all(rows, gains, rules, np.empty(self.working), out):
-            self.tracking(out[2 : 2 + len(self.inputs)].T)  # which says what was wrong
-        out = out.reshape(-1, *shape)
-        return Toward(out[0], out[1], out[2:])
-
 
 Gain = gain_columns(FuzzyTracking)
-
-
-@kernel(nogil=True)
-def _toward_all(rows, gains, rules, work, out):  # type: ignore[no-untyped-def]
-    """Evaluate :func:`toward` for every column of ``rows``, TowardColumns; return what was wrong anywhere."""
-    wrong, gain, places = 0, Gain(gains, 0), TrackingWork(work)
-    for i in range(rows.shape[1]):
-        one = TowardColumns(rows, i)
-        out[0, i], out[1, i], told = toward(one.robot, one.aim, one.x_err, 0.0, False, gain, rules, places)
-        wrong |= told
-        tell_inputs(out[2:, i], gain, places)
-    return wrong
 
 
 def rule_base_files() -> dict[str, Path]:

@@ -31,6 +31,7 @@ from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
 from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
 from robotics.plugins.ccode.translation import WRITTEN_OUT, CFunction, Translator, parsed
+from robotics.simulation.safety.opening import NOT_ON_BOARD, is_guarded
 from robotics.tables.texts import TextFile
 from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
 
@@ -100,10 +101,12 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
         number: "double" or "float".
 
     Raises:
-        ExportError: A law or a type of numbers that is not written.
+        ExportError: A law, a type of numbers, or a monitor of passive safety, that is not written.
     """
     check_known(number, _NUMBERS, "number type of a law", ExportError)
     check_written(law, name)
+    if is_guarded(setting, law):
+        raise ExportError(f"{name}: {NOT_ON_BOARD}")
     if isinstance(law, OwnRules) and law.own is None:
         law = replace(law.tracker, smooth=law.smooth)
     return _Writer(law, setting, identifier(name), FLOATING[number]).sources()

@@ -15,8 +15,7 @@ from fuzzy.plugins.ccode.numbertype import ExportError
 from fuzzy.plugins.ccode.phrases import filled
 from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Command, Law, Observation
-from robotics.laws.rules.own_rules import InterpretedRules, OwnRules
-from robotics.laws.rules.quantities import quantity_of
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.plugins.ccode.writing import CLawFiles
@@ -119,7 +118,7 @@ class InC(Law[Any]):
         lead = self.law.knowledge_rows(setting)[0] if isinstance(self.law, EquationLaw) else 0.0
         known = None
         if isinstance(self.law, OwnRules) and self.c.sources.handed:
-            asks = InterpretedRules.of(replace(self.law, lead=None, smooth=None, estimator=None))
+            asks = replace(self.law, lead=0.0, smooth=0.0, estimator=None)
             known = asks, asks.init(setting, runs)
         return setting.references.road, velocity_limits(setting.robots), setting.robots, states, lead, known
 
@@ -135,10 +134,11 @@ class InC(Law[Any]):
             ahead = rows_at(road, np.full(len(road.lengths), seen.time + sources.look_ahead))
             columns |= dict(zip(AIM_SYMBOLS, ahead, strict=True))
         if known:
-            (asks, recalled), handed = known, sources.handed
-            situation = asks.situation(seen, recalled, dt)
-            columns |= {field: quantity_of(name, "").of(situation) for name, field in handed.items()}
-            memory = (*memory[:-1], (asks, asks.control(seen, recalled, dt)[1]))
+            asks, recalled = known
+            told, recalled = asks.control(seen, recalled, dt)
+            by_name = dict(zip((v.name for v in asks.own.fis.inputs), told.inputs, strict=True))
+            columns |= {field: by_name[name] for name, field in sources.handed.items()}
+            memory = (*memory[:-1], (asks, recalled))
         given = np.stack([np.broadcast_to(columns[field], shape).ravel() for field in sources.inputs], axis=1)
         said = np.empty((len(states), len(sources.outputs)))
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fuzzy.commands.shared import check_plot
-from fuzzy.shell.options import FieldOptions, Json, Shown, option
+from fuzzy.shell.options import FieldOptions, Json, Shown, argument, option
 from fuzzy.shell.terminal import print_json
-from robotics.commands.completion import robots
+from robotics.commands.completion import controllers, robots, scenarios
 from robotics.tables.texts import TextFile
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from robotics.laws.tracking.lyapunov import Lyapunov
     from robotics.plugins.certificates.certificate import Certificate, SectorModel
+    from robotics.plugins.certificates.loopmodel import LoopModel
     from robotics.simulation.scenario.robots import RobotModel
 
 _TEXTS = TextFile("robotics.plugins.certificates")
@@ -24,7 +25,30 @@ _DISTANCES = (0.0, 10.0)  # m
 
 
 def certify(
+    loop: Annotated[
+        str | None,
+        argument(
+            "A law that corrects its reference: name, name:gain=value, mine.fis. Default: what --law says.",
+            "[LAW]",
+            autocompletion=controllers,
+        ),
+    ] = None,
     *,
+    out: Annotated[Path | None, option("LAW: write the certificate to this file.", "-o", "--out", "FILE")] = None,
+    verify: Annotated[Path | None, option("Check a certificate's file again, without the solver.", "FILE")] = None,
+    quick: Annotated[bool, option("LAW: try one small region only.")] = False,
+    scenario: Annotated[
+        str | None,
+        option("LAW of a team: the scenario whose radio and timing count.", "NAME|FILE", autocompletion=scenarios),
+    ] = None,
+    assumed: Annotated[
+        "LoopModel",
+        FieldOptions(
+            "robotics.plugins.certificates.loopmodel:LoopModel",
+            *("curvature", "v_rate", "w_rate", "latency", "position_noise", "heading_noise"),
+            of="LAW",
+        ),
+    ],
     law: Annotated[
         str, option("lyapunov, or pdc: parallel compensation, whose own options are the next three.")
     ] = "lyapunov",
@@ -60,12 +84,26 @@ def certify(
 ) -> None:
     """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
 
-    Both by linear matrix inequalities.
+    Both by linear matrix inequalities. Of a LAW that corrects its reference, such as a rule base of dv and bend, a
+    region of the sampled loop with its wheels is certified, over boxes; another program checks its file again. Of
+    virtual structure, how fast the path parameters of a team agree over a radio that is late and loses messages.
 
     \b
     Example:
       robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
+      robotics certify fuzzy-correcting:smooth=0 --speed 0.3 0.32 --curvature 0.2 --out loop.json
+      robotics certify --verify loop.json
+      robotics certify virtual-structure-virtual:gamma=0 --scenario outage-10s
     """
+    if verify is not None:
+        _verify(verify, json)
+        return
+    if loop is not None and scenario is not None:
+        _certify_team(loop, scenario, json)
+        return
+    if loop is not None:
+        _certify_loop(loop, replace(assumed, speed_low=min(speed), speed_high=max(speed)), robot, quick, out, json)
+        return
     from robotics.plugins.certificates import certificate as theory
     from robotics.simulation.scenario.robots import load_robot
 
@@ -121,11 +159,103 @@ def certify(
 
 
 def _print_proof(p: "np.ndarray", checked: str, report: Mapping[str, Any]) -> None:
-    """Print the matrix P, what was checked of it, and what is certified and what is not."""
+    """Print the matrix P, what was checked of it, and what it certifies."""
     print("P:      " + "\n        ".join("".join(f"{value:11.5g}" for value in row) for row in p))
     print(f"\nChecked\n- {checked}")
+    _print_claims(report)
+
+
+def _print_claims(report: Mapping[str, Any]) -> None:
+    """Print what is certified and what is not."""
     for title, sentences in (("Certified", report["certified"]), ("Not certified", report["not_certified"])):
         print(f"\n{title}\n" + "\n".join(f"- {sentence}" for sentence in sentences))
+
+
+def _verify(path: Path, json: bool) -> None:
+    from fuzzy.errors import InputError
+    from robotics.plugins.certificates.checker import RefutedError, check_file
+
+    try:
+        data = check_file(path)
+    except OSError:
+        raise InputError(f"--verify {path}: there is no such file; give one that --out wrote") from None
+    except RefutedError as error:
+        raise InputError(f"{path}: refuted: {error}") from None
+    if json:
+        print_json({"holds": True, "law": data["law"], "V": data["V"], "loop": data["loop"]})
+    else:
+        print(f"{path}: the certificate of {data['law']} holds; it was checked without the search")
+
+
+def _certify_loop(law: str, assumed: "LoopModel", robot: str, quick: bool, out: Path | None, json: bool) -> None:
+    from fuzzy.files.atomic import check_target
+    from robotics.plugins.certificates.certificate import CertificateError
+    from robotics.plugins.certificates.certificatefile import write_certificate
+    from robotics.plugins.certificates.loopcolumns import LevelColumns
+    from robotics.plugins.certificates.loopmodel import closed_loop
+    from robotics.plugins.certificates.regions import FULL_EFFORT, QUICK_EFFORT, certify_loop, where
+    from robotics.plugins.certificates.starts import wheels_in_region
+    from robotics.simulation.scenario.robots import load_robot
+
+    check_target(out, ".json")
+    machine = load_robot(robot).robot
+    loop = closed_loop(law, machine, assumed)
+    found, failure = certify_loop(loop, QUICK_EFFORT if quick else FULL_EFFORT)
+    if found is None:
+        assert failure is not None
+        raise CertificateError(f"{law}: not certified: {where(failure)}")
+    if wrong := wheels_in_region(found, machine):
+        raise CertificateError(f"{law}: not certified: {wrong}")
+    if out is not None:
+        write_certificate(found, out)
+    (x, y, heading), end = map(float, found.half_widths()), found.half_widths(found.ultimate)
+    about = {"model": loop.model, "inner": end, "rate": rate(found.rate)}
+    report: dict[str, Any] = {
+        "law": law,
+        "region": {"x": x, "y": y, "heading": heading},
+        "ultimate": dict(zip(("x", "y", "heading"), map(float, end), strict=True)),
+        "rate": found.rate,
+        "P": found.P,
+        **{name: float(getattr(LevelColumns(found.form), name)) for name in LevelColumns.columns},
+        "wheels": {name: getattr(loop.wheels, name) for name in ("weights", "error", "reversal", "ripple")},
+        "boxes": found.boxes,
+        "certified": _TEXTS.texts("certified.loop", **about),
+        "not_certified": _TEXTS.texts("not-certified.loop", **about),
+    }
+    if json:
+        print_json(report)
+        return
+    print(f"law:    {law}")
+    print(f"region: z'Pz <= {found.region:.4g}, reaching to X ±{x:.3g} m, Y ±{y:.3g} m, ψ ±{heading:.3g} rad")
+    _print_proof(found.P, f"V over {found.boxes:,} boxes, in intervals that are rounded outwards.", report)
+
+
+def _certify_team(law: str, name: str, json: bool) -> None:
+    from robotics.laws.catalogue import make_controller
+    from robotics.laws.teams.virtual_structure import VirtualStructure
+    from robotics.plugins.certificates.certificate import CertificateError
+    from robotics.plugins.certificates.teams import certify_team
+    from robotics.simulation.scenario.reading import load_scenario
+
+    made = make_controller(law)
+    if not isinstance(made, VirtualStructure):
+        raise CertificateError(f"{law}: with --scenario the law of a team is certified, which is virtual structure")
+    found = certify_team(made, load_scenario(name).setting)
+    shown = "any delay" if math.isinf(found.allowed) else f"{found.allowed:.3g} s"
+    about = {"found": found, "rate": rate(found.rate), "scenario": name, "shown": shown}
+    report = {
+        "law": law,
+        "scenario": name,
+        **{key: getattr(found, key) for key in ("rate", "end", "delay", "allowed")},
+        "certified": _TEXTS.texts("certified.team", **about),
+        "not_certified": _TEXTS.texts("not-certified.team", **about),
+    }
+    if json:
+        print_json(report)
+        return
+    print(f"law:    {law}\nradio:  of {name}; a message is at most {found.delay:.3g} s old, proven up to {shown}")
+    print(f"rate:   {rate(found.rate)} 1/s")
+    _print_claims(report)
 
 
 def _certify_compensation(rule_base: str, distance: tuple[float, float], alpha: float, json: bool) -> None:

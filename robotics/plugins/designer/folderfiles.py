@@ -6,6 +6,7 @@ Nothing outside the folder is read or written. Files are read in another process
 import ast
 import asyncio
 import hashlib
+import itertools
 import re
 import tomllib
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
@@ -47,10 +48,18 @@ class FileOffer(NamedTuple):
     scenario: bool = False  # it describes robots on their paths, perhaps with faults
     robot: bool = False  # it holds the numbers of one robot
     laws: tuple[str, ...] = ()  # the names of its laws; Python files are read, and not run
+    drives: bool = False  # it holds a rule base that can drive a robot
 
 
 def file_offer(folder: Folder, name: str) -> FileOffer:
-    """What the .toml or .py file ``name`` of the folder offers."""
+    """What the .toml, .py or .fis file ``name`` of the folder offers."""
+    if name.endswith(".fis"):
+        from robotics.plugins.designer.driving import drives
+
+        try:
+            return FileOffer(drives=drives(folder.read(name)))
+        except (InputError, OSError):
+            return FileOffer()
     data = _bytes(folder.path / name)
     if name.endswith(".py"):
         return FileOffer(laws=tuple(_laws(data)))
@@ -78,7 +87,7 @@ class FolderOffers:
         said = ""
         try:
             self._names = await self._read("the folder", files_of, self._folder)
-            for name in (*self._names[".toml"], *self._names[".py"]):
+            for name in itertools.chain(*self._names.values()):
                 state = changed_at(self._folder, name)
                 if self._known.get(name, (None,))[0] == state:
                     continue
@@ -94,7 +103,7 @@ class FolderOffers:
     def found(self, own: Path) -> dict[str, list[str]]:
         """The names of scenarios, of robots, and of what to compare with: rule bases but ``own``, "file.py:Law"."""
         known = {n: self._known.get(n, (None, FileOffer()))[1] for names in self._names.values() for n in names}
-        bases = [name for name in self._names[".fis"] if self._folder.path / name != own]
+        bases = [name for name, offer in known.items() if offer.drives and self._folder.path / name != own]
         return {
             "scenarios": [name for name, offer in known.items() if offer.scenario],
             "robots": [name for name, offer in known.items() if offer.robot],

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzy.plugins.designer.panel import SessionPanel
+from robotics.plugins.designer.driving import drives
 
 
 def _begin(bench: Any) -> None:
@@ -18,7 +19,7 @@ def _begin(bench: Any) -> None:
     TryoutSession(bench)
 
 
-panel = SessionPanel("Try it", 50, _begin)
+panel = SessionPanel("Try it", 50, _begin, purpose="robot", suits=drives)
 
 
 # Data for the panel "Train" -------------------------------------------------------------------------------------

@@ -352,6 +352,11 @@ class TryoutSession(FolderSession):
 
     def changed(self) -> None:
         """Drive anew, unless nothing that drives was edited."""
+        if self.bench.document.judged != self.wish.terms:  # what was tuned counts by the same cost here
+            self.rounds.forget()
+            self.wanted |= _RUNS
+            self._want(replace(self.wish, terms=self.bench.document.judged))
+            self.go()
         if self.trial is not None and self.last and self.present == self.last[1] and "tried" not in self.wanted:
             return  # one looks at another point, or edits what drives nobody
         if self.trial is None or _variables(self.present) != self.variables:
@@ -466,6 +471,7 @@ class TryoutSession(FolderSession):
             self.rounds.forget()
             self.widget.update(seeds=None)
         self.trial, self.course = trial, place["course"]
+        self.bench.pictured["trial"] = trial
         self.widget.update(trial=self._trial(), course=self.course, problem=None)
 
     def _forget_laws(self) -> None:

@@ -78,10 +78,10 @@ def seed_rows(law: Law[Any], trial: TryoutTrial, seeds: Sequence[int], points: i
         if len(seeds) == 1:
             return [{"seed": seeds[0], "why": str(error)}]
         return [row for seed in seeds for row in seed_rows(law, trial, [seed], points)]
-    measured = measure_all(run, installed_metrics()[0])
+    measured, cost = measure_all(run, installed_metrics()[0]), tryout.cost_of(trial, scenario.kind)
     rows = []
     for place in range(len(run.seeds)):
-        row = tryout.seed_data(run, measured, scenario.divergence, place, _MARKS)
+        row = tryout.seed_data(run, measured, scenario.divergence, place, _MARKS, cost)
         rows.append(row | (tryout.path_data(run, points, place) if points else {}))
     return rows
 

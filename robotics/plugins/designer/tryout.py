@@ -19,17 +19,18 @@ from fuzzy.naming import check_known, expected
 from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.catalogue import preset_of, presets
-from robotics.laws.equation import KNOWLEDGE_FIELDS, EquationLaw
+from robotics.laws.equation import EquationLaw
 from robotics.laws.law import Law
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.measures.clearance import clearances, robot_gaps
 from robotics.measures.contacts import Contact, can_touch, contact_sentences, contacts, who
 from robotics.measures.outside import outside, outside_sentence
 from robotics.measures.own import installed_metrics
-from robotics.measures.registry import headlines, measure_all, panel_metrics
+from robotics.measures.registry import ALL_METRICS, headlines, measure_all, panel_metrics
 from robotics.measures.tracking import SCENARIO_KINDS, Metric, cross_track_error
 from robotics.plugins.designer.conditions import GIVEN_TO_LAWS, conditioned, file_name, robot_from, scenario_of
 from robotics.plugins.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
+from robotics.plugins.designer.tunetask import terms_of
 from robotics.plugins.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.show.playback.player import player_data
 from robotics.simulation.loop import simulate
@@ -39,10 +40,12 @@ from robotics.simulation.scenario.description import Scenario
 from robotics.simulation.scenario.reading import scenario_names
 from robotics.simulation.scenario.robots import load_robot, robot_names
 from robotics.studies.forewarnings import forewarnings, shortcomings
+from robotics.studies.tuning.cost import Cost, Term
 from robotics.world.environment.world import outlines
 
 _POINTS = 600  # points of a path that is drawn, at most
 _MOVES = 0.05  # m/s: a robot that is slower stands
+_IN_PYTHON = re.compile(r" \((?:no_rule_fires|out_of_range) = [^)]*\)$")  # how Python chooses, in a warning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +67,7 @@ class TryoutTrial:
     folder: str = ""  # the opened one, where the files are that a scenario's file names
     noise: bool = True  # see robotics.plugins.designer.conditions.exact
     given: str = ""  # to every law that can use it, of robotics.plugins.designer.conditions.GIVEN_TO_LAWS
+    terms: tuple[tuple[str, float, float], ...] = ()  # metric, scale, weight: what a run costs; by default as Tune's
 
     def __post_init__(self) -> None:
         check_quantities(self, TryoutError)
@@ -194,7 +198,8 @@ def _run(law: Law[Any], trial: TryoutTrial, name: str) -> Attempt:
         # The wheels' torques are drawn of a robot that is alone.
         message_ages, torques = scenario.kind == "team", not _played(scenario)
         run = simulate(scenario, law, (trial.seed,), name=name, message_ages=message_ages, torques=torques)
-    notes = dict.fromkeys(str(warning.message) for warning in told)  # the same is told every period
+    # The same is told every period; what to write in Python is nothing to write on the page.
+    notes = dict.fromkeys(_IN_PYTHON.sub("; choose under Inference what counts there", str(w.message)) for w in told)
     left = outside(run)
     beyond = [outside_sentence(left)] if left else []
     warned = tuple(forewarnings(scenario.setting, law, "this law"))
@@ -226,6 +231,10 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
     scenario = trial.conditioned()
     world = scenario.setting.world
     bodies = [] if world is None else outlines(world.rest)  # where each is at the start
+    cost = cost_of(trial, scenario.kind)
+    metrics = _shown_metrics(scenario.kind, scenario.setting.has_others, cost)
+    touching = sum(metric.needs_others for metric in metrics.values())
+    rows = [{"name": n, "title": m.title, "unit": m.unit, "larger": m.larger} for n, m in metrics.items()]
     return {
         "scenario": trial.scenario,
         "title": scenario.title or scenario.name,
@@ -237,10 +246,7 @@ def course_data(trial: TryoutTrial) -> dict[str, Any]:
         "paths": [_curve(path.table[0], path.table[1]) for path in scenario.trajectory.paths],
         "obstacles": [[rounded_list(row) for row in body.T] for body in bodies],
         "starts": [list(member.start) for member in scenario.robots],
-        "metrics": [
-            {"name": name, "title": metric.title, "unit": metric.unit, "larger": metric.larger}
-            for name, metric in _shown_metrics(scenario.kind, scenario.setting.has_others).items()
-        ],
+        "metrics": [*rows[:touching], *([_COST_ROW] if cost else []), *rows[touching:]],
     }
 
 
@@ -278,7 +284,7 @@ def untaken(law: Law[Any]) -> list[str]:
     if not isinstance(law, EquationLaw):
         return ["no lead, no low-pass: it has no equation"]
     words = {"lead": "lead", "smooth": "low-pass", "estimator": "filter"}
-    own = [words[name] for name in KNOWLEDGE_FIELDS if getattr(law, name) is not None]
+    own = [word for name, word in words.items() if getattr(law, name) is not None]
     found = [f"its own {' and '.join(own)}"] if own else []
     return found + [f"no {words[name]}: {why}" for name, why in law.barred.items()]
 
@@ -289,6 +295,9 @@ def _marks(trial: TryoutTrial, kind: str, uses: Sequence[Use]) -> dict[str, str]
     return shortcomings(trial.conditioned().setting, {name: law_of(name) for name in sorted(names)})
 
 
+_COST = "cost"  # beside the names of metrics
+_COST_ROW = {"name": _COST, "title": "cost, as Tune counts it", "unit": "1", "larger": False}
+_COSTING = ("tracking", "team")  # kinds of scenarios for which Tune has a cost
 _RIVALS = {"tracking": "lyapunov", "team": "virtual-structure", "formation": "formation-teacher", "goal": "polar"}
 
 
@@ -297,11 +306,20 @@ def _played(scenario: Scenario) -> bool:
     return scenario.kind != "tracking" or scenario.setting.has_others
 
 
-def _shown_metrics(kind: str, others: bool) -> dict[str, Metric]:
-    """The metrics that are shown, by name: what touches what first, those of other packages last."""
+def cost_of(trial: TryoutTrial, kind: str) -> Cost | None:
+    """What runs of a kind of scenario cost: by the trial's terms, or those with which Tune begins; None: nothing."""
+    if kind not in _COSTING:
+        return None
+    terms = trial.terms or terms_of(kind)
+    return Cost(terms=tuple(Term(metric=name, scale=scale, weight=weight) for name, scale, weight in terms if weight))
+
+
+def _shown_metrics(kind: str, others: bool, cost: Cost | None = None) -> dict[str, Metric]:
+    """The metrics that are shown, by name: what touches what first, next the terms of the cost, and strangers' last."""
     own = installed_metrics()[0]
     found = (panel_metrics(kind, others) or headlines(kind, others)) | panel_metrics(kind, others, own)
-    return dict(sorted(found.items(), key=lambda item: not item[1].needs_others))
+    terms = {name: ALL_METRICS[name] for name in (cost.metrics if cost else ()) if name in ALL_METRICS}
+    return dict(sorted((terms | found).items(), key=lambda item: not item[1].needs_others))
 
 
 def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
@@ -312,7 +330,8 @@ def design_data(fis: Sugeno, trial: TryoutTrial) -> dict[str, Any]:
     """
     trial = _complete(fis, trial)
     attempt = run_design(fis, trial)
-    found = shown(attempt, fis.name) | {"asked": asked_of(attempt.run, trial.task)}
+    cost = cost_of(trial, attempt.run.about.kind)
+    found = shown(attempt, fis.name, cost) | {"asked": asked_of(attempt.run, trial.task)}
     return found if "player" in found else found | {"reference": reference_curves(attempt.run)}
 
 
@@ -324,8 +343,10 @@ def rival_data(rival: Sugeno | str, trial: TryoutTrial, file: str = "") -> dict[
     InputError where it cannot drive the scenario.
     """
     if isinstance(rival, Sugeno):
-        return shown(run_design(rival, settled(rival, trial, file)), file)
-    return shown(_run(rival_law(rival), trial, rival), preset_of(rival).title)
+        attempt, title = run_design(rival, settled(rival, trial, file)), file
+    else:
+        attempt, title = _run(rival_law(rival), trial, rival), preset_of(rival).title
+    return shown(attempt, title, cost_of(trial, attempt.run.about.kind))
 
 
 def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]:
@@ -348,7 +369,7 @@ def checked(what: str, name: str, text: str, folder: str = "") -> dict[str, Any]
     return {}
 
 
-def shown(attempt: Attempt, label: str) -> dict[str, Any]:
+def shown(attempt: Attempt, label: str, cost: Cost | None = None) -> dict[str, Any]:
     """What the panel shows of a run, in JSON's types; not-a-number is null, infinite is "never".
 
     For a robot that is alone these are label, seed, warned, notes, outcomes (what ended it early, and a sentence),
@@ -360,20 +381,28 @@ def shown(attempt: Attempt, label: str) -> dict[str, Any]:
     Args:
         attempt: The run.
         label: The name of the run on the page.
+        cost: What it costs, if it has a cost.
     """
     run = attempt.run
     measured = measure_all(run, installed_metrics()[0])
     data = {"label": label, "warned": list(attempt.warned), "notes": list(attempt.notes)}
-    data |= seed_data(run, measured, attempt.divergence)
+    data |= seed_data(run, measured, attempt.divergence, cost=cost)
     if run.about.kind != "tracking" or can_touch(run):
         return data | {"verdict": _verdict(run, measured), "moment": _moment(run), "player": player_data(run)}
     return data | path_data(run, len(run.time)) | {"motion": motion_curves(run)}
 
 
 def seed_data(
-    run: Run, measured: dict[str, np.ndarray], divergence: float, place: int = 0, most: int | None = None
+    run: Run,
+    measured: dict[str, np.ndarray],
+    divergence: float,
+    place: int = 0,
+    most: int | None = None,
+    cost: Cost | None = None,
 ) -> dict[str, Any]:
     """What became of the run's seed at ``place``: the seed, outcomes, metrics, and ``most`` contacts; None: all.
+
+    With a cost also the metric "cost", and the share that each of its terms has in it.
 
     Args:
         run: The run.
@@ -381,11 +410,20 @@ def seed_data(
         divergence: The distance [m] from its reference at which the scenario stops a robot.
         place: The place of the seed.
         most: How many contacts are drawn.
+        cost: What a run costs.
     """
+    metrics, shares = reduced_metrics(run.about.kind, measured, place, cost), dict[str, Any]()
+    if cost is not None:
+        here = {name: rows[place] for name, rows in measured.items()}
+        total = cost.objectives_of(here, run.diverged[place]).sum()
+        metrics = {_COST: _number(float(total)), **metrics}
+        parts = zip(cost.terms, cost.parts_of(here), strict=True)
+        shares = {term.name: _number(float(part / total)) for term, part in parts if total < cost.failed}
     return {
         "seed": run.seeds[place],
         "outcomes": outcomes(run, divergence, place),
-        "metrics": reduced_metrics(run.about.kind, measured, place),
+        "metrics": metrics,
+        "shares": shares,
         "contacts": [contact_mark(c) for c in contacts(run, place, most)],
     }
 
@@ -403,16 +441,19 @@ def path_data(run: Run, points: int, place: int = 0) -> dict[str, Any]:
     return drawn
 
 
-def reduced_metrics(kind: str, measured: dict[str, np.ndarray], place: int) -> dict[str, float | str | None]:
+def reduced_metrics(
+    kind: str, measured: dict[str, np.ndarray], place: int, cost: Cost | None = None
+) -> dict[str, float | str | None]:
     """The metrics that are shown of a run's seed at ``place``, one number each; not-a-number is null, infinite "never".
 
     Args:
         kind: The kind of the scenario.
         measured: As of :func:`robotics.measures.registry.measure_all`.
         place: The place of the seed.
+        cost: Whose terms are among them.
     """
     reduced: dict[str, Any] = {"mean": np.mean, "min": np.min, "max": np.max}
-    wanted = {n: m for n, m in _shown_metrics(kind, others=True).items() if n in measured}
+    wanted = {n: m for n, m in _shown_metrics(kind, others=True, cost=cost).items() if n in measured}
     how = {n: reduced["min" if m.larger else m.of_run] for n, m in wanted.items()}
     return {n: _number(float(of(measured[n][place]))) for n, of in how.items()}
 

@@ -157,6 +157,7 @@ class TuneSession(TaskSession):
     async def _run(self, task: TuneTask) -> None:
         _HELD.add(Path(task.place))
         self.task, self.told, self.words = task, {}, ""
+        self.bench.document.judged = task.terms
         self.base, self.preview = self.present, None
         self.begun, self.gesture = time.monotonic(), f"tune {PROCESS} {time.monotonic_ns()}"
         self.widget.update(courses=[], before=[], after=[], left=None)
@@ -353,4 +354,4 @@ class TuneSession(TaskSession):
         }
 
 
-panel = SessionPanel("Tune", 70, TuneSession)
+panel = SessionPanel("Tune", 70, TuneSession, purpose="robot", improves="through the loop")

@@ -128,7 +128,7 @@ def gains(law: Law[Any]) -> str:
     if not is_dataclass(law):
         return ""
     known = {f.name: getattr(law, f.name) for f in fields(law) if f.init and f.name not in law.idle}
-    shown = {name: value for name, value in known.items() if isinstance(value, (int, float, str))}
+    shown = {name: value for name, value in known.items() if isinstance(value, (int, float, str)) and value != ""}
     return ", ".join(f"{n} = {v:g}" if isinstance(v, float) else f"{n} = {v}" for n, v in shown.items())
 
 

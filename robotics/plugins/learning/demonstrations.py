@@ -197,7 +197,7 @@ class _Taken:
 
     def __init__(self, setting: Setting, seeds: np.ndarray, pupil: Law[Any], number: int) -> None:
         self.setting, self._seeds, self._number = setting, seeds, number
-        lead = pupil.knowledge_rows(setting)[0] if isinstance(pupil, EquationLaw) and pupil.has_equation else 0.0
+        lead = pupil.knowledge_rows(setting)[0] if isinstance(pupil, EquationLaw) else 0.0
         self._lead = np.broadcast_to(lead, len(setting.robots))  # s: so far ahead it reads the velocity it corrects
         self.parts: list[Demonstrations] = []
         self._catch_up = getattr(pupil, "catch_up", 0.0)
@@ -276,9 +276,8 @@ class _Taken:
         return np.asarray(wish - v * np.cos(wrapped(state.reference.heading - state.posture[2])))
 
     def _keep(self, memory: TandemMemory, said: np.ndarray, held_back: np.ndarray) -> None:
-        known = memory.known if memory.unheard is not None else memory.known[:, :, None]
-        asked = np.ones(known.shape[:-1], dtype=bool) if memory.unheard is None else ~memory.unheard
-        asked = asked & (self._going & np.isfinite(said).all(axis=-1))[..., None]
+        known = memory.known
+        asked = ~np.isnan(known).all(axis=-1) & (self._going & np.isfinite(said).all(axis=-1))[..., None]
         run, robot, _ = np.nonzero(asked)
         moments, of = np.unique(run * said.shape[1] + robot, return_inverse=True)
         runs, robots = np.divmod(moments, said.shape[1])

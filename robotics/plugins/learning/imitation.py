@@ -36,7 +36,6 @@ from fuzzy.fitting.clustering import densities, select_centers
 from fuzzy.fitting.consequents import least_squares
 from fuzzy.fitting.identification import Data, cluster_partition, system_of
 from fuzzy.fitting.termnames import with_telling_names
-from fuzzy.membership import Gaussian
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Linear, Sugeno, Variable
 from robotics.laws.catalogue import make_controller
@@ -45,6 +44,7 @@ from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.rules.situation import NOTHING_NEAR
 from robotics.plugins.learning.demonstrations import Demonstrations, ImitationTask, RunOutcome, demonstrate, joined
 from robotics.plugins.learning.lesson import COMMAND_UNITS, ImitationError, ImitationPlan
+from robotics.plugins.learning.onlooker import inputs_of
 from robotics.plugins.learning.tandem import TeacherAndPupil
 
 RULE_RADII = (0.2, 0.35, 0.6, 0.9)  # of the clusters, as shares of each column's range: all are tried
@@ -261,8 +261,7 @@ def _tandem(lesson: ImitationPlan, teacher: Law[Any], file: Path) -> TeacherAndP
 
 def blank(lesson: ImitationPlan) -> Sugeno:
     """A rule base that says nothing, by which the inputs are asked for while the teacher drives."""
-    some, span = {"any": Gaussian(NOTHING_NEAR, 0.0)}, (-NOTHING_NEAR, NOTHING_NEAR)
-    inputs = [Variable(name, span, some, quantity_of(name, "inputs").unit) for name in lesson.inputs]
+    inputs = inputs_of(lesson.inputs)
     zero = {"none": Linear((0.0,) * len(inputs), 0.0)}
     outputs = [Variable(name, (-1.0, 1.0), zero, COMMAND_UNITS[name]) for name in lesson.outputs]
     rule = Rule(tuple(Clause(v.name, "any") for v in inputs), tuple((v.name, "none") for v in outputs))

@@ -389,7 +389,7 @@ def _drive(k: int, run: Run) -> Chapter:
         else (_TEXTS.text("drive.quiet"),),
         [Grid(caption, ("quantity", *head), rows)],
         pictures=[_TEXTS.picture(name, page, key="drive", **first, robots=robots, s="s" * (robots > 1))],
-        films=[Film(_TEXTS.text("drive.film", **first), partial(player_fragment, run))],
+        films=[Film(_TEXTS.text("drive.film", **first), partial(player_fragment, run), name)],
     )
 
 

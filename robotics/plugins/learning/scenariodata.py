@@ -10,7 +10,7 @@ quantity ``leader_ahead`` of :mod:`robotics.laws.rules.quantities` as robot 2 kn
 teacher commands it then. Numbers are rounded to 1e-6.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,14 +18,14 @@ import numpy as np
 
 from fuzzy.quantity import check_quantities, described, quantity, whole
 from robotics.laws.catalogue import make_controller, preset_of
-from robotics.laws.law import Command, Law, Observation
-from robotics.laws.rules.follow_leader import FollowLeader, FormationMemory
-from robotics.laws.rules.formation_networks import asks_radio
+from robotics.laws.law import Law
+from robotics.laws.rules.follow_leader import FollowLeader
 from robotics.laws.rules.quantities import Quantity, quantity_of
-from robotics.laws.rules.situation import NOTHING_NEAR, TEAM_MESSAGE, Situation
+from robotics.laws.rules.situation import NOTHING_NEAR
 from robotics.laws.setting import Setting
 from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, TIMED_COLUMNS, DataColumn, DataTable
 from robotics.plugins.learning.formationdata import MOST_SAMPLES, MOST_SEED, FormationDataError
+from robotics.plugins.learning.onlooker import Onlooker, OnlookerColumns, asking_for
 from robotics.plugins.learning.tandem import TandemMemory, TeacherAndPupil
 from robotics.simulation.loop import drive
 from robotics.simulation.scenario.description import Scenario
@@ -120,7 +120,7 @@ def scenario_data(scenario: Scenario, recipe: ScenarioRecipe, advance: Callable[
         raise FormationDataError(f"{recipe.teacher} commands torques; a formation's networks learn v and w")
     names = recipe.inputs or default_inputs(recipe.teacher)
     known = _quantities(names, len(scenario.robots))
-    law = TeacherAndPupil(teacher=teacher, pupil=Onlooker(quantities=known), learns="inputs")
+    law = TeacherAndPupil(teacher=teacher, pupil=Onlooker(base=asking_for(names)), learns="inputs")
     step = advance or (lambda: None)
     rng = np.random.default_rng([recipe.seed, DISPLACED_STREAM, recipe.stream])
     displaced = round(recipe.displaced * recipe.samples)
@@ -170,12 +170,12 @@ def _rows(setting: Setting, law: TeacherAndPupil, seeds: range) -> np.ndarray:
         memory: TandemMemory = state.memory
         assert memory.said is not None
         said = np.stack(p.saturate(p.velocity_limits(setting.robots), memory.said.v, memory.said.w), axis=-1)
-        rows = np.concatenate(
-            [np.minimum(memory.known, NOTHING_NEAR), said], axis=-1
-        )  # (runs, robots, columns of one robot)
-        drives = ~memory.pupil.over & (state.stopped < 0).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
+        known = np.minimum(memory.known[:, :, 0], NOTHING_NEAR)
+        rows = np.concatenate([known, said], axis=-1)  # (runs, robots, columns of one robot)
+        over = OnlookerColumns(memory.pupil.rows).over.reshape(said.shape[:2])[:, 0] > 0
+        drives = ~over & (state.stopped < 0).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
         kept.append(rows.reshape(len(rows), -1)[drives])
-        if memory.pupil.over.all():
+        if over.all():
             break
     return np.concatenate(kept)
 
@@ -204,49 +204,3 @@ def _displaced_rows(
 def _drawn(rows: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """``count`` of the rows at random, in their order; all of them, if there are no more."""
     return rows[np.sort(rng.permutation(len(rows))[:count])]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Onlooker(Law[FormationMemory]):
-    """A law that finds out what robots know, and does nothing: itself its rule base, one without rules."""
-
-    quantities: tuple[Quantity, ...]
-    of_pairs = False
-
-    @property
-    def rule_bases(self) -> Mapping[str, "Onlooker"]:
-        """What is asked of the quantities, by the name that :class:`TeacherAndPupil` learns."""
-        return {"inputs": self}
-
-    def known(self, situation: Situation) -> np.ndarray:
-        """The quantities (runs, robots, quantities), each in its unit."""
-        return np.stack([np.broadcast_to(q.of(situation), situation.place.shape) for q in self.quantities], axis=-1)
-
-    @property
-    def message(self) -> tuple[str, ...]:
-        """Where the robots are, if a quantity is told by radio."""
-        return TEAM_MESSAGE if asks_radio(self.quantities) else ()
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The range sensors that quantities name."""
-        return tuple(dict.fromkeys(q.sensor for q in self.quantities if q.sensor))
-
-    @property
-    def looks(self) -> bool:
-        """Whether a quantity needs range sensors."""
-        return any(q.ranges for q in self.quantities)
-
-    def init(self, setting: Setting, runs: int) -> FormationMemory:
-        """Find the robots on their paths. Raises ControllerError for a single robot."""
-        return FormationMemory.start(setting, runs, meetings=bool(self.message) or self.looks)
-
-    def situation(self, seen: Observation, memory: FormationMemory, dt: float) -> Situation:
-        """All that robots can know in a period."""
-        return memory.situation(seen, dt)
-
-    def control(self, seen: Observation, memory: FormationMemory, dt: float) -> tuple[Command, FormationMemory]:
-        """Tell the others what they need, and remember."""
-        now = memory.situation(seen, dt)
-        after, none = memory.after(now, seen.v, seen.w), np.zeros_like(seen.x)  # what was commanded it does not hear
-        return Command(none, none, none, none, now.message(after.recall) if self.message else None), after

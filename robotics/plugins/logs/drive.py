@@ -210,14 +210,14 @@ def _stamp(header: Any) -> float:
     return float(header.stamp.sec) + header.stamp.nanosec / 1e9
 
 
-def _heading(turn: Any) -> float:
+def heading_of(turn: Any) -> float:
     """The heading [rad] of a rotation."""
     return float(np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2)))
 
 
 def _odometry(message: Any) -> tuple[Any, ...]:
     pose, twist = message.pose.pose, message.twist.twist
-    at = pose.position.x, pose.position.y, _heading(pose.orientation)
+    at = pose.position.x, pose.position.y, heading_of(pose.orientation)
     return _stamp(message.header), *at, twist.linear.x, twist.angular.z, message.header.frame_id
 
 
@@ -271,7 +271,7 @@ def _plans(bag: Bag, topic: Topic, frame: str, shift: float) -> tuple[Track | No
 
     def row(message: Any) -> tuple[float, str, np.ndarray]:
         poses = [
-            (_stamp(p.header), p.pose.position.x, p.pose.position.y, _heading(p.pose.orientation))
+            (_stamp(p.header), p.pose.position.x, p.pose.position.y, heading_of(p.pose.orientation))
             for p in message.poses
         ]
         return _stamp(message.header), message.header.frame_id, np.array(poses, dtype=float).reshape(-1, 4)
@@ -314,7 +314,7 @@ def _mover(bag: Bag, name: str, frame: str, wanted: str) -> Callable[[np.ndarray
             for arrival, transforms in zip(*bag.read(topic, lambda m: m.transforms), strict=True):
                 for one in transforms:
                     pair = one.header.frame_id.strip("/"), one.child_frame_id.strip("/")
-                    at, turn = one.transform.translation, _heading(one.transform.rotation)
+                    at, turn = one.transform.translation, heading_of(one.transform.rotation)
                     time = _stamp(one.header) or arrival
                     if pair == (frame, wanted):
                         rows.append((time, at.x, at.y, turn))

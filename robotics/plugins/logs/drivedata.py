@@ -21,25 +21,26 @@ known: the drive is cut there, and goes on as another piece. It is cut, too, whe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzy.quantity import check_quantities, described, quantity
 from robotics.laws.law import Observation
+from robotics.laws.rules.of_reference import later
 from robotics.laws.rules.quantities import QUANTITY_GROUPS, Quantity, quantity_of
-from robotics.laws.rules.situation import Fixed, Recall, Situation
+from robotics.laws.rules.situation import recall_at_start
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
 from robotics.plugins.learning.datatable import COMMAND_OUTPUTS, TIMED_COLUMNS, DataColumn, DataTable
+from robotics.plugins.learning.onlooker import Onlooker, OnlookerColumns, asking_for
 from robotics.plugins.logs.drive import Drive, PlannedPath, Track
 from robotics.plugins.logs.typestore import LogError
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.paths.joined import PathTable, join_paths
 from robotics.world.paths.path import Line, PathError, Waypoints, compile_path
 from robotics.world.paths.references import Reference, References
-from robotics.world.paths.road import Road
+from robotics.world.paths.road import TIMED, road_of
 from robotics.world.radio.channel import Heard
 from robotics.world.radio.description import Radio
 from robotics.world.sensing.posture import Sensing
@@ -225,7 +226,7 @@ def drive_data(drives: Sequence[Drive], recipe: DriveRecipe, advance: Callable[[
                     f"times ({drive.topics.get('path', 'none')}); take {', '.join(UNTIMED)}, or the way driven"
                 )
         for piece in pieces(drive, recipe.period, recipe.gap, recipe.delay, whole=recipe.whole):
-            rows, kept = _rows(drive, piece, way, names, known, recipe)
+            rows, kept = _rows(drive, piece, way, names, recipe)
             number = ((piece.time - piece.time[0]) / _BLOCK).astype(int)[kept] + first
             first = int(number.max(initial=first - 1)) + 1
             parts.append(rows[kept])
@@ -261,35 +262,51 @@ def _quantities(names: Sequence[str]) -> tuple[Quantity, ...]:
     return found
 
 
+class DriveOnlooker(Onlooker):
+    """Looks at a robot that drove alone, and is told what it was to follow."""
+
+    def begin(self, setting: Setting, runs: int) -> np.ndarray:
+        """Nothing is remembered but where the robot is."""
+        start = recall_at_start(setting, runs)
+        return np.concatenate([start, np.zeros((self.remembers.size + 1 - len(start), *start.shape[1:]))])
+
+
 def _rows(
-    drive: Drive, piece: DrivePiece, way: str, names: Sequence[str], known: Sequence[Quantity], recipe: DriveRecipe
+    drive: Drive, piece: DrivePiece, way: str, names: Sequence[str], recipe: DriveRecipe
 ) -> tuple[np.ndarray, np.ndarray]:
     """The rows (samples, columns) of a piece, and which of them (samples,) are known."""
     references = _references(drive, piece, way, {*names} & _BY_PATH != set())
     setting = _setting(drive, piece, references, recipe.period)
-    fixed, recall = Fixed.of(setting, 0.0, meetings=False), Recall.start(setting, 1)
     table = references.joined.table
     nearest = int(np.argmin(np.hypot(table[0] - piece.x[0], table[1] - piece.y[0])))
-    place = np.full((1, 1), nearest / (table.shape[1] - 1)) * references.joined.lengths
+    place = nearest / (table.shape[1] - 1) * float(references.joined.lengths[0])
     if way != "path":
-        place = np.reshape(references.at(float(piece.time[0])).s, (1, 1))
-    recall = recall._replace(place=place, best=place)
-    one, end = np.ones((1, 1)), float(references.ends[0])
-    rows = np.empty((len(piece.time), len(known) + len(DRIVE_OUTPUTS)))
+        place = float(references.at(float(piece.time[0])).s[0])
+    onlooker, end = DriveOnlooker(base=asking_for(names), along=True), float(references.ends[0])
+    memory = onlooker.init(setting, 1)
+    recall = OnlookerColumns(memory.rows)
+    recall.place = recall.best = place
+    rows = np.empty((len(piece.time), len(names) + len(DRIVE_OUTPUTS)))
     due = references.each_at(piece.time[:, None])
     ahead = references.each_at(np.minimum(piece.time + recipe.look_ahead, end)[:, None])
     columns = (piece.x, piece.y, piece.heading, piece.v, piece.w)
-    silence = Heard.nothing(1, 1)
     for k, time in enumerate(piece.time.tolist()):
-        x, y, heading, v, w = (column[k] * one for column in columns)
+        x, y, heading, v, w = (column[k : k + 1, None] for column in columns)
+        recall = OnlookerColumns(memory.rows)
+        recall.target.array[...] = [row[k] for row in ahead]
         reference = Reference(*(row[k] for row in due))
-        seen = Observation(time, x, y, heading, v, w, reference, references, silence)
-        recall = recall._replace(clock=time * one)
-        now = Situation(seen, fixed, recall, recipe.period, Reference(*(row[k : k + 1] for row in ahead)))
-        rows[k, : len(known)] = [float(np.reshape(quantity.of(now), -1)[0]) for quantity in known]
-        sent_v, sent_w = (float(row[k]) * one for row in (piece.v_commanded, piece.w_commanded))
-        recall = now.remembered(pace=one, keep=0 * one, yields=0 * one, v=sent_v, w=sent_w)
-    rows[:, len(known) :] = np.stack([piece.v_commanded, piece.w_commanded], axis=-1)
+        seen = Observation(time, x, y, heading, v, w, reference, references, Heard.nothing(1, 1))
+        command, memory = onlooker.control(seen, memory, recipe.period)
+        assert command.inputs is not None
+        rows[k, : len(names)] = command.inputs[:, 0, 0]
+        recall = OnlookerColumns(memory.rows)
+        recall.v_command, recall.w_command = piece.v_commanded[k], piece.w_commanded[k]
+    for k, name in enumerate(names):
+        if at := later(name):  # of a log's target only it knows when it is where
+            moved = references.each_at((piece.time + at[1])[:, None])
+            curved = np.divide(moved.w, moved.v, out=np.zeros_like(moved.w), where=moved.v != 0)
+            rows[:, k] = {"target_v": moved.v, "target_w": moved.w, "target_curvature": curved}[at[0]][:, 0]
+    rows[:, len(names) :] = np.stack([piece.v_commanded, piece.w_commanded], axis=-1)
     told = np.asarray(np.isfinite(rows).all(axis=1))
     if way != "path" and not references.rests and {*names} & _BY_TIME:
         told &= piece.time + recipe.look_ahead <= end + 1e-6  # what comes after the log's end is not known
@@ -301,7 +318,7 @@ def _rows(
 
 @dataclass(frozen=True, eq=False)
 class TrackReferences(References):
-    """A track over time as the references of one robot; they have no road, for no compiled law drives along a log."""
+    """A track over time as the references of one robot; their road has its path, and not its times."""
 
     track: Track  # its time [s] since the drive's start
     s: np.ndarray  # (n,) m: its abscissae
@@ -317,7 +334,8 @@ class TrackReferences(References):
 
 
 def _along(joined: PathTable, track: Track, s: np.ndarray) -> TrackReferences:
-    return TrackReferences(joined, track.time[-1:], cast(Road, None), track, s)
+    road = road_of(joined, TIMED.evenly, track.time[-1:])
+    return TrackReferences(joined, track.time[-1:], road, track, s)
 
 
 def _references(drive: Drive, piece: DrivePiece, way: str, by_path: bool) -> TrackReferences:

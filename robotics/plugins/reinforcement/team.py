@@ -138,6 +138,7 @@ class TeamEnv(ParallelEnv):
         message = dict(zip(BROADCAST, seen[:5], strict=True))
         one.told(Command(wanted[:1], wanted[1:], speeds[:1], speeds[1:], message))
         one.obey()
+        one.keep(self.k)
         pay(0, len(self.possible_agents), moment_of(one.lanes, self.k), mine)
         one.lanes.lost[:] |= (mine.ended != END.running) & (mine.ended != END.time) & (one.lanes.stopped < 0)
         if self.k < setting.ticks:

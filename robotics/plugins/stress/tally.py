@@ -214,8 +214,16 @@ def _drove_at_obstacle(before: Watch, after: Watch, run: int, i: int, obstacle: 
     robots, world = (before.robots[i],), _alone(before.geometry, before.known.spans, run, obstacle)
     poses = [watch.poses[:, run : run + 1, i : i + 1] for watch in (before, after)]
     alone, _ = Watch.opened(robots, before.time, poses[0], world).to(after.time, poses[1], world)
-    gaps = [obstacle_clearance(x, y, psi, footprints(robots), world)[0, 0] for x, y, psi, *_ in poses]
-    return bool(np.isfinite(alone.known.first[1, 0, 0]) or gaps[0] - gaps[1] > APPROACH * (after.time - before.time))
+    sizes, period = footprints(robots), after.time - before.time
+    gaps = [obstacle_clearance(x, y, psi, sizes, world)[0, 0] for x, y, psi, *_ in poses]
+    if gaps[0] - gaps[1] > APPROACH * period:
+        return True
+    # Who is slower, to the last hair, did not drive into what came to it.
+    assert after.geometry is not None
+    moved, now = (poses[1] - poses[0])[:3, 0, 0], _alone(after.geometry, before.known.spans, run, obstacle)
+    came = (now.circles != world.circles).any() or (now.bodies != world.bodies).any()
+    stands = np.hypot(moved[0], moved[1]) + sizes[2, 0] * abs(moved[2]) <= APPROACH * period
+    return bool(np.isfinite(alone.known.first[1, 0, 0]) and not (came and stands))
 
 
 def _alone(geometry: Geometry, spans: np.ndarray, run: int, obstacle: int) -> Geometry:

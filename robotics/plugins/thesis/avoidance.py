@@ -75,7 +75,7 @@ def chapter_of(results: Results) -> Chapter:
         tables=[_tests(runs), _crossings(results), _courses(runs), side_by_side_table(runs)],
         pictures=_pictures(runs),
         claims=judged("avoidance", partial(avoidance_runs.values, results)),
-        films=[film_of(runs[key], *key) for key in _played(runs)],
+        films=[film_of(runs[key], *key, "avoidance") for key in _played(runs)],
         leads=[
             *(_lead(runs, test, _MEETING) for test in AVOIDANCE_TESTS),
             *(_lead(runs, c, _AMONG_OBSTACLES) for c in COURSES),

@@ -21,7 +21,7 @@ from fuzzy.shell.progress import Begin
 from robotics.plugins.thesis import avoidance, avoidance_runs, formations, team_runs, teams, tracking
 from robotics.plugins.thesis.claims import Needed, run_file
 from robotics.plugins.thesis.experiment import THOROUGH, USUAL, ChapterMaker, Effort, Experiment, results_of
-from robotics.show.report.chapter import Chapter, Film
+from robotics.show.report.chapter import Chapter
 from robotics.show.report.plates import plate
 from robotics.show.report.study import MakeChapters
 from robotics.simulation.run import Run
@@ -103,7 +103,7 @@ def _made(
             save_results(results, experiments, Path(folder) / "runs")
         made = maker.chapter(results)
         pictures = [plate(picture) for picture in made.pictures] if draw else []
-        films = [Film(film.caption, partial(str, film.make())) for film in made.films] if draw else []
+        films = [film._replace(make=partial(str, film.make())) for film in made.films] if draw else []
     done = replace(made, pictures=pictures, films=films)
     return done, [warning.message for warning in caught if isinstance(warning.message, Warning)]
 

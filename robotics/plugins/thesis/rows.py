@@ -37,6 +37,7 @@ def run_columns(
     return {scenario: lambda run: run.scenario, "controller": lambda run: label(run.controller), **beside, **means}
 
 
-def film_of(run: Run, scenario: str, law: str) -> Film:
-    """A run to play, called by its scenario's title and its law."""
-    return Film(f"To play: {load_scenario(scenario).title}; {label(law)}.", partial(player_fragment, run))
+def film_of(run: Run, scenario: str, law: str, chapter: str) -> Film:
+    """A run to play, called by its scenario's title and its law, under the picture that ``chapter`` has of it."""
+    caption = f"To play: {load_scenario(scenario).title}; {label(law)}."
+    return Film(caption, partial(player_fragment, run), f"{chapter}-{scenario}")

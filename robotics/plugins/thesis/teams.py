@@ -36,7 +36,7 @@ def chapter_of(results: Results) -> Chapter:
         details=[*(_duel(results, test) for test in TEAM_TESTS), _table_5_6(), _recovery(results), _scaling(results)],
         pictures=_pictures(results),
         claims=judged("teams", partial(team_runs.values, results)),
-        films=[film_of(results[Needed(*item, False)], *item) for item in FILMS],
+        films=[film_of(results[Needed(*item, False)], *item, "team") for item in FILMS],
         leads=[_lead(results, test) for test in TEAM_TESTS],
     )
 

@@ -31,7 +31,7 @@ class Plate(NamedTuple):
     alt: str
     png: bytes
     webp: bytes  # the same picture, for the page
-    width: int  # pixels
+    width: int  # pixels of the page
     height: int
     narrow: "Plate | None" = None  # the same for a phone
 
@@ -41,6 +41,7 @@ class Film(NamedTuple):
 
     caption: str
     make: Callable[[], str]
+    beside: str = ""  # the picture under which it stands; "": at the end of its chapter
 
 
 class Front(NamedTuple):

@@ -1,5 +1,7 @@
 """The report of a comparison: figures, tables and verdicts in one HTML file that needs nothing else.
 
+One page is in front, with the answer; behind it are chapters, of which one is open at a time, and all on paper.
+
 The file is the same, byte for byte, whenever the same comparison is reported by the same versions.
 """
 
@@ -15,7 +17,7 @@ from matplotlib.figure import Figure
 
 from fuzzy.figures.drawing import PAGE_WIDTH
 from fuzzy.files.atomic import write_whole
-from fuzzy.words import listed
+from fuzzy.words import counted, listed
 from robotics.laws.catalogue import law_title
 from robotics.laws.specification import Specification
 from robotics.measures.evidence import FEWEST_RUNS, FORMS
@@ -35,6 +37,7 @@ from robotics.simulation.scenario.description import Member, Scenario
 from robotics.studies.comparison import Comparison, terms
 
 _TEXTS = ReportTexts("robotics.show.report")
+_SHORT = 8  # claims that stand on the front page, at most; more are a chapter
 _PER_ROBOT = 4  # robots of a scenario that get their own pictures of errors and speeds, at most
 
 
@@ -102,12 +105,22 @@ def write_report(
     for picture in plates:
         write_whole(folder / "figures" / f"{picture.name}.png", picture.png)
     laws = list(dict.fromkeys(name for each in comparisons for name in each.controllers))
+    apart = len(claims) > _SHORT
     entries = [
-        *([("arena", front.title)] if front is not None else []),
-        *([("verdict", "Verdict in brief")] if claims else []),
+        ("front", "The answer"),
+        *([("verdict", "Verdict in brief")] if apart else []),
+        *([("head", "Who leads where")] if front is not None else []),
         ("terms", "What was compared, on what terms"),
         *((f"scenario-{s.place}", s.scenario.name) for s in sections),
     ]
+    hints = {
+        "verdict": f"{len(claims)} claims, each with its parts and numbers",
+        "head": f"all {counted(len(leads), 'scenario')} at a glance",
+        "terms": "the laws, their gains, how to read the tables",
+        "reproduce": "command, seeds, versions",
+    }
+    hints |= {f"scenario-{s.place}": _leading(s.scenario.name, leads) for s in sections}
+    hints |= {f"chapter-{chapter.name}": _content(chapter) for chapter in chapters}
     page = rendered(
         "report.html.j2",
         chapters,
@@ -120,6 +133,9 @@ def write_report(
         front=front,
         count=len(comparisons[0].seeds),
         claims=claims,
+        apart=apart,
+        hints=hints
+        | {"terms": "the laws, their gains, how to read the tables", "reproduce": "command, seeds, versions"},
         homes={claim.name: chapter for chapter in chapters for claim in chapter.claims},
         head=head,
         forms=FORMS if any(form for claim in claims for form in claim.forms) else (),
@@ -173,13 +189,27 @@ def _better(larger: Iterable[str]) -> str:
 
 def _leads(found: Sequence[Lead]) -> Picture:
     """The picture at the head of the report."""
-    said = "; ".join(
-        f"{lead.scenario}: {', '.join(law_title(s.law) for s in lead.standings if s.leads) or 'nobody'}"
-        for lead in found
-    )
+    said = "; ".join(f"{lead.scenario}: {', '.join(_leaders(lead))}" for lead in found)
     better = _better(lead.title for lead in found if lead.larger)
     wide, narrow = partial(plot_leads, found), partial(plot_leads, found, PAGE_WIDTH, 1)
     return _TEXTS.picture("verdicts", wide, narrow, better=better, leading=said)
+
+
+def _leaders(lead: Lead) -> list[str]:
+    return [law_title(s.law) for s in lead.standings if s.leads] or ["nobody"]
+
+
+def _leading(scenario: str, leads: Sequence[Lead]) -> str:
+    """Who leads in a scenario, and by what."""
+    found = [(_leaders(lead), lead.title) for lead in leads if lead.scenario == scenario]
+    return "; ".join(f"{listed(who)} {'lead' if len(who) > 1 else 'leads'} in {title}" for who, title in found)
+
+
+def _content(chapter: Chapter) -> str:
+    """How much of what a chapter has."""
+    many = {"claim": chapter.claims, "picture": chapter.pictures, "run": chapter.films}
+    found = [counted(len(things), name) + " to play" * (name == "run") for name, things in many.items() if things]
+    return listed(found) if found else "tables"
 
 
 # What is drawn -------------------------------------------------------------------------------------------------

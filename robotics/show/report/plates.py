@@ -11,7 +11,8 @@ from PIL import Image, ImageChops
 from fuzzy.figures.drawing import style
 from robotics.show.report.chapter import Picture, Plate
 
-DPI = 150
+SCREEN = 150  # pixels of the page for an inch of a figure
+DPI = 2 * SCREEN  # sharp on dense screens too
 _COLORS = (64, 256)  # of a palette: as few as will do
 _WHITE = 253  # of 255: from here on a palette means white
 _OFF = 3.0  # of 255: how far the palette may be off, root mean square over the picture
@@ -22,7 +23,7 @@ def plate(picture: Picture | Plate) -> Plate:
     if isinstance(picture, Plate):
         return picture
     drawn = _drawn(picture.draw())
-    width, height = drawn.size
+    width, height = (round(side * SCREEN / DPI) for side in drawn.size)
     few = _quantized(drawn)
     png = _written(few, "png", compress_level=6)
     # Without loss; the next steps of method take twice as long for 2 % less.

@@ -14,6 +14,7 @@ from robotics.laws.catalogue import law_title
 from robotics.show.playback.player import player_script
 from robotics.show.report.chapter import Chapter, Plate
 from robotics.show.report.glossary import SIDES, Linker, law_term, terms, terms_in, words_of
+from robotics.show.report.plates import SCREEN
 from robotics.studies.versions import versions
 
 _HERE = resources.files("robotics") / "show" / "report"
@@ -86,4 +87,5 @@ def _environment() -> Environment:
 def _image(plate: Plate) -> dict[str, Any]:
     data = base64.b64encode(plate.webp).decode("ascii")
     narrow = plate.narrow and _image(plate.narrow)
-    return {"data": data, "width": plate.width, "height": plate.height, "narrow": narrow}
+    size = {"width": plate.width, "height": plate.height, "inches": round(plate.width / SCREEN, 2)}
+    return {"data": data, "narrow": narrow, **size}

@@ -19,7 +19,7 @@ from fuzzy.shown import shown
 from fuzzy.sketch import lines, table, titled
 from fuzzy.words import counted
 from robotics.laws.knowledge import Knowledge
-from robotics.laws.setting import Kind, Setting
+from robotics.laws.setting import Kind, Safety, Setting
 from robotics.simulation.scenario.feasibility import demands
 from robotics.simulation.scenario.robots import RobotModel, standard_robot
 from robotics.world.environment.world import Obstacle, World, compile_world
@@ -174,6 +174,21 @@ class Scenario:
     radio: Radio = described("The radio of a team.", default_factory=Radio)
     faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
     obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    safety: Safety = described(
+        "passive: below any controller a monitor keeps each robot from driving into what its sensors could see, or "
+        "into a robot that it hears; left out: there is none.",
+        "",
+        example="passive",
+    )
+    others_speed: float | None = quantity(
+        None,
+        "m/s",
+        least=0,
+        most=10,
+        doc="The greatest speed of what moves among the obstacles, which that monitor assumes; left out: that of the "
+        "fastest one.",
+        example=0.2,
+    )
     metrics: tuple[str, ...] = described(
         "Metrics of the task: they come first in tables, and alone in short ones and pictures; the first one says who "
         "leads. A name, or file.py:function of your own.",
@@ -235,6 +250,11 @@ class Scenario:
         """The same with each seed's start within ``spread`` [m, m, rad] of every robot's. Raises ScenarioError."""
         return replace(self, robots=tuple(replace(member, start_spread=spread) for member in self.robots))
 
+    def with_robot(self, model: RobotModel) -> "Scenario":
+        """The same with every robot of a ``model``, which carries its own sensors. Raises ScenarioError."""
+        robots = tuple(replace(each, robot=model.robot, model=model, sensors=None) for each in self.robots)
+        return replace(self, robots=robots, sensors=None)
+
     @property
     def ticks(self) -> int:
         """The number of control periods."""
@@ -270,6 +290,8 @@ class Scenario:
             plant=self.plant,
             divergence=self.divergence + self._way_off(),
             knowledge=self.knowledge,
+            safety=self.safety,
+            others_speed=self.others_speed,
         )
 
     def _way_off(self) -> float:

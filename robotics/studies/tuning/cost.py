@@ -119,6 +119,18 @@ class Cost:
         terms = (replace(term, weight=term.weight * factors.get(term.metric, 1.0)) for term in self.terms)
         return replace(self, terms=tuple(terms))
 
+    def parts_of(self, metrics: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+        """What each of the terms adds.
+
+        Args:
+            metrics: The metrics by name, each (..., robots); the mean of a run's robots counts.
+
+        Returns:
+            The parts of the cost in the order of ``terms``, each (...,).
+        """
+        with np.errstate(invalid="ignore"):
+            return [np.asarray(t.weight * metrics[t.name].mean(axis=-1) / t.scale) for t in self.terms]
+
     def objectives_of(self, metrics: Mapping[str, np.ndarray], stopped: np.ndarray) -> np.ndarray:
         """What runs cost (..., objectives).
 
@@ -131,10 +143,8 @@ class Cost:
         """
         names = self.objectives
         found = np.zeros((*stopped.shape[:-1], len(names)))
-        for term in self.terms:
-            with np.errstate(invalid="ignore"):
-                value = metrics[term.name].mean(axis=-1)
-            found[..., names.index(term.objective)] += term.weight * value / term.scale
+        for term, part in zip(self.terms, self.parts_of(metrics), strict=True):
+            found[..., names.index(term.objective)] += part
         failed = stopped.any(axis=-1)
         if CONTACTS in metrics:
             failed |= (metrics[CONTACTS] > 0).any(axis=-1)

@@ -60,22 +60,6 @@ class PathTable:
             return share * self.lengths
         return self._interpolated(share, [(rows[0], nodes) for nodes, rows in self._nodes])
 
-    def stretch(self, share: np.ndarray) -> np.ndarray:
-        """The way [m] on each path for each unit of progress, at ``share`` (..., robots): the lengths, or nearly so."""
-        if self.shares is None:
-            return self.lengths
-        return self._interpolated(share, list(self.shares))
-
-    def level(self, s: np.ndarray) -> np.ndarray:
-        """The abscissae [m] (runs, robots, robots) on all paths, the last axis, that are level with each of ``s``.
-
-        ``s`` is (runs, robots).
-        """
-        share = self.share(s)[:, :, None]
-        if self.shares is None:
-            return np.asarray(share * self.lengths[..., None, :])
-        return self.place(np.broadcast_to(share, (*s.shape, s.shape[1])))
-
     @cached_property
     def _nodes(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The abscissae of each path's nodes, and its shares."""

@@ -134,3 +134,27 @@ def test_v_and_w_are_taken_by_name() -> None:
     direct = simulate(short, make_controller("fuzzy:steering_distance=0"))["v"]
     np.testing.assert_allclose(runs[0], direct, atol=0.02)
     assert np.nanmax(runs[1]) > 0.1
+
+
+ARRAYS = """
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+from robotics import Command, Law
+
+@dataclass(frozen=True, kw_only=True)
+class Own(Law[None]):
+    rule_base: Any = "tracking"
+    tasks = MappingProxyType({"own": "rule_base"})
+
+    def control(self, seen, memory, dt):
+        return Command(seen.v, seen.w, seen.v, seen.w), None
+"""
+
+
+def test_a_law_of_arrays_stays_as_safe_as_it_was(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(ARRAYS, encoding="utf-8")
+    law = make_controller(f"{tmp_path / 'mine.py'}:safe=yes")
+    changed = law.with_fuzzy_system("own", other("tracking"))
+    assert (law.safe, changed.safe) == ("yes", "yes")
+    assert make_controller(f"{tmp_path / 'mine.py'}").with_fuzzy_system("own", other("tracking")).safe == ""

@@ -18,7 +18,7 @@ TABLE_OPTIONS: tuple[Option, ...] = (
     File("file", "Table of samples"),
     ColumnsOption("inputs", "Inputs", "file", "all that are no outputs"),
     ColumnsOption("outputs", "Outputs", "file", "the last"),
-    Choice("bad", "Rows without a number", {"refuse": "name them and stop", "skip": "leave them out"}, "refuse"),
+    Choice("bad", "Rows without a number", {"refuse": "say which, and stop", "skip": "leave them out"}, "refuse"),
 )
 
 

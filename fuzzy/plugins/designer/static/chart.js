@@ -20,6 +20,9 @@ function filled(node, attributes, children) {
   return node;
 }
 
+/** The numbers of a drawing, by its svg: columns of a name and values; kept by whoever draws it. */
+export const numbersOf = new WeakMap();
+
 /** Set attributes that differ. */
 export function put(node, attributes) {
   for (const [name, value] of Object.entries(attributes)) {

@@ -3,6 +3,7 @@ import { element, keepDrawn, offer, say } from "./chart.js";
 import { dataPictures } from "./datapictures.js";
 import { columnField, described, fillColumns, tableFields } from "./datasource.js";
 import { field, formStyled, group, panelForm } from "./form.js";
+import { settingsSheet } from "./settings.js";
 
 const NAMES = [
   "sources",
@@ -35,7 +36,10 @@ export async function render({ model, el }) {
     look: (row) => send({ do: "look", row }),
     output: (number) => choose("output", number),
   });
-  const root = element("div", { class: "fd fd-panel fd-form fd-data" }, form.note, data, drawn.node);
+  const settings = settingsSheet([data]);
+  const root = element("div", { class: "fd fd-panel fd-form fd-data" }, settings.node, form.note, drawn.node);
+  let had = false; // a table
+  settings.show(true);
   el.append(root);
 
   function drawForm() {
@@ -51,6 +55,9 @@ export async function render({ model, el }) {
         ? `${table.name}: ${table.rows} rows, ${table.columns.length} columns`
         : 'One row per sample below a header such as "speed [m/s]"; columns are found by the names of the variables. Outputs may be absent.',
     );
+    settings.words([table ? about.textContent : "Choose a table of measured rows"]);
+    if (table && !had) settings.show(false); // its pictures are seen at once
+    had = Boolean(table);
     mapping.hidden = !table;
     skip.show(get("lack"), choice.skip_bad);
     form.drawProblem();
@@ -85,7 +92,7 @@ export async function render({ model, el }) {
     });
   }
 
-  return keepDrawn(model, NAMES, root, draw);
+  return keepDrawn(model, NAMES, root, draw, settings.end);
 }
 
 export default { render };

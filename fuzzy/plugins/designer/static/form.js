@@ -48,6 +48,7 @@ export function panelForm(model, home, { leads = false, columns = null, chosen =
     const list = column === null ? null : [...columns.querySelectorAll("select")].find((each) => each.name === column);
     const fresh = message !== "" && message !== note.textContent;
     sayUnder(note, message, input ?? (column === null ? fields[name] : list), (node) => home(node, name));
+    if (fresh) for (let box = note.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
     if (leads && fresh) note.scrollIntoView({ block: "nearest" });
   }
 

@@ -1,22 +1,13 @@
 // The designer's header: the file and its state, undo and redo, saving, the menu of the file with its dialogs, what is
 // said to the designer, and the keys that work everywhere. Model: "design" and "shell" ({ file, files, compared,
-// largest, restored, unkept }) and "keys"
+// largest, restored, aside, unkept, unnamed }) and "keys"
 // ([key, where, what]); Python's messages: { say, problem }, { say, undo }, { say, stop }, { ask, then }, { moved },
 // { saved }, { refused }: of "Save as"; those of the dialog "New from" stand in starts.js.
 
 import { watchConnection } from "./connection.js";
+import { element as make } from "./chart.js";
+import { menuOf } from "./menu.js";
 import { historyKeys } from "../../../static/keys.js";
-
-function make(tag, attributes = {}, ...children) {
-  const node = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
-    else if (value === true) node.setAttribute(name, "");
-    else if (value !== false && value !== null) node.setAttribute(name, value);
-  }
-  node.append(...children);
-  return node;
-}
 
 const MAC = /Mac|iPhone|iPad/.test(navigator.platform);
 const key = (letters) => (MAC ? `⌘${letters.replace("Shift+", "⇧")}` : `Ctrl+${letters}`);
@@ -152,13 +143,19 @@ function render({ model, el }) {
     list.querySelector("a")?.focus();
   }
 
+  // A new design asks for its name.
+  function store() {
+    if (shell().unnamed !== null) saveAs();
+    else send({ do: "save" });
+  }
+
   function saveAs() {
     const name = make("input", {
       type: "text",
       autocomplete: "off",
       spellcheck: "false",
       required: true,
-      value: shell().file,
+      value: shell().unnamed ?? shell().file,
     });
     const id = `shell-refused-${++count}`,
       why = make("p", { class: "problem", role: "alert", id });
@@ -225,7 +222,12 @@ function render({ model, el }) {
       make("thead", {}, row("th", ["key", "where", "what it does"])),
       make("tbody", {}, ...model.get("keys").map((cells) => row("td", cells))),
     );
-    const box = dialog(el, "Keys", [table], null, () => {});
+    const tour = make(
+      "button",
+      { type: "button", onclick: () => (box.close(), document.dispatchEvent(new Event("fd-tour"))) },
+      "New to rule bases? A tour of five steps",
+    );
+    const box = dialog(el, "Keys", [tour, table], null, () => {});
     box.classList.add("wide");
     const close = box.querySelector(".buttons button");
     close.textContent = "Close";
@@ -296,45 +298,7 @@ function render({ model, el }) {
     ...(shell().writesC ? [["Export C code …", exportC]] : []),
     ["Revert to the saved file", () => send({ do: "discard" })],
   ];
-  const menuId = `shell-menu-${++count}`;
-  const menu = make("div", { role: "menu", id: menuId, "aria-label": "File", hidden: true });
-  const menuButton = make(
-    "button",
-    { type: "button", class: "file", "aria-haspopup": "menu", "aria-expanded": "false", "aria-controls": menuId },
-    "File ▾",
-  );
-  for (const [text, act] of entries) {
-    menu.append(
-      make("button", { type: "button", role: "menuitem", tabindex: "-1", onclick: () => (toggle(false), act()) }, text),
-    );
-  }
-  function toggle(open) {
-    menu.hidden = !open;
-    menuButton.setAttribute("aria-expanded", String(open));
-    if (open) menu.firstChild.focus();
-    else if (menu.contains(document.activeElement)) menuButton.focus();
-  }
-  menuButton.addEventListener("click", () => toggle(menu.hidden));
-  menuButton.addEventListener("keydown", (event) => {
-    if (event.key === "ArrowDown") (event.preventDefault(), toggle(true));
-  });
-  menu.addEventListener("keydown", (event) => {
-    const all = [...menu.children],
-      at = all.indexOf(document.activeElement);
-    const to = {
-      ArrowDown: (at + 1) % all.length,
-      ArrowUp: (at + all.length - 1) % all.length,
-      Home: 0,
-      End: all.length - 1,
-    }[event.key];
-    if (to !== undefined) (event.preventDefault(), all[to].focus());
-    else if (event.key === "Escape") (event.stopPropagation(), toggle(false));
-    else if (event.key === "Tab") toggle(false);
-  });
-  const onOutside = (event) => {
-    if (!menu.hidden && !menu.contains(event.target) && !menuButton.contains(event.target)) toggle(false);
-  };
-  document.addEventListener("pointerdown", onOutside);
+  const menu = menuOf("File", entries, "file");
 
   // The bar --------------------------------------------------------------------------------------------------
   const name = make("span", { class: "name" }),
@@ -351,11 +315,18 @@ function render({ model, el }) {
     "↷",
     make("span", { class: "word" }, " Redo"),
   );
-  const save = make(
+  const past = make(
     "button",
-    { type: "button", class: "first", title: key("S"), onclick: () => send({ do: "save" }) },
-    "Save",
+    {
+      type: "button",
+      "aria-label": "History",
+      title: "History: all edits, and snapshots",
+      onclick: () => send({ do: "history" }),
+    },
+    "◷",
+    make("span", { class: "word" }, " History"),
   );
+  const save = make("button", { type: "button", class: "first", title: key("S"), onclick: store }, "Save");
   // On a narrow screen the tree is a menu: the style sheet shows it while data-tree is "open".
   const tree = make(
     "button",
@@ -385,14 +356,15 @@ function render({ model, el }) {
         tree,
         undo,
         redo,
+        past,
         save,
-        make("span", { class: "menu" }, menuButton, menu),
+        menu.node,
         make(
           "button",
           {
             type: "button",
             "aria-label": "Keys ?",
-            title: "all keys (?)",
+            title: "a tour, and all keys (?)",
             "aria-haspopup": "dialog",
             onclick: showKeys,
           },
@@ -431,6 +403,7 @@ function render({ model, el }) {
   function showRestored() {
     const when = shell().restored;
     restored.replaceChildren();
+    if (shell().aside.length) return chooseWork(shell().aside[0]);
     const empty = !shell().files.length && !(shell().unsaved ?? []).length;
     if (!when && empty && !model.get("design").undo) offerStarts();
     if (!when) return;
@@ -438,6 +411,18 @@ function render({ model, el }) {
       make("span", {}, `Unsaved work of ${when} has been restored.`),
       make("button", { type: "button", onclick: () => send({ do: "discard" }) }, "Revert to the saved file"),
       make("button", { type: "button", onclick: () => restored.replaceChildren() }, "Keep it"),
+    );
+  }
+
+  // The file was changed by somebody else while work on it was not saved: both stay until one is chosen.
+  function chooseWork(when) {
+    const choose = (which, words) =>
+      make("button", { type: "button", onclick: () => send({ do: "choose", which }) }, words);
+    restored.append(
+      make("span", {}, `The file has changed since your unsaved work of ${when}; the file is shown.`),
+      choose("work", "Take my work"),
+      choose("compare", "Compare both"),
+      choose("file", "Keep the file, forget my work"),
     );
   }
 
@@ -461,7 +446,11 @@ function render({ model, el }) {
     if (!(event.ctrlKey || event.metaKey)) return;
     const wish = event.key.toLowerCase() === "s" && !event.shiftKey ? "save" : steps.wished(event);
     if (wish === null) return;
-    if (!el.closest("[inert]")) send({ do: wish }); // while nobody answers it would come to nothing
+    // While nobody answers it would come to nothing.
+    if (!el.closest("[inert]")) {
+      if (wish === "save") store();
+      else send({ do: wish });
+    }
     event.preventDefault();
   }
   document.addEventListener("keydown", onKey);
@@ -473,14 +462,16 @@ function render({ model, el }) {
     if (message.saved || message.ask !== undefined) saving?.close();
     if (message.refused !== undefined) saving ? saving.refused(message.refused) : say(message.refused, true);
     if (message.ask !== undefined) ask(message);
+    if (message.focus === "history") past.focus();
     if (message.moved !== undefined) history.replaceState(null, "", address(message.moved));
   };
-  let shown; // the time of the unsaved work that was told last
+  let shown; // the times of the unsaved work that was told last
   const onShell = () => {
     show();
-    if (shell().restored !== shown) showRestored();
+    const told = [shell().restored, ...shell().aside].join();
+    if (told !== shown) showRestored();
     else if (shell().files.length && !shown) restored.replaceChildren(); // no empty folder any more
-    shown = shell().restored;
+    shown = told;
     const problem = shell().unkept;
     const loss = "Until that works again, what is not saved in the file is lost when the designer ends.";
     if (problem) unkept.replaceChildren(make("span", {}, `${problem[0].toUpperCase()}${problem.slice(1)}. ${loss}`));
@@ -502,7 +493,7 @@ function render({ model, el }) {
     model.off("change:design", show);
     model.off("change:shell", onShell);
     model.off("msg:custom", onMessage);
-    document.removeEventListener("pointerdown", onOutside);
+    menu.end();
     document.removeEventListener("keydown", onKey);
     steps.end();
     unwatch();

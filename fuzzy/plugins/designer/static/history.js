@@ -1,4 +1,4 @@
-// The tab History: snapshots, each with a small picture, and the edits that can be undone or made again. Model:
+// The drawer History: snapshots, each with a small picture, and the edits that can be undone or made again. Model:
 // "history" { edits: [{ number, name, when, done }], forgotten }, "snapshots" { kept: [{ key, name, when, picture,
 // summary }], problems, most, longest } or null until they are read, "compared" (a key) and "removed" ({ key, name }).
 import { button, element, line, put, say, shape, watch } from "./chart.js";

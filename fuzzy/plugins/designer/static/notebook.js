@@ -7,6 +7,8 @@ import terms from "./terms.js";
 import tree from "./tree.js";
 import viewer from "./viewer.js";
 
+const OFTEN = 200; // ms between two edits that the notebook is told of, so that marimo runs the cells that use them
+
 const GROUPS = [
   [
     "Edit the design",
@@ -65,7 +67,23 @@ function render({ model, el }) {
   const buttons = ["undo", "redo"].map((what) =>
     element("button", { type: "button", onclick: () => model.send({ do: what }) }),
   );
+  const anew = element(
+    "button",
+    { type: "button", onclick: () => model.send({ do: "anew" }) },
+    "Start from the cell's",
+  );
+  const notice = element("span", { role: "status" });
+  let timer = 0;
+  function tell() {
+    timer = 0;
+    model.set("seen", model.get("design").revision);
+    model.save_changes();
+  }
   function show() {
+    if (model.get("seen") !== model.get("design").revision) timer ||= setTimeout(tell, OFTEN);
+    const told = model.get("notice");
+    say(notice, told?.says ?? "");
+    anew.hidden = !told?.anew;
     for (const [i, what] of ["undo", "redo"].entries()) {
       const name = model.get("design")[what],
         word = what === "undo" ? "Undo" : "Redo";
@@ -73,7 +91,13 @@ function render({ model, el }) {
       put(buttons[i], { "aria-disabled": String(!name) });
     }
   }
-  const bar = element("div", { role: "toolbar", "aria-label": "Design", class: "fuzzy-editor-bar" }, ...buttons);
+  const bar = element(
+    "div",
+    { role: "toolbar", "aria-label": "Design", class: "fuzzy-editor-bar" },
+    ...buttons,
+    notice,
+    anew,
+  );
   const branches = element("div"),
     system = element("details", {}, element("summary", {}, "System"), branches);
   const groups = GROUPS.map(([label, tabs]) => group(label, tabs, model, ends));
@@ -89,12 +113,13 @@ function render({ model, el }) {
       return wish !== null;
     }),
   );
-  model.on("change:design", show);
+  for (const event of ["change:design", "change:notice"]) model.on(event, show);
   show();
   ends.push(tree.render({ model, el: branches }));
   for (const { begin } of groups) begin(); // in the page, where they can be measured
   return () => {
-    model.off("change:design", show);
+    clearTimeout(timer);
+    for (const event of ["change:design", "change:notice"]) model.off(event, show);
     for (const end of ends) end?.();
     root.remove();
   };

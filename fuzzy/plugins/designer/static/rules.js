@@ -14,6 +14,7 @@ import {
   whenShown,
   widthOf,
 } from "./chart.js";
+import { coloured, completing, namesOf } from "./completion.js";
 import { numberField, pressing, problemLine } from "./dragging.js";
 import { ruleMatrix } from "./rulematrix.js";
 import { listed, orders } from "./ruleorder.js";
@@ -178,12 +179,16 @@ export function render({ model, el }) {
     const field = element("textarea", { rows: 1, spellcheck: "false", "data-part": "text", autocomplete: "off" });
     const told = element("p", { class: "fd-wrong", role: "alert" });
     told.id = `fd-${Math.random().toString(36).slice(2)}`;
-    let shown = { text: "", problem: null };
+    let shown = { text: "", problem: null },
+      drawn = ""; // what was coloured last, by which names
     const mark = () => {
       const text = field.value,
-        wrong = text === shown.text ? shown.problem : null;
+        wrong = text === shown.text ? shown.problem : null,
+        now = wrong ? "" : `${text} ${namesOf(model.get("design"))}`;
+      if (now !== "" && now === drawn) return;
+      drawn = now;
       if (!wrong) {
-        under.replaceChildren(`${text} `);
+        under.replaceChildren(...coloured(text, model.get("design")), " ");
         return;
       }
       // Where a word is missing, the place before it is marked.
@@ -199,6 +204,7 @@ export function render({ model, el }) {
       const text = field.value.replace(/\s+/g, " ").trim();
       if (text !== shown.text) edit("rule_text", { key: own(), text });
     };
+    const offers = completing(field, () => model.get("design"), mark);
     field.addEventListener("input", mark);
     field.addEventListener("change", take);
     field.addEventListener("keydown", (event) => {
@@ -227,7 +233,13 @@ export function render({ model, el }) {
       mark();
     };
     return {
-      node: element("div", { class: "fd-sentence" }, element("div", { class: "fd-over" }, under, field), told),
+      node: element(
+        "div",
+        { class: "fd-sentence" },
+        element("div", { class: "fd-over" }, under, field),
+        offers.node,
+        told,
+      ),
       show,
     };
   }
@@ -375,12 +387,13 @@ export function render({ model, el }) {
       picked.checked = selection.has(id);
       put(picked, { "aria-label": `select rule ${n}` });
       on.checked = rule.enabled;
+      weight.input.disabled = on.disabled = rule.unread; // a line of the file, of which only the text can be changed
       put(on, { "aria-label": `${n}, rule in force` });
       say(number, `${n}`);
       // A sentence states its weight itself.
       say(share, asTable && rule.weight !== 1 ? `× ${said(rule.weight, 3)}` : "");
       put(node, {
-        class: `fd-rule${rule.enabled ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}${picked.checked ? " fd-picked" : ""}`,
+        class: `fd-rule${rule.enabled || rule.unread ? "" : " fd-off"}${rule.problem ? " fd-bad" : ""}${picked.checked ? " fd-picked" : ""}`,
         "data-key": rule.key,
         role: asTable ? "row" : "listitem",
         "aria-label": `rule ${n}`,
@@ -390,7 +403,7 @@ export function render({ model, el }) {
       });
       for (const part of [node.firstChild, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
       text.node.hidden = asTable && !rule.problem;
-      table.node.hidden = !asTable;
+      table.node.hidden = !asTable || rule.unread;
       text.show(rule, n);
       if (asTable) table.show(rule, n, design);
       weight.show(rule.weight, id);
@@ -526,12 +539,14 @@ export function render({ model, el }) {
     put(list, { role: asTable ? "rowgroup" : "list" });
     if (asMatrix) matrix.show();
     else shownRows.show(ids);
-    const off = design.rules.filter((rule) => !rule.enabled).length,
-      wrong = design.rules.filter((rule) => rule.problem).length;
+    const off = design.rules.filter((rule) => !rule.enabled && !rule.unread).length,
+      unread = design.rules.filter((rule) => rule.unread).length,
+      wrong = design.rules.filter((rule) => rule.problem).length - unread;
     const all = design.rules.length === 1 ? "1 rule" : `${design.rules.length} rules`;
     const words = [
       ids.length === design.rules.length ? all : `${ids.length} of ${all}`,
       ...(off ? [`${off} off`] : []),
+      ...(unread ? [`${unread} of the file cannot be read: mend or delete ${unread === 1 ? "it" : "them"}`] : []),
       ...(wrong ? [`${wrong} with an error; its last good form is in force`] : []),
     ];
     say(count, words.join(", "));

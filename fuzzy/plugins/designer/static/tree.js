@@ -1,6 +1,7 @@
 // The system as a tree: inputs, outputs, their terms, the rules, and the choices of inference.
-import { button, choices, color, element, offer, put, watch } from "./chart.js";
+import { button, choices, color, element, line, offer, put, said, scale, shape, watch } from "./chart.js";
 import { problemLine, wordField } from "./dragging.js";
+import { degree, places } from "./membership.js";
 
 const CHOICE_WORDS = {
   and_method: "and",
@@ -26,6 +27,8 @@ const VALUE_WORDS = {
   clip: "clip to the range",
   sum: "sum",
 };
+
+const CURVE = [56, 18]; // px of membership functions in small
 
 export function render({ model, el }) {
   const root = element("div", { class: "fd fd-tree" });
@@ -68,14 +71,20 @@ export function render({ model, el }) {
       list.map((variable) => ({
         id: `${kind} ${variable.name}`,
         text: variable.name,
-        more: variable.terms.length === 1 ? "1 term" : `${variable.terms.length} terms`,
+        more: "",
+        said: variable.terms.length === 1 ? "1 term" : `${variable.terms.length} terms`,
+        curve: kind === "input" ? variable.terms.map((term, i) => [term.type, term.parameters, i]) : null,
+        span: [variable.low, variable.high],
         kind,
         variable: variable.name,
         remove: variable.name,
         children: variable.terms.map((term, i) => ({
           id: `${kind} ${variable.name} ${term.name}`,
           text: term.name,
-          more: term.type,
+          more: kind === "output" && term.type === "constant" ? said(term.parameters[0], 3) : "",
+          said: term.type,
+          curve: kind === "input" ? [[term.type, term.parameters, i]] : null,
+          span: [variable.low, variable.high],
           kind,
           variable: variable.name,
           term: term.name,
@@ -125,7 +134,8 @@ export function render({ model, el }) {
         class: item.head ? "fd-leaf fd-head" : "fd-leaf",
         role: "treeitem",
         "aria-level": level,
-        "aria-label": `${item.text} ${item.more}`,
+        "aria-label": `${item.text} ${item.said ?? item.more}`,
+        title: item.said ?? null,
         "data-id": item.id,
         tabindex: item.id === current ? 0 : -1,
         "aria-expanded": item.children.length ? String(open) : null,
@@ -143,7 +153,7 @@ export function render({ model, el }) {
       item.color ? element("span", { class: "fd-swatch", style: `background: ${item.color}` }) : null,
       element("span", { class: "fd-text" }, item.text),
       " ",
-      element("span", { class: "fd-more" }, item.more),
+      item.curve ? sketch(item.curve, item.span) : element("span", { class: "fd-more" }, item.more || item.said || ""),
     );
     if (item.remove) {
       // The bin is the mouse's; the keyboard has Delete, which a tree's item may have without being two things.
@@ -163,6 +173,23 @@ export function render({ model, el }) {
     }
     items.push({ item, own, open });
     return element("li", { role: "none" }, own, group);
+  }
+
+  /** Membership functions in small, in the colours of their terms. */
+  function sketch(curves, [low, high]) {
+    const x = scale(low, high, 1, CURVE[0] - 1),
+      y = scale(0, 1, CURVE[1] - 1, 1);
+    const drawn = curves.map(([type, parameters, i]) => {
+      const xs = places(parameters, low, high, 31);
+      return shape("path", {
+        d: line(
+          xs.map(x),
+          xs.map((value) => y(degree(type, value, parameters))),
+        ),
+        style: `stroke: ${color(i)}`,
+      });
+    });
+    return shape("svg", { class: "fd-sketch", width: CURVE[0], height: CURVE[1], "aria-hidden": "true" }, ...drawn);
   }
 
   function fold(id, on) {

@@ -43,6 +43,10 @@ export function render({ model, el }) {
   const back = shape("g"),
     front = shape("g");
   head.append(back, front);
+  // Beside another picture it shows what fires, and says which rule counts most.
+  const short = model.get("short") === true;
+  fired.checked = sorted.checked = short;
+  const because = element("p", { class: "fd-because", hidden: !short });
   const told = element("output", { class: "fd-told" }),
     words = element("pre", { class: "fd-words", tabindex: 0, role: "region", "aria-label": "Explanation" });
   const scroll = element(
@@ -60,10 +64,11 @@ export function render({ model, el }) {
       element(
         "div",
         { class: "fd-checks" },
-        element("label", { class: "fd-check" }, sorted, "strongest first"),
-        element("label", { class: "fd-check" }, fired, "only rules that fire"),
+        element("label", { class: "fd-check", hidden: short }, sorted, "strongest first"),
+        element("label", { class: "fd-check" }, fired, short ? "only what fires" : "only rules that fire"),
       ),
     ),
+    because,
     element(
       "div",
       { class: "fd-split" },
@@ -389,9 +394,19 @@ export function render({ model, el }) {
         `${v.name} = ${at?.output?.[j] === null || at?.output?.[j] === undefined ? "not a number" : quantity(at.output[j], v)}${at && at.fired?.[j] === false ? " (no rule fires)" : ""}`,
     );
     say(told, answer.join(",  "));
+    if (short) say(because, strongest(at));
     put(body, {
       "aria-label": `${shown.length} rules at ${inputs.map((v, i) => `${v.name} ${quantity(point()[i], v)}`).join(", ")}`,
     });
+  }
+
+  /** The rule that counts most, in its own words. */
+  function strongest(at) {
+    const share = ({ share: shares }) => Math.max(0, ...shares.filter(Number.isFinite));
+    const best = (at?.rules ?? []).reduce((a, b) => (a && share(a) >= share(b) ? a : b), null);
+    const place = design().rules.findIndex((rule) => rule.key === best?.key);
+    if (place < 0 || !(share(best) > 0)) return "No rule fires here.";
+    return `Rule ${place + 1} counts most, ${Math.round(100 * share(best))} %: ${design().rules[place].text}`;
   }
 
   const scrolled = framed(() => {

@@ -5,6 +5,7 @@ import {
   axes,
   boxed,
   choices,
+  color,
   element,
   framed,
   heldLine,
@@ -12,6 +13,7 @@ import {
   keyed,
   labelled,
   line,
+  numbersOf,
   offer,
   pixels,
   plot,
@@ -22,13 +24,16 @@ import {
   shape,
 } from "../../designer/static/chart.js";
 import { field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
+import { chips, settingsSheet } from "../../designer/static/settings.js";
 
 const NAMES = ["choice", "files", "system", "response", "problem"];
 const KINDS = { design: "design", file: "file", pid: "PID" };
+const kind = (row) => KINDS[row.name] ?? row.name; // or an operating point
 const WORDS = {
   error: "error e",
   error_rate: "its rate de/dt",
   error_sum: "its sum ∫e",
+  scheduling: "operating variable",
   u: "u, direct",
   du: "du, rate",
 };
@@ -45,21 +50,44 @@ const LOOP = [
   ["Measurement noise", "noise", 0],
   ["Rate filter [s]", "rate_filter", 0],
 ];
-const FACTORS = ["Ke", "Kde", "Kie", "Ku", "Kdu"].map((name) => [name, name]);
+const FACTORS = { Ke: "error", Kde: "error_rate", Kie: "error_sum", Ku: "u", Kdu: "du" }; // and what each scales
 const GAINS = ["Kp", "Ki", "Kd"].map((name) => [name, name, "", "by rule"]);
+const POWERS = { 0: "", 1: "s", 2: "s²", 3: "s³" };
+const IN_SIGHT = ["overshoot", "rise_time", "settling_time", "ise", "variation"]; // figures, while one drags
 const BAND = 0.02;
+const HEIGHTS = { output: 300, control: 240, operating: 150 }; // [px]
 const MARGINS = { left: 56, right: 16, below: 54 }; // of a picture [px]
 const AFTER = ["peak_deviation", "recovery_time"]; // of a disturbance alone
 
+const short = (value) => Number(value.toPrecision(5));
+
+/** Coefficients as a polynomial of s. */
+function polynomial(text) {
+  const numbers = String(text)
+    .trim()
+    .split(/[\s,]+/);
+  const terms = numbers.map((number, k) => {
+    const power = POWERS[numbers.length - 1 - k] ?? `s^${numbers.length - 1 - k}`;
+    return Number(number) === 0 ? "" : power && Number(number) === 1 ? power : `${number} ${power}`.trim();
+  });
+  return terms.filter(Boolean).join(" + ") || "0";
+}
+
 export async function render({ model, el }) {
   await formStyled(import.meta.url, "./step.css");
-  const form = panelForm(model, (note) => root.prepend(note)),
+  const form = panelForm(model, (note) => settings.node.after(note)),
     { get, send, choose, fields } = form;
   let sample = null; // the slider's
 
   const number = ([label, name, min = "", empty = null]) => field(label, form.number(label, name, { min }, { empty }));
-  function text(label, name) {
-    const input = element("input", { type: "text", "aria-label": label, spellcheck: "false", autocomplete: "off" });
+  function text(label, name, placeholder = null) {
+    const input = element("input", {
+      type: "text",
+      "aria-label": label,
+      placeholder,
+      spellcheck: "false",
+      autocomplete: "off",
+    });
     input.addEventListener("change", () => choose(name, input.value));
     input.show = (value) => {
       if (document.activeElement !== input && input.value !== value) input.value = value;
@@ -80,18 +108,28 @@ export async function render({ model, el }) {
   const fileNote = element(
     "p",
     { class: "pn-note" },
-    "The file has plant(x, u, t), which gives dx/dt, a number of states, and may have output(x). It is run on this machine.",
+    "The file has plant(x, u, t), which gives dx/dt, a number of states, and may have output(x). It is run on this machine. With operating = [points] it is plant(x, u, t, v).",
   );
+  const points = put(row(text("Operating points", "points", "value: numerator; denominator; dead time | value: …")), {
+    class: "pn-row st-points",
+  });
   const plant = group(
     "Plant",
     row(field("Plant", source), field("Example", example), template),
     coefficients,
+    points,
     fileNote,
   );
   const roles = row();
   const roleBox = folded("What the variables are", roles);
-  const loop = folded("Reference, disturbance, limits", row(...LOOP.map(number)));
-  const factors = group("Scale factors", row(...FACTORS.map(number)));
+  const loop = folded(
+    "Reference, disturbance, limits",
+    row(...LOOP.map(number), text("Operating variable over time", "operating", "value, or time,value time,value …")),
+  );
+  const scales = Object.keys(FACTORS).map((name) => number([name, name]));
+  const begin = form.act("Start from the PID's gains", "pid"),
+    code = form.act("C of the whole controller", "code");
+  const factors = put(row(...scales, begin), { role: "group", "aria-label": "Scale factors" });
   const rival = folded(
     "Beside it",
     row(form.check("the file's design", "before").node, form.check("a PID", "rival").node, ...GAINS.map(number)),
@@ -101,6 +139,9 @@ export async function render({ model, el }) {
   const outputs = plot("Output over time"),
     controls = plot("Control over time"),
     plane = plot("Error and error rate");
+  const courses = plot("Operating variable over time"),
+    shown = form.list("Shown", "shown"),
+    showing = row(field("Shown", shown));
   const slider = element("input", { type: "range", min: 0, step: 1, "aria-label": "Time" });
   const at = element("span");
   const time = element("label", { class: "st-time" }, at, slider);
@@ -111,18 +152,29 @@ export async function render({ model, el }) {
     table,
   );
   const views = element("div", { class: "pn-views" }, element("div", {}, controls), element("div", {}, plane));
-  const results = element("div", {}, keys, outputs, time, scroll, views);
+  const results = element(
+    "div",
+    {},
+    showing,
+    keys,
+    outputs,
+    time,
+    element("div", {}, courses),
+    views,
+    scroll,
+    row(code),
+  );
+  const settings = settingsSheet([plant, roleBox, loop, rival]),
+    figures = chips("Figures of the response: the file's design, and this one");
   const root = element(
     "div",
     { class: "fd fd-panel fd-form fd-step" },
+    settings.node,
     form.note,
-    plant,
     factors,
-    roleBox,
-    loop,
-    rival,
-    state,
+    figures.node,
     results,
+    state,
   );
   el.append(root);
 
@@ -135,15 +187,34 @@ export async function render({ model, el }) {
 
   function drawForm() {
     const choice = get("choice");
-    for (const [name, input] of Object.entries(fields)) input.show?.(choice[name]);
+    for (const [name, input] of Object.entries(fields))
+      input.show?.(name in FACTORS ? short(choice[name]) : choice[name]);
     for (const name of ["before", "rival"]) fields[name].checked = choice[name];
     offer(source, [["", "transfer function"], ...get("files").map((name) => [name, name])], choice.source);
     offer(example, [["", "choose …"], ...get("examples")], "");
-    coefficients.hidden = choice.source !== "";
+    coefficients.hidden = choice.source !== "" || choice.points !== "";
+    points.hidden = choice.source !== "";
     fileNote.hidden = choice.source === "";
     template.hidden = get("files").includes(get("template"));
     drawRoles();
+    drawLine(choice);
     form.drawProblem();
+  }
+
+  /** The loop in one line. */
+  function drawLine(choice) {
+    settings.words([
+      choice.source ||
+        (choice.points && `${choice.points.split("|").length} operating points`) ||
+        `(${polynomial(choice.numerator)}) / (${polynomial(choice.denominator)})`,
+      choice.source === "" && choice.points === "" && choice.dead_time > 0
+        ? `dead time ${said(choice.dead_time)} s`
+        : "",
+      `step of ${said(choice.reference)}`,
+      `${said(choice.duration)} s`,
+      choice.low === null && choice.high === null ? "" : "limits of u",
+      choice.rival ? "beside a PID" : "",
+    ]);
   }
 
   function drawRoles() {
@@ -170,14 +241,19 @@ export async function render({ model, el }) {
       }),
     );
     const lacking = [...system.inputs, ...system.outputs].some((v) => v.role === "");
-    if (lacking && !roleBox.open) roleBox.open = true;
+    if (lacking && !roleBox.open) {
+      roleBox.open = true;
+      settings.show(true);
+    }
+    const known = new Set([...system.inputs, ...system.outputs].map(({ role }) => role));
+    Object.values(FACTORS).forEach((role, k) => (scales[k].hidden = !known.has(role)));
   }
 
   const finite = (lists) => lists.flat().filter((v) => v !== null && Number.isFinite(v));
 
   /** A chart of the rows' lists over time; gives the scales. */
   function drawOver(svg, response, name, label, more, marks) {
-    const box = boxed(svg, name === "output" ? 300 : 240, MARGINS);
+    const box = boxed(svg, HEIGHTS[name], MARGINS);
     const values = [...finite(response.rows.map((r) => r[name])), ...more];
     const low = Math.min(...values),
       high = Math.max(...values),
@@ -186,25 +262,36 @@ export async function render({ model, el }) {
       y = scale(low - room, high + room, box.bottom, box.top);
     const xs = response.time.map(x);
     const disturbed = response.disturbed;
+    numbersOf.set(svg, [
+      ["time [s]", ...response.time],
+      ...response.rows.map((r) => [`${label}, ${kind(r)}`, ...r[name]]),
+    ]);
     svg.replaceChildren(
       axes(box, x, y, ["time [s]", label]),
       ...marks(x, y, box),
       ...(disturbed === null
         ? []
         : [shape("line", { class: "st-disturbed", x1: x(disturbed), x2: x(disturbed), y1: box.top, y2: box.bottom })]),
-      ...[...response.rows].reverse().map((r) => {
-        const drawn = name === "control" ? heldLine : line; // a control is held between samples
-        return shape("path", { class: `st-${r.name}`, d: drawn(xs, pixels(r[name], y)) });
-      }),
+      ...response.rows
+        .map((r, k) => {
+          const drawn = name === "control" ? heldLine : line; // a control is held between samples
+          return shape("path", { class: classOf(r), style: strokeOf(r, k), d: drawn(xs, pixels(r[name], y)) });
+        })
+        .reverse(),
       shape("line", { class: "st-now", x1: x(now(response)), x2: x(now(response)), y1: box.top, y2: box.bottom }),
     );
   }
 
+  // A row of an operating point has its own colour.
+  const classOf = (r) => (KINDS[r.name] ? `st-${r.name}` : "st-at"),
+    strokeOf = (r, k) => (KINDS[r.name] ? null : `stroke: ${color(k)}`);
   const now = (response) => response.time[Math.min(sample ?? 0, response.time.length - 1)];
 
   function drawResponse() {
     const response = get("response");
     results.hidden = response === null;
+    drawFigures(response);
+    drawShown(response);
     if (response === null) return say(state, "");
     const own = response.rows[0],
       reference = response.reference,
@@ -225,6 +312,7 @@ export async function render({ model, el }) {
         }),
         shape("path", { class: "st-reference", d: line([box.left, box.right], [y(reference), y(reference)]) }),
       ];
+      if (own.name !== "design") return marks;
       if (own.figures.overshoot > 0.5) {
         const sign = Math.sign(reference - start),
           until = response.disturbed ?? Infinity;
@@ -246,7 +334,7 @@ export async function render({ model, el }) {
     drawOver(controls, response, "control", "control u", [], () => []);
     drawPlane(response);
     drawTable(response);
-    const words = response.rows.filter((r) => r.stopped).map((r) => `${KINDS[r.name]}: ${r.stopped}.`);
+    const words = response.rows.filter((r) => r.stopped).map((r) => `${kind(r)}: ${r.stopped}.`);
     if (response.rival)
       words.push(
         `PID: Kp ${said(response.rival.Kp)}, Ki ${said(response.rival.Ki)}, Kd ${said(response.rival.Kd)}${response.rival.rule ? `, ${response.rival.rule}` : ""}.`,
@@ -257,10 +345,44 @@ export async function render({ model, el }) {
     if (keys.dataset.shown !== shown) {
       keys.dataset.shown = shown;
       keys.replaceChildren(
-        ...response.rows.map((r) => keyed(`st-${r.name}`, KINDS[r.name])),
+        ...response.rows.map((r, k) => keyed(classOf(r), kind(r), KINDS[r.name] ? null : color(k))),
         keyed("st-reference", "reference, ±2 %"),
       );
     }
+  }
+
+  /** What may be shown of a plant with operating points, and how their variable moves. */
+  function drawShown(response) {
+    const values = response?.points ?? [],
+      moves = response?.operating ?? null;
+    showing.hidden = values.length === 0;
+    courses.parentElement.hidden = moves === null;
+    const each = values.map((value) => [value, `at ${value}`]);
+    offer(shown, [["time", "as the variable moves"], ["points", "each operating point"], ...each], get("choice").shown);
+    if (moves !== null)
+      drawOver(
+        courses,
+        { ...response, rows: [{ name: "design", operating: moves }] },
+        "operating",
+        "operating variable",
+        [],
+        () => [],
+      );
+  }
+
+  /** The first figures as chips: what the file's design has, and this one. */
+  function drawFigures(response) {
+    const of = (name) => response?.rows.find((row) => row.name === name)?.figures;
+    const [now, old] = [of("design"), of("file")];
+    const rows = !now ? [] : get("titles").filter(([name]) => IN_SIGHT.includes(name));
+    figures.update(
+      rows.map(([name, title, unit]) => ({
+        title: unit ? `${title} [${unit}]` : title,
+        unit: "",
+        before: old?.[name] ?? undefined,
+        now: now[name],
+      })),
+    );
   }
 
   /** The way through the first two inputs, over their universes. */
@@ -301,7 +423,7 @@ export async function render({ model, el }) {
       "tr",
       {},
       element("th", { scope: "col" }, "Figure"),
-      ...rows.map((r) => element("th", { scope: "col" }, KINDS[r.name])),
+      ...rows.map((r) => element("th", { scope: "col" }, kind(r))),
     );
     const body = get("titles")
       .map(([name, title, unit]) => [name, unit ? `${title} [${unit}]` : title, rows.map((r) => r.figures[name])])
@@ -311,9 +433,10 @@ export async function render({ model, el }) {
         const shown = values.map((v) => (v === null ? "–" : said(v)));
         // What does not settle is never the best.
         const counts = (v, k) => v !== null && rows[k].figures.settling_time !== null;
+        const compared = values.length > 1 && rows[0].name === "design"; // not one design at several operating points
         const best = said(Math.min(Infinity, ...values.filter(counts).map(Math.abs)));
         const cells = values.map((v, k) => {
-          const wins = values.length > 1 && counts(v, k) && said(Math.abs(v)) === best;
+          const wins = compared && counts(v, k) && said(Math.abs(v)) === best;
           return element("td", wins ? { class: "st-best" } : {}, shown[k]);
         });
         return element("tr", {}, element("th", { scope: "row" }, title), ...cells);
@@ -325,7 +448,10 @@ export async function render({ model, el }) {
     drawForm();
     drawResponse();
   };
-  return keepDrawn(model, NAMES, root, draw, looked.end);
+  return keepDrawn(model, NAMES, root, draw, () => {
+    looked.end();
+    settings.end();
+  });
 }
 
 export default { render };

@@ -1,5 +1,5 @@
 // A picture over the time of a run: curves of several runs, and a dot on each at the time that one looks at.
-import { axes, line, put, scale, shape, ticks } from "../../../../fuzzy/plugins/designer/static/chart.js";
+import { axes, line, numbersOf, put, scale, shape, ticks } from "../../../../fuzzy/plugins/designer/static/chart.js";
 
 const known = (value) => (value === null ? NaN : value);
 
@@ -33,6 +33,13 @@ export function overTime(svg, { title, duration, size, curves, least, under = ()
   const cursor = shape("line", { class: "tr-cursor", y1: box.top, y2: box.bottom }),
     dots = shape("g", {});
   put(svg, { viewBox: `0 0 ${size.width} ${size.height}`, height: size.height });
+  numbersOf.set(
+    svg,
+    curves.flatMap(({ run, kind, time, values: each }) => [
+      ["time [s]", ...time],
+      [`${title}, ${run ?? kind.replace(/^tr-/, "")}`, ...each],
+    ]),
+  );
   svg.replaceChildren(axes(box, x, y, ["time [s]", title], ticks(low, high, 5)), drawn, cursor, dots);
 
   function at(time) {

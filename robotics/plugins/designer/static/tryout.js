@@ -10,6 +10,7 @@ import {
   framed,
   keyed,
   line,
+  numbersOf,
   offer,
   pixels,
   plot,
@@ -23,6 +24,7 @@ import {
   whenSized,
 } from "../../../../fuzzy/plugins/designer/static/chart.js";
 import { field, panelForm } from "../../../../fuzzy/plugins/designer/static/form.js";
+import { chips, settingsSheet } from "../../../../fuzzy/plugins/designer/static/settings.js";
 import { asker, clockwork } from "./moments.js";
 import { draggedTime, overTime } from "./overtime.js";
 import player from "../../../show/playback/static/player.js";
@@ -62,6 +64,7 @@ const WORDS = {
 };
 const PLAN = [76, 46]; // px of the scenario in small
 const LARGEST = 2e6; // bytes of a scenario's file
+const CHIPS = 5; // figures in sight while one drags
 const BEFORE = 8; // s before the moment that matters most from which a run is played
 
 /** The model of a player, as anywidget's: given.turn(name, value) gives it another value, and says so. */
@@ -90,7 +93,7 @@ export async function render({ model, el }) {
   await styled(import.meta.url, ...SHEETS);
   const form = panelForm(model, (note) => editor.node.after(note)),
     { get, send, choose, fields } = form;
-  const state = { share: 1, height: 280, touched: false, ticks: false, offered: new Map(), widths: new Map() };
+  const state = { share: 1, touched: false, ticks: false, offered: new Map(), widths: new Map() };
 
   // Controls
   const scenario = choices("Scenario", [], "", (value) => {
@@ -156,7 +159,6 @@ export async function render({ model, el }) {
     "div",
     { class: "tr-controls" },
     element("span", { class: "tr-pair" }, field("Scenario", scenario, "tr-scenario"), plan, edit("scenario")),
-    file,
     element("span", { class: "tr-pair" }, field("Robot", robot, "tr-robots"), editRobot),
     robotOfField,
     lawField,
@@ -169,8 +171,9 @@ export async function render({ model, el }) {
     rivalField,
     besideField,
     pin,
-    busy,
   );
+  const settings = settingsSheet([controls, file], busy),
+    figures = chips("Figures of this design, before and now");
   const editor = textEditor((message) => send(message));
   const kept = element("div", { class: "tr-kept", hidden: true });
   const strip = seedStrip({
@@ -213,10 +216,10 @@ export async function render({ model, el }) {
     "div",
     {},
     keys,
-    element("div", { class: "pn-views" }, above, error),
+    element("div", { class: "pn-views" }, above),
     time,
     rules.node,
-    element("div", { class: "pn-views" }, speed, turning, wheelsFigure),
+    element("div", { class: "pn-views" }, error, speed, turning, wheelsFigure),
   );
   const stage = element("div", { class: "fleet-player" }),
     rivalStage = element("div", { class: "fleet-player" });
@@ -228,7 +231,8 @@ export async function render({ model, el }) {
   const every = element("figure", { class: "tr-every", hidden: true }, element("figcaption", {}, "All seeds"), all);
   const table = element("table", { class: "tr-metrics" });
   const parts = [
-    controls,
+    settings.node,
+    figures.node,
     kept,
     editor.node,
     form.note,
@@ -363,6 +367,39 @@ export async function render({ model, el }) {
     offerGroups(rival, groups, trial.rival);
   }
 
+  /** What is chosen, in one line. */
+  function drawLine(known, trial, course) {
+    if (course === null) return settings.words(["to suit the rule base"]);
+    const seeds = trial.count ?? 1;
+    const driven = (course.laws ?? []).find(([name, task]) => name === trial.law && task === trial.task);
+    const robots = known?.robots.find(([name]) => name === trial.robot)?.[1] ?? trial.robot;
+    settings.words([
+      course.scenario,
+      robots,
+      driven?.[2],
+      seeds > 1 ? `${seeds} seeds from ${trial.seed}` : `seed ${trial.seed}`,
+      trial.noise === false ? "no noise" : "",
+      known?.given.find(([value]) => value === trial.given && value !== "")?.[1],
+      trial.rival ? `against ${label("rival", null)}` : "",
+    ]);
+  }
+
+  /** The first figures as chips: what the design before has, and this one. */
+  function drawFigures() {
+    const course = get("course"),
+      [tried, before] = [get("tried"), get("before")];
+    if (course === null || tried === null || tried.why) return figures.update([]);
+    const runs = get("seeds")?.runs;
+    const of = (name, data) => (runs ? runs[name]?.median : data && !data.why ? data.metrics : null);
+    const [now, old] = [of("tried", tried), of("before", before)];
+    figures.update(
+      course.metrics
+        .filter(({ name }) => now?.[name] !== undefined && now[name] !== null)
+        .slice(0, CHIPS)
+        .map(({ name, title, unit, larger }) => ({ title, unit, larger, before: old?.[name], now: now[name] })),
+    );
+  }
+
   function openEditor(what) {
     if (editor.node.hidden || get("editor")?.what !== what) send({ do: "edit", what });
     editor.open();
@@ -422,6 +459,7 @@ export async function render({ model, el }) {
     const untaken = trial.given ? (course?.untaken ?? []) : [];
     say(givenWords, untaken.length ? `this law has ${untaken.join("; ")}` : "");
     rivalField.hidden = pin.hidden = course === null;
+    drawLine(known, trial, course);
     lawField.hidden = laws.length < 2;
     aheadField.hidden = !course?.ahead;
     ahead.show(trial.look_ahead);
@@ -496,6 +534,12 @@ export async function render({ model, el }) {
     return Math.max(240, state.widths.get(svg) ?? root.clientWidth);
   }
 
+  /** What is left for the top view where it, the time and the strip of rules are in sight together [px]. */
+  function room() {
+    if (!state.widths.has(el)) state.widths.set(el, el.closest(".shell-view")?.clientHeight || 700);
+    return Math.min(380, Math.max(180, state.widths.get(el) - 330));
+  }
+
   /** The picture of the plane: paths to follow and starts, and between them what `fill` draws. */
   function plane(svg, tallest, fill) {
     const course = get("course");
@@ -559,7 +603,7 @@ export async function render({ model, el }) {
 
   function drawAbove() {
     const course = get("course");
-    const { x, y, drawn, width, height } = plane(above, 420, (into, across, up) => {
+    const { x, y, drawn } = plane(above, room(), (into, across, up) => {
       into.append(bundle(get("seeds"), across, up));
       for (const [name, kind, data] of shown()) {
         for (const [xs, ys] of points(data))
@@ -572,13 +616,21 @@ export async function render({ model, el }) {
           );
       }
     });
-    state.height = measured(root) > 1.5 * width ? Math.max(280, height - 50) : 280; // beside the other picture as high
     put(above, {
       "aria-label": `Top view of ${course.title}: the reference, the start and the path of ${shown()
         .map(([n, , d]) => label(n, d))
         .reverse()
         .join(", ")}`,
     });
+    numbersOf.set(
+      above,
+      shown().flatMap(([name, , data]) =>
+        points(data).flatMap(([xs, ys], k) => [
+          [`x [m], ${name} ${k + 1}`, ...xs],
+          [`y [m], ${name} ${k + 1}`, ...ys],
+        ]),
+      ),
+    );
     state.above = { x, y, drawn, timeAt: (...at) => timeNear(...at) };
   }
 
@@ -632,7 +684,7 @@ export async function render({ model, el }) {
       error,
       {
         title: "cross-track error [m], left of the path > 0",
-        height: state.height,
+        height: 240,
         least: [-0.005, 0.005],
         curves: shown().flatMap(([run, kind, data]) =>
           (data.cross_track ?? []).map((values) => ({ kind, run, time: data.time, values })),
@@ -755,7 +807,7 @@ export async function render({ model, el }) {
       element(
         "th",
         { scope: "col" },
-        seeds ? `median of ${seeds.count} seeds, and the worst${of && `; ${of}`}` : of || "metric",
+        seeds ? `median of ${seeds.count} seeds, and the worst${of && `; ${of}`}` : `one seed${of && `; ${of}`}`,
       ),
       ...runs.map(([name, , data]) =>
         element("th", { scope: "col" }, label(name, data) + (!seeds && touched(data) ? " ✕ contact" : "")),
@@ -788,7 +840,11 @@ export async function render({ model, el }) {
       values,
       runs.map(([, , data]) => !touched(data)),
     );
-    const cell = (value, n) => element("td", best[n] ? { class: "tr-best" } : {}, figure(value));
+    const share = (data) => {
+      const part = data.shares?.[metric.name];
+      return typeof part === "number" ? [element("span", { class: "tr-worst" }, `${Math.round(100 * part)} %`)] : [];
+    };
+    const cell = (value, n) => element("td", best[n] ? { class: "tr-best" } : {}, figure(value), ...share(runs[n][2]));
     return element("tr", {}, titled(metric), ...values.map(cell));
   }
 
@@ -900,12 +956,14 @@ export async function render({ model, el }) {
     stages.hidden = !played;
     besideField.hidden = true;
     table.hidden = course === null || shown().length === 0;
+    if (table.hidden) figures.update([]);
     if (course === null) {
       every.hidden = true;
       state.every = null;
       return;
     }
     drawTable();
+    drawFigures();
     if (played) {
       play();
       drawEvery();
@@ -990,6 +1048,7 @@ export async function render({ model, el }) {
     end();
     motion.end();
     passing.toggle(false);
+    settings.end();
     rules.end();
     for (const end of watches) end();
     editor.end();

@@ -11,6 +11,12 @@ function made(tag, attributes, ...children) {
   return node;
 }
 
+/** A rule's sentence with what it does before why, for a line that is cut. */
+function inShort(text) {
+  const found = /^if (.*) then (.*)$/.exec(text);
+  return found ? `${found[2]} ← ${found[1]}` : text;
+}
+
 /** The place of a time among spans that begin at `edges`, the last of which ends them. */
 function spanAt(edges, time) {
   let low = 0,
@@ -76,7 +82,8 @@ export function ruleStrip({ seek, open }) {
     const canvas = made("canvas", { class: "rs-shares", width: row.shares.length, height: 1, "aria-hidden": "true" }),
       value = made("span", { class: "rs-now" });
     const words = `${row.rule}: ${row.text}`,
-      name = open === null ? made("span", {}, words) : made("button", { type: "button" }, words);
+      does = `${row.rule}: ${inShort(row.text)}`,
+      name = open === null ? made("span", {}, does) : made("button", { type: "button", "aria-label": words }, does);
     name.className = "rs-name";
     name.title = words;
     if (open !== null) name.addEventListener("click", () => open(row.rule));

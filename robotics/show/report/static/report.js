@@ -1,4 +1,4 @@
-// What report.html.j2 and paper.html.j2 do: enlarge a figure, open what is folded, fold the contents on narrow screens.
+// What the pages of a report do: enlarge a figure, turn pages, open what is folded, fold the contents where it is narrow.
 
 const enlarged = document.getElementById("enlarged");
 addEventListener("click", (event) => {
@@ -13,9 +13,29 @@ addEventListener("click", (event) => {
   }
 });
 
-// A link leads into folded parts too
+// One page is in sight, and the search of the browser looks into all. Without scripts, and on paper, all are there.
+const pages = [...document.querySelectorAll("main > article")],
+  heading = document.title;
+function turnTo(page) {
+  for (const each of pages) {
+    if (each === page) each.removeAttribute("hidden");
+    else each.setAttribute("hidden", "until-found");
+  }
+  const inside = (link) => page.matches(link.hash) || page.querySelector(link.hash);
+  for (const link of document.querySelectorAll(".contents a"))
+    if (inside(link)) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  const title = page !== pages[0] && page.querySelector("h2");
+  document.title = title ? `${title.textContent} · ${heading}` : heading;
+}
+for (const each of pages) each.addEventListener("beforematch", () => turnTo(each));
+if (pages.length) turnTo(pages[0]);
+
+// A link leads into other pages and into folded parts
 function openTarget() {
   const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  const page = target ? target.closest("main > article") : pages[0];
+  if (page) turnTo(page);
   if (!target) return;
   const inside = target.querySelector(":scope > details");
   if (inside) inside.open = true;

@@ -26,6 +26,7 @@ from anfis.plugins.designer.task import (
     TrainingTask,
     TrainingTaskError,
     guessed,
+    in_words,
     learn,
     split,
     starting_system,
@@ -617,3 +618,25 @@ def test_wrong_wishes_get_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert bench.traits["table"] is None
 
     run_apart(scene())
+
+
+@pytest.mark.parametrize(
+    ("history", "parameters", "samples", "said"),
+    [
+        # (epoch, training error, checking error): what a reader of the curve would say
+        ([(0, 1.0, 1.0), (1, 0.5, 0.55), (2, 0.4, 0.45)], 10, 400, []),
+        (
+            [(0, 1.0, 1.0), (4, 0.25, 0.29), (60, 0.05, 2.0)],
+            45,
+            48,
+            ["1.1 for each: few", "From epoch 4 on", "6.9 times"],
+        ),
+        ([(0, 1.0, 1.0), (9, 0.1, 0.5)], 10, 400, ["5 times the training error"]),
+        ([(0, 1.0, float("nan")), (9, 0.1, float("nan"))], 10, 400, []),
+        ([(0, 0.0, 0.1), (9, 0.0, 0.1)], 10, 400, []),
+    ],
+)
+def test_numbers_of_a_training_are_said_in_words(history, parameters, samples, said):
+    found = " ".join(in_words(history, parameters, samples))
+    assert all(part in found for part in said)
+    assert bool(found) == bool(said)

@@ -63,7 +63,7 @@ NAMES = st.sampled_from(
 )
 NUMBER = st.sampled_from([0, 1, -1, 0.5, 2, 0.1, 1e-300, 1e99, -1e99, 3.3])
 FIELDS: dict[str, Any] = {
-    **dict.fromkeys(("variable", "term", "name"), NAMES | st.text(max_size=3)),
+    **dict.fromkeys(("variable", "term", "name", "what"), NAMES | st.text(max_size=3)),
     "count": st.integers(1, 12),
     "parameters": st.lists(NUMBER, max_size=5),
     "type": st.sampled_from([*MATLAB_NAMES, "constant", "linear"]),
@@ -102,6 +102,7 @@ NEEDS = {
     "unit": "variable unit",
     "choice": "name value",
     "rename": "name",
+    "loop": "text what",
     "rule_text": "key text",
     "add_rule": "after",
     "copy_rule": "key",

@@ -87,7 +87,6 @@ def test_worst_rows_follow_an_edit_and_lead_to_the_viewer(browser: Any, server: 
     )
     assert worst(page) == changed
     page.locator(".fd-data .dp-worst button").first.press("Enter")
-    page.wait_for_selector("[role=tab][aria-selected=true]:text('Viewer')")
     row = table[int(changed[0]) - 2]
     page.wait_for_function(
         "(at) => Math.abs(document.querySelector('.fd-viewer [role=slider]').ariaValueNow - at) < 1e-6", arg=row[1]

@@ -281,6 +281,7 @@ def test_from_a_file_to_its_worst_rows_and_the_viewer(tmp_path: Path) -> None:
         assert traits["columns"] == {"input d": "D", "input a": "a", "output v": "v", "output w": ""}
         assert traits["choice"]["along"] == "t"
         assert [h["name"] for h in bench.shared["histograms"]] == ["d", "a"]
+        np.testing.assert_array_equal(bench.pictured["data"][0], table[:, 1:3])  # for a set of pictures
         before = traits["pictures"]["worst"]
         assert [f["output"] for f in traits["pictures"]["figures"]] == ["v"]
         row = before[3]

@@ -387,17 +387,39 @@ def test_unsaved_work_of_a_new_file(tmp_path):
     assert fuzzy.read_fis(tmp_path / "new.fis").name == "mine"
 
 
-def test_work_older_than_the_file_is_put_aside(file):
+def crashed(file, value, name, hours):
+    """Work on ``file`` that a crash left unsaved, and another program that wrote the file after it."""
     document = Document(file)
-    document.apply(near(0.5))
+    document.apply(near(value))
     document.autosave()
-    file.write_text(fuzzy.format_fis(system(name="newer")))
-    later = (datetime.now(UTC) + timedelta(hours=1)).timestamp()
+    file.write_text(fuzzy.format_fis(system(name=name)))
+    later = (datetime.now(UTC) + timedelta(hours=hours)).timestamp()
     os.utime(file, (later, later))
+    return document.design
+
+
+def test_work_older_than_the_file_waits_for_a_choice_and_a_second_crash_takes_nothing(file):
+    first = crashed(file, 0.5, "newer", 1)
     back = Document(file)
     assert (back.design.system.name, back.restored) == ("newer", None)
-    assert any("is older than the file; it is kept in" in note for note in back.notes)
-    assert (file.parent / ".fuzzy-design" / "demo.fis.older").exists()
+    assert [work.design.system for work in back.aside] == [first.system]
+    second = crashed(file, 0.6, "newest", 2)
+    back = Document(file)
+    assert {work.design.system for work in back.aside} == {first.system, second.system}
+    newest = back.aside[0].design.system
+    back.choose("work")
+    assert back.design.system == newest
+    assert back.can_undo.startswith("take up unsaved work of")
+    again = Document(file)  # killed again: the work that was taken is the unsaved one, the other still waits
+    assert again.design.system == newest
+    assert len(again.aside) == 1
+    again.choose("file")
+    assert again.design.system == newest
+    assert Document(file).aside == ()
+    with pytest.raises(DocumentError, match="no unsaved work to choose"):
+        again.choose("file")
+    with pytest.raises(DocumentError, match="did you mean 'work'"):
+        again.choose("wrk")
 
 
 @pytest.mark.parametrize(

@@ -14,13 +14,14 @@ from anfis.plugins.designer.panel import methods, variables
 from fuzzy.membership import FUNCTIONS, membership_function
 from fuzzy.plugins.designer.datapictures import Rows, data_pictures
 from fuzzy.plugins.designer.views import functions_data
+from fuzzy.rule import Clause, Rule
 from robotics.laws.catalogue import presets
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.designer.severalseeds import design_seeds, state_of, summary
 from robotics.plugins.designer.tryout import TryoutTrial, choices, course_data, place_data, rival_data
 from robotics.simulation.scenario.reading import scenario_names
 from tests.browsers import drag, rest
-from tests.fuzzy.plugins.designer.design_bench import STATIC, system
+from tests.fuzzy.plugins.designer.design_bench import STATIC, Bench, system
 from tests.fuzzy.plugins.designer.membership_cases import cases
 from tests.fuzzy.plugins.designer.module_page import ModulePage
 from tests.robotics.plugins.designer.tried import on_page
@@ -365,6 +366,11 @@ def drawn(bench: ModulePage, name: str) -> list[str]:
     return found
 
 
+def open_settings(page: Any) -> None:
+    """Open the sheet with the settings of the runs, if it is not open."""
+    page.locator(".fd-tryout details.pn-line").evaluate("(sheet) => { sheet.open = true; }")
+
+
 def test_the_picture_follows_the_design(bench: ModulePage, traits: dict[str, Any]) -> None:
     page = bench.page
     bench.render(TRYOUT, traits)
@@ -392,6 +398,7 @@ def test_figures_controls_and_keys(bench: ModulePage, traits: dict[str, Any]) ->
     page = bench.page
     bench.render(TRYOUT, traits)
     page.wait_for_function("window.model.sent.length > 0")
+    open_settings(page)
     row = page.get_by_role("row", name="RMS cross-track error [m]")
     figures = [float(text) for text in row.get_by_role("cell").all_inner_texts()]
     wanted = [traits[name]["metrics"]["rms_cross_track_m"] for name in ("tried", "before", "rival")]
@@ -472,7 +479,7 @@ def test_the_time_is_dragged_clicked_and_played(bench: ModulePage, traits: dict[
     def answer() -> None:
         bench.give(moment={"count": asked()[-1]["count"]})
 
-    assert page.locator(".rs-name").all_inner_texts() == ["3: if a is b then c is d", "1: if a is x then c is y"]
+    assert page.locator(".rs-name").all_inner_texts() == ["3: c is d ← a is b", "1: c is y ← a is x"]
     clock = page.get_by_role("slider", name="Time", exact=True)
     for value in ("1", "2", "7"):
         clock.fill(value)
@@ -516,7 +523,8 @@ def test_a_trial_fits_the_page(bench: ModulePage, traits: dict[str, Any], width:
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     plots = "document.querySelectorAll('.pn-views svg.pn-plot')"
     tops = page.evaluate(f"[...{plots}].map((s) => s.getBoundingClientRect().top)")
-    assert (tops[0] == tops[1]) == (width == 1600)  # side by side where there is room
+    assert tops[0] < tops[1]  # the top view stands alone
+    assert (tops[1] == tops[2]) == (width == 1600)  # the curves over time side by side where there is room
 
 
 def test_a_team_is_played(bench: ModulePage, traits: dict[str, Any], slower: fuzzy.Sugeno) -> None:
@@ -568,6 +576,7 @@ def test_a_scenario_file_from_elsewhere_is_sent(bench: ModulePage, traits: dict[
     page = bench.page
     bench.render(TRYOUT, traits)
     (tmp_path / "far.toml").write_text("duration = 1.0", encoding="utf-8")
+    open_settings(page)
     with page.expect_file_chooser() as chooser:
         page.get_by_label("Scenario", exact=True).select_option(label="Another file …")
     chooser.value.set_files(tmp_path / "far.toml")
@@ -611,6 +620,7 @@ def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str,
 
     alone = given(DISC)
     bench.render(TRYOUT, alone | {"editor": None})
+    open_settings(page)
     assert page.get_by_text("off takes away: position ± 10 mm, start ± 30 mm").is_visible()
     assert page.locator("path.tr-band").count() == 1
     assert page.locator(".pn-views path.tr-seed").count() == 4  # the other seeds
@@ -627,6 +637,7 @@ def test_seeds_contacts_and_a_text_in_place(bench: ModulePage, traits: dict[str,
     assert page.get_by_role("row", name="runs with a contact").get_by_role("cell").all_inner_texts() == ["5 of 5"]
     bench.give(tried={"label": "this", "why": "the law knows no safe way"}, seeds=None)
     assert page.get_by_text("Refused: this design. the law knows no safe way").is_visible()
+    open_settings(page)
     page.get_by_role("button", name="Edit the scenario's file").click()
     assert bench.sent()[-1] == {"do": "edit", "what": "scenario"}
     editor = {"what": "scenario", "name": "mine.toml", "own": True, "text": DISC, "copy": 1, "saved": True}
@@ -670,6 +681,7 @@ def test_editor_in_a_notebook(bench: ModulePage) -> None:
         session.hear(message)
         widget._handle_custom_msg(message, [])
     bench.give(**session.traits())
+    page.wait_for_function("window.model.get('seen') === window.model.get('design').revision")  # marimo hears of it
     assert widget.fis["d"].terms["near"].c > 1.25
     assert widget.fis == session.design.in_force
     assert widget.design == session.traits()["design"]
@@ -688,6 +700,42 @@ def test_editor_in_a_notebook(bench: ModulePage) -> None:
     page.get_by_role("tab", name="Viewer").focus()
     page.keyboard.press("End")
     assert page.get_by_role("tab", name="Surface").get_attribute("aria-selected") == "true"
+    # The cell is run again: what was redone is there, it is said, and a button starts from the cell's system.
+    session.hear({"do": "redo"})
+    again = NotebookSession(fis, session)
+    bench.give(**again.traits())
+    assert page.get_by_role("status").first.inner_text() == "Kept from before: 1 edit."
+    page.get_by_role("button", name="Start from the cell's").click()
+    again.hear(bench.sent()[-1])
+    bench.give(**again.traits())
+    assert again.design.in_force == fis
+    assert not page.get_by_role("button", name="Start from the cell's").is_visible()
+    assert page.get_by_role("button", name="Undo: the system of the cell").is_visible()
+
+
+def test_a_cell_that_is_run_again_loses_no_edits() -> None:
+    pytest.importorskip("anywidget")
+    from fuzzy.plugins.designer.notebook import editor
+
+    fis, other = system(), replace(system(), rules=system().rules[:2])
+    first = editor(fis, key="rerun")
+    foot = {"edit": "term", "variable": "d", "term": "near", "parameters": [0.0, 0.25, 1.0]}
+    first._handle_custom_msg(foot, [])
+    edited = first.fis
+    assert edited != fis
+    assert editor(fis, key="another name").fis == fis
+    again = editor(fis, key="rerun")
+    assert again.fis == edited
+    assert again.notice == {"says": "Kept from before: 1 edit.", "anew": True}
+    for _ in range(2):  # the cell was changed: its system is shown, and stays when it is run once more
+        changed = editor(other, key="rerun")
+        assert changed.fis == other
+        assert changed.notice == {"says": "The cell gives another system. Undo brings back 1 edit.", "anew": False}
+    changed._handle_custom_msg({"do": "undo"}, [])
+    assert changed.fis == edited
+    changed._handle_custom_msg({"do": "undo"}, [])
+    assert changed.fis == fis
+    assert first.fis == edited  # each widget has its own history
 
 
 # As a notebook hears keys: JupyterLab before the page's own elements do, and then by the marks upwards from what has
@@ -794,3 +842,53 @@ def test_player_in_a_notebook(bench: ModulePage) -> None:
     bench.page.get_by_role("slider").first.press("End")
     bench.page.wait_for_function("document.querySelector('.clock').innerText.includes('2.0')")
     bench.page.evaluate("document.querySelector('.fleet-player').remove()")  # the notebook's to take away
+
+
+# Sentences ------------------------------------------------------------------------------------------------------
+
+
+def test_words_that_fit_are_offered_and_terms_have_their_colours(browser: Any) -> None:
+    """What may come next, by the grammar; Tab, arrows with Enter, and Escape; names with blanks in quotation marks."""
+    bench = Bench(browser.new_page())
+    page, fis = bench.page, system()
+    spaced = replace(
+        fis.inputs[1], name="the angle", terms={"far left": fuzzy.ZShape(-2.0, 1.0), "is": fuzzy.SShape(-1.0, 2.0)}
+    )
+    bench.show("rules", replace(fis, inputs=(fis.inputs[0], spaced), rules=("if d is near then v is slow",)))
+    field = page.get_by_role("textbox", name="rule 1", exact=True)
+    colours = page.locator(".fd-under .fd-word")
+    assert colours.all_inner_texts() == ["near", "slow"]
+    field.click()
+    field.press("Control+a")
+
+    def offered() -> list[str]:
+        return page.locator(".fd-offers:not([hidden]) li").all_inner_texts()
+
+    page.keyboard.type("i")
+    assert offered() == ["if"]
+    page.keyboard.press("Tab")
+    assert (field.input_value(), offered()) == ("if ", ["d", "the angle"])
+    page.keyboard.type("TH")
+    page.keyboard.press("Tab")
+    assert (field.input_value(), offered()) == ("if 'the angle' ", ["is"])
+    page.keyboard.type("is ")
+    assert offered() == ["far left", "is", "not", "very", "somewhat", "extremely"]
+    for _ in range(2):
+        page.keyboard.press("ArrowDown")
+    assert field.get_attribute("aria-activedescendant") == page.locator("[aria-selected=true]").get_attribute("id")
+    page.keyboard.press("Enter")
+    assert (field.input_value(), offered()) == ("if 'the angle' is 'is' ", ["and", "or", "then"])
+    page.keyboard.type("then v is s")
+    assert offered() == ["slow"]  # of the output, and no manner
+    page.locator(".fd-offers:not([hidden]) li").click()
+    assert (field.input_value(), offered()) == ("if 'the angle' is 'is' then v is slow ", ["and", "with"])
+    assert colours.all_inner_texts() == ["'is'", "slow"]
+    page.keyboard.press("Escape")
+    assert offered() == []
+    page.keyboard.press("Enter")  # nothing is offered any more: the sentence is taken
+    page.wait_for_function("window.model.sent.some((message) => message.edit === 'rule_text')")
+    assert [line.rule for line in bench.design.lines] == [Rule((Clause("the angle", "is"),), (("v", "slow"),))]
+    field.press("Control+a")
+    page.keyboard.type("if d is nea then v is slow")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".fd-rules mark")  # what is wrong is underlined as before

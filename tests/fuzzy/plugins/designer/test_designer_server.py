@@ -9,6 +9,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fuzzy.commands.application import main
@@ -25,6 +26,7 @@ from fuzzy.plugins.designer.open_documents import MamdaniFileError, OpenDocument
 from fuzzy.plugins.designer.panel import PagePart, Workbench, find_panels
 from fuzzy.plugins.designer.server import ServerError, bound_socket, token_of
 from fuzzy.plugins.designer.workers import DesignerWorkers, TimedWorkers, WorkError
+from fuzzy.plugins.mamdani.likeness import mamdani_difference, read_mamdani_original
 from fuzzy.system import Sugeno, Variable
 from tests.browsers import run_apart
 from tests.fuzzy.plugins.designer import served
@@ -263,8 +265,8 @@ def test_folder(tmp_path):
 
 def test_upload_is_read_with_line_and_warnings():
     text = format_fis(small("größe"))
-    assert read_bytes(text.encode(), "a.fis") == (small("größe"), (), ())
-    fis, _, (warning,) = read_bytes(text.encode("latin-1"), "a.fis")
+    assert read_bytes(text.encode(), "a.fis") == (small("größe"), (), (), ())
+    fis, _, (warning,), _ = read_bytes(text.encode("latin-1"), "a.fis")
     assert fis.name == "größe"
     assert "not UTF-8" in warning
     with pytest.raises(FisFileError, match=r"a\.fis:\d+: "):
@@ -343,7 +345,7 @@ def test_a_file_that_takes_too_long_is_given_up_and_the_next_one_is_read(tmp_pat
 
     async def work():
         opened = OpenDocuments(open_folder(tmp_path))
-        assert await opened.read("a.fis") == (small(), (), ())
+        assert await opened.read("a.fis") == (small(), (), (), ())
         worker = opened._reader
         worker._limit = 0.05
         with pytest.raises(InputError, match=r"^too late$"):
@@ -369,6 +371,15 @@ def test_a_mamdani_file_is_offered_as_a_sugeno_system_of_another_name(tmp_path):
         with pytest.raises(MamdaniFileError, match=r"old\.fis is a Mamdani system.*old-sugeno-2\.fis") as caught:
             await opened.opened("old.fis")
         assert "v is low: the set trimf [7.5 22.5 30] became the constant 20, its centroid" in caught.value.changes
+        fitted = await opened.opened("old-fitted.fis", "old.fis", "planes")
+        original = read_mamdani_original(tmp_path / "old.fis")
+        assert not isinstance(caught.value.forms, str)
+        forms = {form.fit: form.offs for form in caught.value.forms}
+        for fit, fis in (("", original.as_sugeno()[0]), ("planes", fitted.design.system)):
+            for off, found in zip(forms[fit], mamdani_difference(original, fis), strict=True):
+                assert (off.output, off.span) == (found.output, np.ptp(fis[found.output].universe))
+                assert (off.greatest, off.root_mean_square) == pytest.approx((found.greatest, found.root_mean_square))
+        assert sum(off.root_mean_square for off in forms["planes"]) < sum(off.root_mean_square for off in forms[""])
         document = await opened.opened(caught.value.free, "old.fis")
         assert document.design.system.name == "controller"
         assert "old.fis was a Mamdani system" in document.notes[0]
@@ -625,7 +636,7 @@ def test_figures():
 
 def test_command_says_what_is_wrong(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "bad.fis").write_text("[System]\nName='x'\n")
+    (tmp_path / "bad.fis").write_bytes(b"\0")
     (tmp_path / "elsewhere").mkdir()
     for arguments, told in (
         (["bad.fis"], "bad.fis"),

@@ -152,6 +152,11 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     again.locator(".cm-content").click()
     page.keyboard.press("Control+Enter")
     page.get_by_text(re.compile(rf"the peak is \[0\.0, {re.escape(str(dragged))}\d*, 1\.2\]")).wait_for()
+    # The editor's cell is run again: what was dragged is still there, and it is said.
+    page.locator(".jp-Notebook .jp-CodeCell").first.locator(".cm-content").click()
+    page.keyboard.press("Control+Enter")
+    page.locator(".fuzzy-editor [role=status]", has_text="Kept from before").wait_for()
+    assert handle.get_attribute("aria-valuenow") == str(dragged)
     slider = page.locator(".fleet-player input[type=range]").first
     slider.scroll_into_view_if_needed()
     bar = slider.bounding_box()

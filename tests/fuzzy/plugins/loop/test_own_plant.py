@@ -4,6 +4,7 @@ from pathlib import Path
 
 from fuzzy.plugins.loop.plant import TransferFunction
 from fuzzy.plugins.loop.plantfile import read_plant
+from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction
 from tests.snippets import run_commands, run_python, snippets
 
 DOCS = Path(__file__).parents[4] / "docs"
@@ -19,14 +20,20 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
         elif kind == "python":
             run_python(text, "own-plant.md")
         elif kind == "toml":
-            (tmp_path / "lag.toml").write_text(text, encoding="utf-8")
-            assert read_plant(tmp_path / "lag.toml") == TransferFunction([1], [1, 1], 0.2)
+            path = tmp_path / ("points.toml" if "point" in text else "lag.toml")
+            path.write_text(text, encoding="utf-8")
+            if path.stem == "lag":
+                assert read_plant(path) == TransferFunction([1], [1, 1], 0.2)
+            else:
+                assert read_plant(path) == ScheduledTransferFunction(
+                    [0.5], [TransferFunction([1], [4, 1], 2)], [(0.97, 0.24, 0)]
+                )
         else:
             (tmp_path / "plant.py").write_text(text, encoding="utf-8")
         said += capsys.readouterr().out
-    assert kinds == ["python", "toml", "sh", "py", "sh", "python"]
+    assert kinds == ["python", "toml", "sh", "sh", "sh", "toml", "python", "py", "sh", "python"]
     assert (tmp_path / "step.png").stat().st_size > 10_000
-    assert said.count("Overshoot [%]") == 3
+    assert said.count("Overshoot [%]") == 20
     assert "SIMC (Skogestad 2003)" in said
     overshoot, settling, recovery = map(float, said.splitlines()[-1].split())
     assert overshoot < 20

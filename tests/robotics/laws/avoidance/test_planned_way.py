@@ -10,6 +10,7 @@ from robotics.simulation.scenario.reading import load_scenario
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.path import Line, compile_path
 from robotics.world.paths.road import TIMED, road_of
+from tests.robotics.laws.rules.arrayform.neighbours import planned_share
 
 
 def nearest(references, end, robots):
@@ -64,4 +65,4 @@ def test_a_place_is_reached_when_the_robot_comes_there_and_not_when_it_leaves():
     road = road_of(path, TIMED.planned, duration[0])
     plan = PlannedTiming(path, duration[0], road, progress, duration, np.array([[True]]))
     np.testing.assert_allclose(plan.reached(1.0, 7)[0, 0], [0, 0.8, 1.6, 3.4, 4.2, 5, 5], atol=1e-6)
-    np.testing.assert_allclose(plan.due(np.array([[[2.5]]])), 0.5)
+    np.testing.assert_allclose(planned_share(plan, np.array([[[2.5]]])), 0.5)

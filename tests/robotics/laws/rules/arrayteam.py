@@ -1,4 +1,4 @@
-"""The fuzzy team on arrays and its equation, both asked in the same situations."""
+"""The fuzzy team, or a rule base of one's own, on arrays and its equation, both asked in the same situations."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -6,9 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robotics.laws.law import Command, Law, Observation
-from robotics.laws.rules.fuzzy_team import FuzzyTeam, InterpretedTeam
-from robotics.laws.rules.situation import TEAM_MESSAGE
+from robotics.laws.rules.formation_networks import RobotNetworks
+from robotics.laws.rules.fuzzy_team import FuzzyTeam
+from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
+from tests.robotics.laws.rules.arrayform.formation import InterpretedNetworks
+from tests.robotics.laws.rules.arrayform.laws import InterpretedRules, InterpretedTeam
 
 NUMBERS = ("first", "second", "progress")
 
@@ -24,11 +27,15 @@ class BothMemory(NamedTuple):
 class BothTeams(Law[BothMemory]):
     """Drives by the form on arrays, and notes by how much the equation says something else."""
 
-    team: FuzzyTeam = field(default_factory=FuzzyTeam)
+    team: FuzzyTeam | OwnRules | RobotNetworks = field(default_factory=FuzzyTeam)
     farthest: dict[str, float] = field(default_factory=dict)
 
-    message = TEAM_MESSAGE
     looks = yields = True
+
+    @property
+    def message(self) -> tuple[str, ...]:
+        """That of the team."""
+        return self.team.message
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -37,13 +44,14 @@ class BothTeams(Law[BothMemory]):
 
     def init(self, setting: Setting, runs: int) -> BothMemory:
         """Begin both."""
-        assert self.team.has_equation
         return BothMemory(self.arrays.init(setting, runs), self.team.init(setting, runs))
 
     @property
-    def arrays(self) -> InterpretedTeam:
+    def arrays(self) -> InterpretedTeam | InterpretedRules | InterpretedNetworks:
         """The form on arrays."""
-        return InterpretedTeam.of(self.team)
+        if isinstance(self.team, RobotNetworks):
+            return InterpretedNetworks(networks=self.team.networks)
+        return InterpretedTeam.of(self.team) if isinstance(self.team, FuzzyTeam) else InterpretedRules.of(self.team)
 
     def control(self, seen: Observation, memory: BothMemory, dt: float) -> tuple[Command, BothMemory]:
         """Ask both."""
@@ -51,7 +59,7 @@ class BothTeams(Law[BothMemory]):
         own, equation = self.team.control(seen, memory.equation, dt)
         pairs = {name: (getattr(said, name), getattr(own, name)) for name in NUMBERS}
         pairs |= {f"target {n}": (a, getattr(own.target, n)) for n, a in said.target._asdict().items()}
-        pairs |= {f"message {n}": (a, own.message[n]) for n, a in said.message.items()}
+        pairs |= {f"message {n}": (a, own.message[n]) for n, a in (said.message or {}).items()}
         if said.inputs is not None:
             pairs["inputs"] = said.inputs, own.inputs
         for name in ("mode", "guarded", "refused"):

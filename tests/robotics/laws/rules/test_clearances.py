@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 
 from robotics.laws.law import Observation
-from robotics.laws.rules.clearances import (
-    REMEMBERED,
-    SECTOR,
+from robotics.laws.rules.clearances import REMEMBERED, SECTOR, Sensors
+from robotics.world.environment.collision import footprints
+from robotics.world.environment.world import Polygon, World, box, compile_world
+from robotics.world.sensing.sonar import LIDAR, SONAR, RangeSensor
+from tests.robotics.laws.rules.arrayform.clearances import (
     EchoMarks,
-    Sensors,
     room_for_braking,
     sensed,
     standing_robots,
     without_robots,
 )
-from robotics.world.environment.collision import footprints
-from robotics.world.environment.world import Polygon, World, box, compile_world
-from robotics.world.sensing.sonar import LIDAR, SONAR, RangeSensor
 from tests.robotics.world.sensing.echoes import exact_echoes
 from tests.robotics.world.vehicle.etsro import ETSRO
 

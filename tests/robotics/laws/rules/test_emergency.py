@@ -1,13 +1,14 @@
 """The emergency rule: what it lets through satisfies its formula, and it takes off no more than that demands."""
 
-from types import SimpleNamespace
-from typing import Any
+from dataclasses import asdict
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fuzzy.compiled.jit import kernel
 from robotics.laws.rules.clearances import SECTOR
 from robotics.laws.rules.emergency import (
     ASIDE,
@@ -16,8 +17,12 @@ from robotics.laws.rules.emergency import (
     SETTLED,
     TURNING,
     UNSURE,
+    EmergencyColumns,
     EmergencySettings,
+    kept_safe,
 )
+from robotics.laws.rules.perception import KNOWN, OtherColumns, PerceivedColumns
+from robotics.laws.rules.situation import TeamColumns
 
 GUARD = EmergencySettings()
 A, T, LEAST = GUARD.braking, GUARD.delay, GUARD.least
@@ -36,28 +41,42 @@ def situation(
     way_back: float = 0.3,
 ) -> Any:
     """What one robot at the origin that looks along x knows of the room around it, and of one other robot."""
-    distance = gap + 0.3
-    clear = np.full((5, 1, 1), np.inf)
-    clear[[SECTOR.front_left, SECTOR.front_right]], clear[SECTOR.behind] = front, behind
-    one = np.zeros((1, 1))
-    pair = np.zeros((1, 1, 1))
-    others = SimpleNamespace(
-        x=pair + distance * np.cos(bearing), y=pair + distance * np.sin(bearing),
-        bearing=pair + bearing, gap=pair + gap, v_x=pair + velocity[0], v_y=pair + velocity[1],
-        age=pair + age,
-    )  # fmt: skip
-    seen = SimpleNamespace(x=one, y=one, heard=SimpleNamespace(fields=("x",)))
-    return SimpleNamespace(
-        seen=seen, others=others, clear=clear, echoes=clear, dt=0.05,
-        nearest_room=one + room, nearing=one + nearing, way_back=one + way_back,
-    )  # fmt: skip
+    now, table = PerceivedColumns.zeros(), TeamColumns.zeros()
+    now.clear[...] = np.inf
+    now.clear[[SECTOR.front_left, SECTOR.front_right]], now.clear[SECTOR.behind] = front, behind
+    now.echoes[...] = now.clear
+    now.nearing, now.known[KNOWN.room], now.known[KNOWN.way_back] = nearing, room, way_back
+    readings = np.zeros(2 + 2 * OtherColumns.size)  # the places of both, and both: itself it does not hear
+    other = OtherColumns(readings, 2 + OtherColumns.size)
+    other.counts, other.distance, other.gap, other.bearing, other.age = 1.0, gap + 0.3, gap, bearing, age
+    other.dx, other.dy = (gap + 0.3) * np.cos(bearing), (gap + 0.3) * np.sin(bearing)
+    other.v_x, other.v_y, other.speed = *velocity, np.hypot(*velocity)
+    return now.array, table.array, readings
+
+
+class Told(NamedTuple):
+    """What the rule reads of all that a law knows."""
+
+    dt: float
+    heard: np.ndarray
+
+
+@kernel
+def keep(v, w, halted, guard, known, now, table, readings):
+    return kept_safe(v, w, halted, EmergencyColumns(guard), 0, known, table, PerceivedColumns(now), readings)
 
 
 def kept(
-    now: Any, v: float, w: float = 0.0, halted: Any = 0.0, guard: EmergencySettings = GUARD
+    now: Any, v: float, w: float = 0.0, halted: float = 0.0, guard: EmergencySettings = GUARD
 ) -> tuple[float, float]:
-    out_v, out_w, _ = guard.kept(now, np.array([[v]]), np.array([[w]]), np.full((1, 1), halted))
-    return float(out_v[0, 0]), float(out_w[0, 0])
+    safe, turn, _ = kept_for(now, v, w, halted, guard)
+    return safe, turn
+
+
+def kept_for(now: Any, v: float, w: float, halted: float = 0.0, guard: EmergencySettings = GUARD) -> tuple[float, ...]:
+    """The safe speed and turn rate, and for how long it has stood still."""
+    numbers = np.array([*asdict(guard).values()])
+    return keep(v, w, float(halted), numbers, Told(0.05, np.zeros((1, 1, 2))), *now)
 
 
 def stands_in_time(v: float, room: float, u: float = 0.0) -> bool:
@@ -107,9 +126,8 @@ def test_back_it_goes_only_over_ground_that_it_has_just_driven() -> None:
 
 def test_for_what_comes_nearer_it_stands_until_that_stands() -> None:
     comes = situation(room=GUARD.near / 2, nearing=2 * COMES_NEARER)
-    v, w, halted = GUARD.kept(comes, np.array([[0.3]]), np.array([[1.0]]), np.zeros((1, 1)))
-    assert not v.any()
-    assert not w.any()
+    v, w, halted = kept_for(comes, 0.3, 1.0)
+    assert v == w == 0
     assert halted > 0
     slower = situation(room=GUARD.near / 2, nearing=(COMES_NEARER + SETTLED) / 2)
     assert kept(slower, 0.3, 1.0) == (0.3, 1.0)  # not enough to begin

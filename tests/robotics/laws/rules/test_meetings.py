@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, in_the_way, next_meetings
+from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.path import Line, compile_path
+from tests.robotics.laws.rules.arrayform.meetings import in_the_way, next_meetings
 
 RADIUS, MARGIN = 0.15, 0.2  # m
 APART = 2 * RADIUS + MARGIN  # 0.5 m
@@ -25,7 +26,7 @@ def told(meetings: Meetings, *places: float) -> tuple[np.ndarray, np.ndarray, np
     """``way``, ``through`` and ``theirs`` (robots, others) of robots that know each other's places exactly."""
     place = np.array([places])
     others = np.where(np.eye(len(places), dtype=bool), np.nan, place[:, None, :])
-    way, through, theirs = next_meetings(meetings, place, others)
+    way, through, theirs = next_meetings(meetings, np.full(len(places), 2 * RADIUS), place, others)
     return way[0], through[0], theirs[0]
 
 
@@ -69,7 +70,7 @@ def test_one_that_is_leaving_it_leaves_a_narrower_meeting() -> None:
 
 
 def test_a_robot_that_is_not_heard_is_met_nowhere() -> None:
-    way, _, theirs = next_meetings(CROSS, np.array([[1.0, 0.5]]), np.full((1, 2, 2), np.nan))
+    way, _, theirs = next_meetings(CROSS, np.full(2, 2 * RADIUS), np.array([[1.0, 0.5]]), np.full((1, 2, 2), np.nan))
     assert (way == NO_MEETING).all()
     assert (theirs == NO_MEETING).all()
 

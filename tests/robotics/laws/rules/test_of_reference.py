@@ -1,5 +1,6 @@
 """Rule bases of the robot's own motion and its reference in compiled code: against the same in Python, and by hand."""
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -8,13 +9,15 @@ import pytest
 
 import fuzzy
 from fuzzy import Linear, Sugeno, Trapezoid, Triangle, Variable
+from fuzzy.system import FuzzySystemError
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.of_reference import CORRECTIONS, OUTPUTS, SEEN, is_of_reference, later
-from robotics.laws.rules.own_rules import RULE_OUTPUTS, InterpretedRules, OwnRules
+from robotics.laws.rules.own_rules import RULE_OUTPUTS, OwnRules, PerceivingRules
 from robotics.laws.rules.quantities import RULE_QUANTITIES
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario
+from tests.robotics.laws.rules.arrayform.laws import InterpretedRules
 
 SCENARIO = load_scenario("table-2-1")  # its posture is measured with noise
 
@@ -76,12 +79,26 @@ def test_every_compiled_name_is_a_quantity_and_an_output_that_robots_have() -> N
         OwnRules(rule_base=system(["target_x:1"], {"dv": 1.0}))
 
 
-def test_what_is_not_compiled_runs_in_python() -> None:
+def test_what_asks_for_more_perceives() -> None:
     for inputs, outputs in ((["front", "alpha"], {"turn": 1.0}), (["x_err"], {"rate": 1.0})):
         fis = system(inputs, outputs)
         assert not is_of_reference(fis)
-        assert not OwnRules(rule_base=fis).has_equation
-    assert not OwnRules(rule_base=system(["x_err"], {"v": 1.0}), leader=1).has_equation
+        law = OwnRules(rule_base=fis)
+        assert isinstance(law, PerceivingRules)
+        assert law.has_equation
+    assert isinstance(OwnRules(rule_base=system(["x_err"], {"v": 1.0}), leader=1), PerceivingRules)
+    assert not isinstance(OwnRules(rule_base=system(["x_err"], {"v": 1.0})), PerceivingRules)
+
+
+@pytest.mark.parametrize("inputs", [["x_err", "y_err"], ["x_err", "stuck"]])
+def test_what_refuses_numbers_says_so_behind_the_run(inputs: list[str]) -> None:
+    """As any rule base in compiled code; here of the robot alone, and one that perceives."""
+    fis = system(inputs, {"v": 0.5})
+    strict = replace(
+        fis, out_of_range="error", inputs=[replace(v, universe=(-0.02, 0.02), terms=v.terms) for v in fis.inputs]
+    )
+    with pytest.raises(FuzzySystemError, match="x_err"):
+        simulate(SCENARIO, OwnRules(rule_base=strict))
 
 
 def linear(kx: float, ky: float, kpsi: float) -> Sugeno:

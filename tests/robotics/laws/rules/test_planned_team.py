@@ -9,8 +9,8 @@ import pytest
 from benchmarks.avoidance import circle_swap, ensemble
 from robotics.laws.avoidance.planned_way import planned_timing
 from robotics.laws.catalogue import make_controller
-from robotics.laws.rules.fuzzy_team import FuzzyTeam, InterpretedTeam
-from robotics.laws.rules.meetings import CELL, Meetings, planned_order
+from robotics.laws.rules.fuzzy_team import FuzzyTeam
+from robotics.laws.rules.meetings import CELL, Meetings
 from robotics.laws.rules.situation import turning_circles
 from robotics.measures.tracking import cross_track_error
 from robotics.plugins.stress.crossings import crossing_ensemble
@@ -20,6 +20,8 @@ from robotics.plugins.stress.single import single_run
 from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario
+from tests.robotics.laws.rules.arrayform.laws import InterpretedTeam
+from tests.robotics.laws.rules.arrayform.meetings import planned_order
 
 PLANNED = make_controller("fuzzy-team-planned")
 

@@ -1,6 +1,9 @@
 """The page of what a robot can know is what the tables say, and its example drives."""
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -118,20 +121,50 @@ def test_a_rule_base_of_pairs_tracks_until_somebody_is_heard() -> None:
     np.testing.assert_allclose(run["v"][0, :, -1], 0.1, atol=0.005)
 
 
-def test_a_new_quantity_drives_and_stands_on_the_page(monkeypatch) -> None:
-    """A toy one: robots slow down towards x = 2 m, as a rule base says that names it."""
-    made = Quantity("m", "how far east the robot is", lambda s: s.seen.x)
+EAST = """
+import sys
+import numpy as np
+import fuzzy
+import robotics
+from fuzzy.compiled.jit import compiled_only
+from robotics.laws.rules.quantities import QUANTITY_GROUPS, RULE_QUANTITIES, Quantity
+
+@compiled_only
+def east(robot, memory, known, i, now):
+    return robot.x
+
+RULE_QUANTITIES["east"] = QUANTITY_GROUPS["Its own motion"]["east"] = Quantity("m", "how far east it is", of=east)
+
+from robotics.laws.rules.own_rules import OwnRules
+
+fis = fuzzy.Sugeno(
+    inputs=[fuzzy.Variable("east", (0, 2), {"west": fuzzy.LinearZ(0, 2), "east": fuzzy.LinearS(0, 2)})],
+    outputs=[fuzzy.Variable("v", (0, 1), {"stop": 0.0, "drive": 1.0})],
+    rules=["if east is west then v is drive", "if east is east then v is stop"],
+)
+run = robotics.simulate(robotics.parse_scenario(sys.argv[1], "pair"), OwnRules(rule_base=fis))
+np.testing.assert_allclose(run["x"][0, :, -1], 2 * (1 - np.exp(-4.0 / 2)), atol=0.1)  # x' = 1 - x/2
+np.testing.assert_allclose(run.inputs[:, 0, 0, 0], run["x_measured"][0, 0], rtol=1e-6)
+"""
+
+
+@pytest.mark.parametrize("plain", ["1", pytest.param("0", marks=pytest.mark.long)])
+def test_a_new_quantity_drives(plain: str) -> None:
+    """A toy one: robots slow down towards x = 2 m, as a rule base says that names it; without the compiler, too."""
+    scenario = PAIR.replace("duration = 2.0", "duration = 4.0")
+    environment = os.environ | {"NUMBA_DISABLE_JIT": plain}
+    done = subprocess.run([sys.executable, "-c", EAST, scenario], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_new_quantity_stands_on_the_page_and_must_come_before_laws(monkeypatch) -> None:
+    made = Quantity("m", "how far east the robot is", of=lambda *_: 0.0)
     monkeypatch.setitem(QUANTITY_GROUPS["Its own motion"], "east", made)
     monkeypatch.setitem(RULE_QUANTITIES, "east", made)
     assert "| `east` | m | how far east the robot is |  |\n" in page()
-    fis = fuzzy.Sugeno(
-        inputs=[fuzzy.Variable("east", (0, 2), {"west": fuzzy.LinearZ(0, 2), "east": fuzzy.LinearS(0, 2)})],
-        outputs=[fuzzy.Variable("v", (0, 1), {"stop": 0.0, "drive": 1.0})],
-        rules=["if east is west then v is drive", "if east is east then v is stop"],
-    )
-    scenario = robotics.parse_scenario(PAIR.replace("duration = 2.0", "duration = 4.0"), "pair")
-    run = robotics.simulate(scenario, OwnRules(rule_base=fis))
-    np.testing.assert_allclose(run["x"][0, :, -1], 2 * (1 - np.exp(-4.0 / 2)), atol=0.1)  # x' = 1 - x/2
+    law = OwnRules(rule_base=system({"east": (0.0, 2.0)}, {"v": 0.1}, ["if east is low then v is some"]))
+    with pytest.raises(ControllerError, match="east was added to RULE_QUANTITIES after a law was imported"):
+        robotics.simulate(robotics.parse_scenario(PAIR, "pair"), law)
 
 
 def test_the_corridor_keeper_of_the_readme_keeps_to_the_middle() -> None:

@@ -61,8 +61,10 @@ def test_it_can_open_a_report(held, tmp_path):
     from robotics.show.report.chapter import Front
 
     comparison = robotics.compare([robotics.load_scenario("lyapunov-sine")], ["lyapunov"], [0])
-    front = Front("At their best", ranking(held), answer(held), "A note.")
-    page = write_report([comparison], [], tmp_path, sections=[], front=front).read_text(encoding="utf-8")
+    opening = Front("At their best", ranking(held), answer(held), "A note.")
+    page = write_report([comparison], [], tmp_path, sections=[], front=opening).read_text(encoding="utf-8")
     assert page.index('id="figure-ranking"') < page.index('id="what"')
-    assert 'href="#arena">At their best' in page
+    front, _, behind = page.partition("</article>")
+    assert "<h2>At their best</h2>" in front
+    assert 'id="head"' in behind  # who leads where is a page of its own then
     assert (tmp_path / "figures" / "ranking.png").exists()

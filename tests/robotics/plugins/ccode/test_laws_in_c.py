@@ -45,6 +45,14 @@ def _compiler():
         pytest.skip(str(error))
 
 
+def test_the_monitor_of_passive_safety_is_not_left_out_in_silence(tmp_path):
+    scenario = robotics.load_scenario("table-2-1")
+    for one, law in ((scenario, "lyapunov:safe=yes"), (replace(scenario, safety="passive"), "lyapunov")):
+        with pytest.raises(ExportError, match="in the simulator only; safe=no behind the law"):
+            write_c_law(law, one, tmp_path)
+        write_c_law("lyapunov:safe=no", one, tmp_path)
+
+
 @pytest.mark.parametrize("spec", ["fuzzy", "pid", "lyapunov:lead=auto,smooth=0.2", "lyapunov:estimator=kalman"])
 def test_the_c_drives_the_same_run(tmp_path, spec):
     scenario = robotics.load_scenario("table-2-1")  # its posture is measured with noise

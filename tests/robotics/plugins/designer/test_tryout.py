@@ -43,6 +43,7 @@ from robotics.plugins.learning.formationdata import formation_data as formation_
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.reading import load_scenario, scenario_names
 from robotics.studies.forewarnings import forewarnings
+from robotics.studies.tuning.cost import COST_TERMS, Cost
 from tests.browsers import run_apart
 from tests.robotics.plugins.designer.tried import beside, on_page
 
@@ -72,7 +73,12 @@ def test_the_package_s_rule_base_drives_as_the_package_s_law(tracking: Sugeno) -
     assert np.array_equal(run.samples, direct.samples)
     measured = measure_all(direct)
     data = design_data(tracking, trial)
-    assert data["metrics"] == {name: float(measured[name][0, 0]) for name in panel_metrics("tracking")}
+    names = [*panel_metrics("tracking"), *(term.metric for term in COST_TERMS)]
+    assert {n: x for n, x in data["metrics"].items() if n != "cost"} == {n: float(measured[n][0, 0]) for n in names}
+    parts = [measured[term.metric][0, 0] / term.scale for term in COST_TERMS]
+    assert data["metrics"]["cost"] == pytest.approx(sum(parts), rel=1e-12)
+    assert list(data["shares"].values()) == pytest.approx(np.array(parts) / sum(parts))
+    assert [m["name"] for m in course_data(trial)["metrics"]][:4] == ["cost", *(term.metric for term in COST_TERMS)]
     np.testing.assert_allclose(data["x"][0], direct["x"][0, 0], atol=5.1e-5)
     assert len(data["cross_track"][0]) == len(data["time"]) == len(direct.time)
 
@@ -120,7 +126,12 @@ def test_a_rival_is_the_catalogue_s_law() -> None:
     found = rival_data("esm", TryoutTrial(scenario="lyapunov-sine", seed=2))
     for name in ("x", "y"):
         assert found[name] == [rounded_list(row) for row in direct[name][0]]
-    assert found["metrics"] == reduced_metrics("tracking", measure_all(direct), 0)
+    cost = found["metrics"].pop("cost")
+    assert found["metrics"] == reduced_metrics("tracking", measure_all(direct), 0, Cost())
+    one = TryoutTrial(scenario="lyapunov-sine", seed=2, terms=(("rms_cross_track_m", 0.1, 3.0),))
+    other = rival_data("esm", one)
+    assert other["metrics"]["cost"] == pytest.approx(30 * found["metrics"]["rms_cross_track_m"]) != cost
+    assert other["shares"] == {"rms_cross_track_m": 1.0}
 
 
 def test_inputs_may_be_fewer_and_in_another_order() -> None:
@@ -298,9 +309,10 @@ class Bench:
     def __init__(self, fis: Sugeno, path: Path) -> None:
         folder = path.parent if path.parent.is_dir() else Path()
         design = SimpleNamespace(in_force=fis, lines=design_of(fis).lines, system=fis)
-        self.document: Any = SimpleNamespace(design=design, path=path, folder=folder)
+        self.document: Any = SimpleNamespace(design=design, path=path, folder=folder, judged=())
         self.traits: dict[str, Any] = {}
         self.calls: list[tuple[str, tuple[Any, ...]]] = []
+        self.pictured: dict[str, Any] = {}
         self.gate = asyncio.Event()
         self.gate.set()
 
@@ -364,6 +376,16 @@ def test_the_latest_design_wins_and_the_rival_is_run_once(tracking: Sugeno, slow
         assert [name for name, _ in bench.calls if name == "rival_data"] == []
         assert bench.traits["tried"] == on_page(slower, TryoutTrial()) | {"number": 3}
         assert bench.traits["busy"] is None
+        bench.document.judged = (("rms_cross_track_m", 0.1, 1.0),)  # tuned by another cost than before
+        session.changed()
+        await settle(session)
+        assert [m["name"] for m in bench.traits["course"]["metrics"]][:2] == ["cost", "rms_cross_track_m"]
+        for name in ("tried", "before", "rival"):
+            assert bench.traits[name]["shares"] == {"rms_cross_track_m": 1.0}
+        bench.document.judged = ()
+        session.changed()
+        await settle(session)
+        bench.calls.clear()
         bench.say({"do": "pin"})
         await settle(session)
         assert bench.traits["before"] == beside(slower, TryoutTrial()) | {"label": "pinned"}
@@ -525,6 +547,7 @@ def test_a_file_that_is_read_slowly_keeps_nobody_waiting(tracking: Sugeno, tmp_p
         await session.task
         assert bench.traits["trial"]["look_ahead"] == 0.5
         assert bench.traits["trial"]["scenario"] == "fuzzy-off-path"
+        assert bench.pictured["trial"] == session.trial  # for a set of pictures
         bench.done.set()
         await settle(session)
         assert bench.traits["trial"]["scenario"] == bench.traits["editor"]["name"] == "slow.toml"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzy.errors import InputError
+from fuzzy.files.examples import write_examples
 from fuzzy.files.fisfile import write_fis
 from fuzzy.plugins.designer.folder import FolderError, open_folder
 from fuzzy.plugins.designer.saving import OverwriteError
@@ -29,6 +30,7 @@ from robotics.plugins.designer.severalseeds import (
     worst_seed,
 )
 from robotics.plugins.designer.tryout import (
+    _IN_PYTHON,
     TryoutError,
     TryoutTrial,
     checked,
@@ -45,6 +47,7 @@ from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.conditions import noises
 from robotics.simulation.scenario.reading import parse_scenario
 from robotics.simulation.scenario.robots import load_robot
+from robotics.studies.tuning.cost import Cost
 from tests.browsers import run_apart
 
 NOISY = """
@@ -140,7 +143,7 @@ def test_seeds_together_are_those_alone(tracking: Sugeno) -> None:
     trial, seeds = mine(NOISY), range(4)
     rows = design_seeds(tracking, trial, 4, seeds)
     metrics = course_data(trial)["metrics"]
-    alone = [shown(run_design(tracking, mine(NOISY, seed=seed)), "") for seed in seeds]
+    alone = [shown(run_design(tracking, mine(NOISY, seed=seed)), "", Cost()) for seed in seeds]
     assert [row["metrics"] for row in rows] == [one["metrics"] for one in alone]
     assert [row["cross_track"][0][-1] for row in rows] == [one["cross_track"][0][-1] for one in alone]
     errors = [one["metrics"]["rms_cross_track_m"] for one in alone]
@@ -191,6 +194,8 @@ def folder(tmp_path: Path, tracking: Sugeno) -> Path:
     (place / "broken.py").write_text("class Worse(Law:", encoding="utf-8")
     write_fis(tracking, place / "tracking.fis")
     write_fis(tracking, place / "other.fis")
+    write_examples([("tipper", place / "tipper.fis")])  # drives nobody, nor does what cannot be read
+    (place / "faulty.fis").write_text("[System]", encoding="utf-8")
     (tmp_path / "far.toml").write_text(packaged_text("robot", "etsro"), encoding="utf-8")
     (place / "way").symlink_to(tmp_path)
     return place
@@ -268,3 +273,9 @@ def test_files_are_written_in_the_folder_and_never_over_what_was_not_read(folder
     with pytest.raises(InputError, match="there is no folder"):
         write_text_file(opened, edited, "nowhere/x.toml")
     assert (folder.parent / "far.toml").read_bytes() == before
+
+
+def test_what_python_would_write_is_no_word_of_the_page() -> None:
+    said = "x: no rule fires at some inputs; 5 stands there (no_rule_fires = 'nan' or 'error' chooses otherwise; `a` b)"
+    assert _IN_PYTHON.sub("", said) == "x: no rule fires at some inputs; 5 stands there"
+    assert _IN_PYTHON.sub("", "lies outside (a path of its own)") == "lies outside (a path of its own)"

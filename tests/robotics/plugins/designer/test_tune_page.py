@@ -42,7 +42,8 @@ def tab(server: Any, browser: Any) -> Iterator[Watched]:
 
 def opened(tab: Watched, address: str) -> Any:
     page = tab.open(address)
-    page.get_by_role("tab", name="Tune").click()
+    page.get_by_role("button", name="Improve").click()
+    page.get_by_role("menuitem", name=": Tune").click()
     page.wait_for_selector(".fd-tuning .pn-main:not([disabled])", timeout=LONG)
     page.wait_for_selector(".tu-many input:checked")
     return page

@@ -1,6 +1,7 @@
 """Rule bases learnt from what another law does."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +21,11 @@ from robotics.plugins.learning.demonstrations import (
 )
 from robotics.plugins.learning.imitation import blank, drives, fitted, imitate, rmse, write_rule_base
 from robotics.plugins.learning.lesson import ImitationError, ImitationPlan
-from robotics.plugins.learning.tandem import TeacherAndPupil
+from robotics.plugins.learning.tandem import TeacherAndPupil, _share
 from robotics.simulation.loop import drive, simulate
 from robotics.simulation.scenario.reading import load_scenario, parse_scenario
+from tests.robotics.laws.rules.arrayform.evaluation import told
+from tests.robotics.laws.rules.arrayform.laws import InterpretedTeam
 
 BEND = parse_scenario(
     """
@@ -145,6 +148,41 @@ def test_two_laws_in_tandem_change_nothing_for_the_one_that_drives():
     for alone, tandem in ((teacher, both), (pupil, replace(both, driver="pupil"))):
         one, other = ([state.truth for state in drive(short, law, [3])][-1] for law in (alone, tandem))
         np.testing.assert_array_equal(one, other)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Overseen(TeacherAndPupil):
+    """Notes by how much what the pupil's rule base of crash is told differs from what it knows on arrays."""
+
+    setting: Any
+    memories: list[Any] = field(default_factory=list)
+    apart: list[float] = field(default_factory=list)
+
+    def control(self, seen, memory, dt):
+        """Look at the same on arrays."""
+        arrays, mine = InterpretedTeam.of(self.pupil), _share(seen, "pupil", self.pupil)
+        before = self.memories[-1] if self.memories else arrays.init(self.setting, len(seen.x))
+        situation = arrays.situation(mine, before, dt)
+        command, after = super().control(seen, memory, dt)
+        heard = situation.seen.heard.hears & ~np.isnan(situation.others.gap)
+        known = np.where(heard[..., None], told(arrays.rule_bases["crash"], situation), np.nan)
+        np.testing.assert_array_equal(np.isnan(after.known), np.isnan(known))
+        self.apart.append(float(np.nanmax(np.abs(after.known - known), initial=0.0)))
+        self.memories.append(arrays.control(mine, before, dt)[1])
+        return command, after
+
+
+@pytest.mark.parametrize("driver", ["teacher", "pupil"])
+def test_of_pairs_a_pupil_is_told_of_each_other_robot_what_it_knows(driver):
+    scenario = load_scenario("three-cross")
+    short = replace(scenario.setting, ticks=150)
+    teacher, pupil = make_controller("right-of-way"), make_controller("fuzzy-team")
+    both = Overseen(teacher=teacher, pupil=pupil, learns="crash", driver=driver, setting=short)
+    *_, last = drive(short, both, [3, 4])
+    assert last.memory.known.shape == (2, 3, 3, len(both.pupil.bases["crash"].inputs))
+    assert np.isfinite(last.memory.known).any(axis=-1).sum() == 12  # each of three hears two others, in two runs
+    assert len(both.apart) == 151
+    assert max(both.apart) < 1e-9
 
 
 def test_disturbances_depend_on_the_runs_own_seed_alone_and_spare_half_of_the_runs():

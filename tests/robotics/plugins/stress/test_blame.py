@@ -92,6 +92,8 @@ STILL = Disc(radius=0.2, position=(HALF + 0.2 + 0.002, 0.0))
         ((HERE, 0.2), [disc(0.002, 0.1)], True),
         ((HERE, 0.0), [disc(0.002, 0.1)], False),  # a disc drove into one that stands
         ((HERE, -0.05), [disc(0.002, 0.2)], False),  # and into one that backs away
+        ((HERE, 0.001), [disc(1e-5, 0.1)], False),  # and into one that has not quite come to rest
+        ((HERE, 0.001), [Disc(radius=0.2, position=(HALF + 0.2 + 1e-5, 0.0))], True),  # which a still one is not
         # One disc is in it already, and does not hide that it stands still when another comes
         ((HERE, 0.0), [disc(-0.05, 0.1), COMING], False),
         ((HERE, 0.2), [Disc(radius=0.2, position=(0.0, 0.25)), STILL], True),  # nor that it drives into another

@@ -11,8 +11,6 @@ from typer.testing import CliRunner
 
 from fuzzy.shell.options import Application
 from robotics.laws.catalogue import make_controller
-from robotics.laws.rules import clearances
-from robotics.laws.rules.fuzzy_team import InterpretedTeam
 from robotics.plugins.stress import obstaclecourse
 from robotics.plugins.stress.commands_stress_obstacles import obstacles
 from robotics.plugins.stress.crossings import drawn_ensemble, growth
@@ -24,6 +22,8 @@ from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.collision import obstacle_contacts
 from robotics.world.environment.world import Wall, World, compile_worlds
 from robotics.world.paths.path import Quintic
+from tests.robotics.laws.rules.arrayform import clearances
+from tests.robotics.laws.rules.arrayform.laws import InterpretedTeam
 
 COMMITTED, LITERAL = make_controller("obstacles"), make_controller("obstacles-literal")
 

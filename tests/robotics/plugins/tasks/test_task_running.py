@@ -11,7 +11,6 @@ import pytest
 
 from robotics.commands.application import main
 from robotics.laws.catalogue import with_gains
-from robotics.laws.rules.fuzzy_team import InterpretedTeam
 from robotics.plugins.arena.kinds import parse_plan
 from robotics.plugins.arena.plan import ArenaError
 from robotics.plugins.stress.outcome import StressOutcome
@@ -22,6 +21,7 @@ from robotics.plugins.tasks.families import TaskFamily
 from robotics.plugins.tasks.report import ranking_table, results_table
 from robotics.plugins.tasks.running import drive_tasks
 from robotics.simulation.loop import record_run
+from tests.robotics.laws.rules.arrayform.laws import InterpretedTeam
 from tests.robotics.plugins.tasks.test_task_families import TEXT
 
 PLAN: Any = parse_plan(TEXT, "small")

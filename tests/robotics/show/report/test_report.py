@@ -13,13 +13,15 @@ from scipy.stats import ttest_rel
 
 from fuzzy.figures.drawing import style
 from robotics.commands.application import main
+from robotics.laws.catalogue import law_title
 from robotics.measures.evidence import Part, mean_of
 from robotics.measures.registry import headlines
 from robotics.measures.tracking import METRICS
 from robotics.show.figures.controllers import plot_errors
+from robotics.show.report import plates
 from robotics.show.report.chapter import Claim, Picture
 from robotics.show.report.page import draw_sections, figure_count, write_report
-from robotics.show.report.plates import DPI, plate
+from robotics.show.report.plates import DPI, SCREEN, plate
 from robotics.show.report.summarytable import scale, summary_table
 from robotics.show.report.wording import reading
 from robotics.simulation.scenario.reading import parse_scenario
@@ -151,16 +153,37 @@ def test_parts_come_in_their_order(page: Page) -> None:
     assert sections == [
         "answer",
         "head",
-        "what",
-        "glossary",
         "verdict",
+        "contents",
+        "what",
         "terms",
         "reading",
         "scenario-there",
         "scenario-and-back",
         "reproduce",
+        "glossary",
     ]
     assert "Line & <b>back</b>." in page.words  # shown as written, not as markup
+
+
+def test_every_page_leads_to_the_next_and_back(page: Page, comparison: Comparison) -> None:
+    """From the answer the contents lead to each page once, in the order in which they follow each other."""
+    links = {rel: [link["href"] for link in page.all("a") if link.get("rel") == rel] for rel in ("prev", "next")}
+    pages = ["#front", "#terms", "#scenario-there", "#scenario-and-back", "#reproduce"]
+    assert links == {"prev": pages[:-1], "next": pages[2:]}
+    assert len(page.all("article")) == len(pages)
+    there = comparison.table[comparison.table["scenario"] == "there"]
+    least = there.groupby("controller")["mean_error_norm"].mean().idxmin()
+    assert f"there {law_title(str(least))} leads in error norm" in page.words
+
+
+def test_many_claims_are_a_page_of_their_own(comparison: Comparison, tmp_path: Path) -> None:
+    several = [replace(CLAIMS[0], name=f"Claim {n}") for n in range(9)]
+    whole = write_report([comparison], several, tmp_path, sections=[]).read_text(encoding="utf-8")
+    front, _, behind = whole.partition("</article>")
+    assert 'id="verdict"' not in front
+    assert 'id="verdict"' in behind
+    assert "9 claims, each with its parts and numbers" in front
 
 
 def test_claims_say_their_verdict_in_words_and_sign(html: str, page: Page) -> None:
@@ -262,8 +285,10 @@ def test_pictures_in_the_page_are_the_files(folder: Path, page: Page, comparison
     assert len(files) == 1 + figure_count([comparison])  # and who leads
     assert all(data.startswith(b"\x89PNG") and b"tEXt" not in data[:200] for data in files)
     assert sorted(p.suffix for p in folder.iterdir()) == ["", ".html"]  # no temporary files are left
-    sizes = [_decoded(data)[0] for data in inlined]
-    assert [(int(i["width"] or 0), int(i["height"] or 0)) for i in page.all("img")] == sizes
+    for image, data in zip(page.all("img"), inlined, strict=True):  # the page says the size in its own pixels
+        assert [int(image[side] or 0) for side in ("width", "height")] == pytest.approx(
+            [side * SCREEN / plates.DPI for side in _decoded(data)[0]], abs=0.51
+        )
     assert all(image["loading"] == "lazy" for image in page.all("img"))
 
 

@@ -1,13 +1,17 @@
 """The report in a browser: on a telephone, in the dark, on paper, with figures that open and players that unpack."""
 
 import re
+from base64 import b64decode
 from collections.abc import Iterator
+from io import BytesIO
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from fuzzy.figures.drawing import PAGE_WIDTH
+from fuzzy.figures.drawing import PAGE_WIDTH, new_figure
 from robotics.show.playback.player import player_fragment
-from robotics.show.report.chapter import Chapter, Film, Grid
+from robotics.show.report.chapter import Chapter, Film, Grid, Picture
 from robotics.show.report.page import write_report
 from robotics.simulation.scenario.reading import parse_scenario
 from robotics.studies.comparison import compare
@@ -27,7 +31,8 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     run = comparison.runs["there", "fuzzy"]
     wide = Grid("Wide", ("one", *["long heading of a column"] * 9), [("a", *["-12.345 ± 0.678"] * 9)])
     film = Film("To play: there.", lambda: player_fragment(run))
-    chapter = Chapter("own", "Mine", ("The ESM.",), [wide], [wide], [], [], films=[film])
+    picture = Picture("large", "Large.", "A large picture.", lambda: new_figure(9.0, 2.0))
+    chapter = Chapter("own", "Mine", ("The ESM.",), [wide], [wide], [picture], films=[film._replace(beside="large")])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robotics.show.report.plates.DPI", DPI)
         page = write_report([comparison], CLAIMS, folder, chapters=[chapter], command="robotics compare there " * 9)
@@ -39,7 +44,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 def test_a_telephone_shows_the_whole_width(browser: Browser) -> None:
     assert browser.js("document.documentElement.scrollWidth") == 390
-    assert browser.js("Math.max(...[...document.querySelectorAll('figure img')].map((i) => i.offsetWidth))") < 390
+    assert browser.js("Math.max(...[...document.querySelectorAll('.drawn')].map((i) => i.offsetWidth))") < 390
     first = browser.js("document.querySelector('main img').getBoundingClientRect().top + scrollY")
     assert first < 844  # the first picture begins on the first screen
     # and is drawn for a telephone: of the width of other figures, not scaled down from a wide one
@@ -55,12 +60,48 @@ def test_a_telephone_shows_the_whole_width(browser: Browser) -> None:
 def test_a_figure_opens_in_full_size_and_closes_by_key(browser: Browser) -> None:
     browser.js("document.querySelector('.enlarge').focus()")
     browser.key(" ")
-    shown = browser.until("document.querySelector('#enlarged[open] img')?.naturalWidth")
-    assert shown == browser.js("document.querySelector('#enlarged img').offsetWidth")
+    shown = browser.until("document.querySelector('#enlarged[open] img')?.offsetWidth")
+    assert shown == int(browser.js("document.querySelector('#enlarged img').getAttribute('width')"))
     for kind in ("keyDown", "keyUp"):
         browser.call("Input.dispatchKeyEvent", type=kind, key="Escape", code="Escape", windowsVirtualKeyCode=27)
     browser.until("!document.querySelector('#enlarged').open")
     assert browser.js("document.activeElement.className") == "enlarge"
+
+
+def turn(browser: Browser, anchor: str) -> None:
+    browser.js(f"location.hash = '{anchor}'")
+    browser.until(f"document.getElementById('{anchor}').checkVisibility({{ contentVisibilityAuto: true }})")
+
+
+def test_one_page_is_in_sight_and_keys_turn_it(browser: Browser) -> None:
+    seen = "[...document.querySelectorAll('main > article')].filter((a) => !a.hidden).map((a) => a.innerText)"
+    turn(browser, "front")
+    (front,) = browser.js(seen)
+    assert "What to look at" in front
+    browser.js("document.querySelector('.behind a[href=\"#scenario-there\"]').focus()")
+    browser.key("Enter")
+    browser.until("document.title.startsWith('there')")
+    (there,) = browser.js(seen)
+    assert "Conditions" in there
+    assert browser.js("document.querySelector('.contents [aria-current]').textContent") == "there"
+    browser.js("document.querySelector('article:not([hidden]) [rel=next]').click()")
+    browser.until("document.title.startsWith('Mine')")
+    browser.js("history.back()")
+    browser.until("document.title.startsWith('there')")
+    # What the browser's search finds where nobody looks is turned to
+    assert browser.js("document.getElementById('terms').parentElement.getAttribute('hidden')") == "until-found"
+    browser.js("document.getElementById('terms').parentElement.dispatchEvent(new Event('beforematch'))")
+    browser.until("document.title.startsWith('What was compared')")
+    turn(browser, "figure-large")
+    assert browser.js("document.querySelector('#figure-large + .film') !== null")  # it is played where it is drawn
+
+
+def test_a_large_picture_scrolls_in_its_box(browser: Browser) -> None:
+    turn(browser, "figure-large")
+    box, picture = (browser.js(f"document.querySelector('#figure-large {on}').clientWidth") for on in (".drawn", "img"))
+    assert picture > 9.0 * 76 - 20 > box
+    assert browser.js("document.documentElement.scrollWidth") == 390
+    turn(browser, "front")
 
 
 def test_a_link_opens_what_is_folded(browser: Browser) -> None:
@@ -84,12 +125,31 @@ def test_a_player_unpacks_when_it_is_opened(browser: Browser) -> None:
     assert browser.problems == []
 
 
-def test_pictures_stay_light_in_the_dark(browser: Browser) -> None:
-    browser.media(prefers_color_scheme="dark")
-    colors = [f"getComputedStyle(document.querySelector('{on}')).backgroundColor" for on in ("body", ".enlarge")]
-    browser.until(f"{colors[0]} === 'rgb(21, 24, 28)'")
-    assert browser.js(colors[1]) == "rgb(255, 255, 255)"
+def test_pictures_follow_the_dark(browser: Browser) -> None:
+    """The paper of a picture becomes that of the page; hues and the contrast of letters stay."""
+    turn(browser, "front")
+    browser.js("document.querySelector('main img').scrollIntoView()")
+    light, dark = (shown(browser, scheme) for scheme in ("light", "dark"))
+    assert (np.median(light.reshape(-1, 3), axis=0) == 255).all()
+    assert np.median(dark.reshape(-1, 3), axis=0) == pytest.approx([21, 24, 28], abs=2)
+    assert light.min() < 60
+    assert dark.max() > 220
+    blue = np.abs(light - [0, 114, 178]).sum(axis=2) < 24  # of the first series
+    assert blue.any()
+    red, green, stays = dark[blue].mean(axis=0)
+    assert stays > green > red
     browser.media(prefers_color_scheme="light")
+
+
+def shown(browser: Browser, scheme: str) -> np.ndarray:
+    """The pixels (rows, columns, 3) of the first picture, light or dark."""
+    browser.media(prefers_color_scheme=scheme)
+    browser.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
+    box = browser.js("(() => { const b = document.querySelector('main img').getBoundingClientRect(); "
+                     "return [b.x, b.y + scrollY, b.width, b.height]; })()")  # fmt: skip
+    clip = dict(zip(("x", "y", "width", "height"), box, strict=True)) | {"scale": 1}
+    image = browser.call("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)["data"]
+    return np.asarray(Image.open(BytesIO(b64decode(image))).convert("RGB"), int)
 
 
 def test_paper_has_everything_open_and_numbered_pages(browser: Browser) -> None:
@@ -104,7 +164,8 @@ def test_paper_has_everything_open_and_numbered_pages(browser: Browser) -> None:
     for on, name, value in (
         ("h2", "breakAfter", "avoid"),
         ("figure", "breakInside", "avoid"),
-        ("thead", "display", "table-header-group"),
+        ("#scenario-there thead", "display", "table-header-group"),
+        ("article[hidden]", "contentVisibility", "visible"),
     ):
         assert browser.js(f"getComputedStyle(document.querySelector('{on}')).{name}") == value
     browser.call("Emulation.setEmulatedMedia", media="")

@@ -340,7 +340,7 @@ def test_several_kinds_in_one_study_and_one_report(folder: Path, monkeypatch: py
     words = re.sub(r"<[^>]+>", "", page)
     for said in ("Mine", "What I ask.", "And more.", "team does not drive here", "only 3 runs, a verdict needs 20"):
         assert said in words
-    assert page.index('id="verdict"') < page.index('id="head"') < page.index('id="scenario-short"')
+    assert page.index('id="head"') < page.index('id="verdict"') < page.index('id="scenario-short"')
     assert "As printed" not in words
     rows = pd.read_csv(folder / "out" / "results.csv")
     assert len(rows) == 3 * (2 + 2 * 3)

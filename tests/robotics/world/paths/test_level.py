@@ -5,14 +5,32 @@ from math import pi
 import numpy as np
 import pytest
 
+from fuzzy.compiled.jit import kernel
+from robotics.laws.rules.perception import on_leader, stretched
 from robotics.simulation.scenario.reading import parse_scenario
 from robotics.world.paths.path import Circle, Eight, Line, compile_path
-from robotics.world.paths.references import Level, later
+from robotics.world.paths.references import later
 from robotics.world.paths.trajectory import Timing, compile_trajectory
+from tests.robotics.laws.rules.arrayform.neighbours import Level
 
 
 def references(shapes, timings):
     return compile_trajectory(tuple(compile_path(s) for s in shapes), tuple(timings))
+
+
+@kernel
+def _all_level(road, s, begin):
+    out = np.empty((2, *s.shape))
+    for n in range(s.shape[0]):
+        for i in range(s.shape[1]):
+            out[0, n, i] = on_leader(road, 0, i, s[n, i], begin)
+            out[1, n, i] = stretched(road, 0, i, s[n, i], begin)
+    return out
+
+
+def compiled(references, s):
+    """The places on the leader's path that are level with robots at ``s``, and the stretches, of equations."""
+    return _all_level(references.road, s, np.array(Level.of(references).begin))
 
 
 def test_on_concentric_circles_angles_are_level():
@@ -22,6 +40,8 @@ def test_on_concentric_circles_angles_are_level():
     assert level.stretch(s) == pytest.approx(np.array([[1.0, 1.5]] * 2), rel=1e-9)
     assert level.on_leader(s) == pytest.approx(np.array([[1.0, 0.5], [0.0, 2 * pi]]), abs=1e-9)
     assert level.place(level.share(s)) == pytest.approx(s, abs=1e-9)
+    assert compiled(circles, s)[0] == pytest.approx(np.array([[1.0, 0.5], [0.0, 2 * pi]]), abs=1e-9)
+    assert compiled(circles, s)[1] == pytest.approx(np.array([[1.0, 1.5]] * 2), rel=1e-9)
 
 
 def test_what_lies_before_a_reference_is_behind():
@@ -32,6 +52,7 @@ def test_what_lies_before_a_reference_is_behind():
     level = Level.of(lines)
     s = np.array([[1.0, 2.0]])  # x = -2 and x = 2
     assert level.on_leader(s) == pytest.approx(np.array([[1.0, 5.0]]))
+    assert compiled(lines, s)[0] == pytest.approx(np.array([[1.0, 5.0]]))
     assert level.share(s)[0] == pytest.approx([-2 / 6, 2 / 6])
     assert Level.of(later(lines, 10.0)).on_leader(s) == pytest.approx(level.on_leader(s))  # nobody moves
 
@@ -57,6 +78,8 @@ def test_by_offsets_robots_are_level_when_the_virtual_one_is_there():
     s = np.array([[0.7, 0.7 * own / radius]])
     assert level.on_leader(s) == pytest.approx(np.array([[0.7, 0.7]]), abs=1e-5)
     assert level.stretch(s) == pytest.approx(np.array([[1.0, own / radius]]), abs=1e-5)
+    assert compiled(wedge, s)[0] == pytest.approx(np.array([[0.7, 0.7]]), abs=1e-5)
+    assert compiled(wedge, s)[1] == pytest.approx(np.array([[1.0, own / radius]]), abs=1e-5)
 
 
 def test_an_eight_is_bernoullis():

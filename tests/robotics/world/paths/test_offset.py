@@ -11,6 +11,7 @@ from robotics.simulation.scenario.reading import load_scenario, parse_scenario
 from robotics.world.paths.offset import Offset, compile_offset, offset_start
 from robotics.world.paths.path import Circle, Line, PathError, Quintic, Sine, Waypoints, compile_path
 from robotics.world.paths.trajectory import Timing, compile_trajectory, together
+from tests.robotics.laws.rules.arrayform.neighbours import level_places, stretches
 
 TIMING = Timing(duration=20.0, ramp=2.0)
 CURVES = (
@@ -80,11 +81,11 @@ def test_robots_that_are_level_have_the_same_progress():
         virtual = compile_trajectory((compile_path(curve),), (TIMING,)).at(time).s / compile_path(curve).length
         np.testing.assert_allclose(share, np.full((1, 3), virtual[0]), atol=1e-5)
         np.testing.assert_allclose(paths.place(share), s, atol=1e-9)
-        np.testing.assert_allclose(paths.level(s), np.broadcast_to(s, (1, 3, 3)), atol=2e-4)
+        np.testing.assert_allclose(level_places(paths, s), np.broadcast_to(s, (1, 3, 3)), atol=2e-4)
         step = 1e-3
         if 0 < time < 20:
             slope = (paths.place(share + step) - paths.place(share - step)) / (2 * step)
-            np.testing.assert_allclose(paths.stretch(share), slope, rtol=1e-3)
+            np.testing.assert_allclose(stretches(paths, share), slope, rtol=1e-3)
     assert all(path.shares is not None for path in paths.paths)
     # Shares of the own lengths differ by far more: a law that equals them bends the formation.
     middle = team.at(9.7).s / paths.lengths
@@ -98,7 +99,7 @@ def test_ordinary_paths_have_the_shares_of_their_lengths_to_the_last_bit():
     assert table.shares is None
     np.testing.assert_array_equal(table.share(s), s / table.lengths)
     np.testing.assert_array_equal(table.place(s), s * table.lengths)
-    np.testing.assert_array_equal(table.level(s)[:, 0, 1], s[:, 0] / table.lengths[0] * table.lengths[1])
+    np.testing.assert_array_equal(level_places(table, s)[:, 0, 1], s[:, 0] / table.lengths[0] * table.lengths[1])
 
 
 def test_an_offset_beyond_the_center_of_curvature_is_refused():
@@ -216,7 +217,6 @@ def test_a_law_that_equals_shares_of_lengths_would_bend_it(monkeypatch):
     offsets = offsets_of(scenario)
     monkeypatch.setattr("robotics.world.paths.joined.PathTable.share", lambda self, s: s / self.lengths)
     monkeypatch.setattr("robotics.world.paths.joined.PathTable.place", lambda self, share: share * self.lengths)
-    monkeypatch.setattr("robotics.world.paths.joined.PathTable.stretch", lambda self, share: self.lengths)
     road = scenario.trajectory.road._replace(shares=np.empty((2, 0)))
     monkeypatch.setitem(vars(scenario.trajectory), "road", road)
     assert sides(simulate(scenario, make_controller("virtual-structure-measured"), [0]), offsets) > 0.05

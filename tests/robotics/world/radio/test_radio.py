@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robotics.world.radio.channel
-from robotics.laws.teams.neighbours import alone, alone_for, smallest_heard
+from robotics.laws.teams.neighbours import alone
 from robotics.world.radio.channel import AirColumns, Channel, Heard, broadcast, receive
 from robotics.world.radio.description import RADIO_PRESETS, Radio, RadioError
 from robotics.world.radio.faults import FAULTS, Fault, Faults, notice, untroubled
 from robotics.world.radio.graph import adjacency
+from tests.robotics.laws.rules.arrayform.neighbours import alone_for, smallest_heard
 
 TICK = 0.05
 

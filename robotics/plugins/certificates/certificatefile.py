@@ -1,0 +1,78 @@
+"""The file of a certificate: all that its checker needs, as JSON, in decimals that read back the same."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzy.files.atomic import write_json
+from fuzzy.membershipfunction import as_number
+from fuzzy.system import Linear, Sugeno
+from robotics.plugins.certificates.checker import FORMAT
+from robotics.plugins.certificates.loopcolumns import ASKED, LevelColumns, LoopColumns
+from robotics.plugins.certificates.regions import LoopCertificate
+from robotics.plugins.certificates.wheels import WINDOW
+
+_ROWS = ("formula", "count", "places", "given")
+
+
+def contents(certificate: LoopCertificate) -> dict[str, Any]:
+    """What a file holds of a certificate, as values of JSON."""
+    loop = certificate.loop
+    numbers, form = LoopColumns(loop.numbers), LevelColumns(certificate.form)
+    told = {name: getattr(numbers, name) for name in LoopColumns.columns if name not in _ROWS}
+    return {
+        "format": FORMAT,
+        "law": loop.title,
+        "loop": {n: v.tolist() if np.ndim(v) else float(v) for n, v in told.items()} | {"window": float(WINDOW)},
+        "rules": None if loop.rules is None else _rules(loop.rules, [ASKED[int(i)] for i in numbers.places]),
+        "V": {name: float(getattr(form, name)) for name in LevelColumns.columns},
+    }
+
+
+def write_certificate(certificate: LoopCertificate, path: str | Path) -> None:
+    """Write a certificate's file."""
+    write_json(path, contents(certificate))
+
+
+def _rules(fis: Sugeno, quantities: list[str]) -> dict[str, Any]:
+    """A rule base in numbers."""
+    s = fis.structure
+    outputs = [list(v.terms.values()) for v in fis.outputs]
+
+    def says(o: int, r: int) -> list[float] | None:
+        place = int(s.consequent[o, r])
+        if place < 0:
+            return None
+        found = outputs[o][place]
+        slopes = [as_number(p) for p in found.parameters[:-1]] if isinstance(found, Linear) else [0.0] * len(fis.inputs)
+        return [as_number(found.parameters[-1]), *slopes]
+
+    return {
+        "clip": fis.out_of_range == "clip",
+        "and": fis.and_method,
+        "or": fis.or_method,
+        "inputs": [
+            {
+                "quantity": quantities[i],
+                "low": v.universe[0],
+                "high": v.universe[1],
+                "terms": [[t.matlab, list(t.numbers)] for t in v.terms.values()],
+            }
+            for i, v in enumerate(fis.inputs)
+        ],
+        "outputs": [v.name for v in fis.outputs],
+        "rules": [
+            {
+                "or": bool(s.is_or[r]),
+                "weight": float(s.weight[r]),
+                "clauses": [
+                    [i, int(s.term[i, r]), float(s.power[i, r]), bool(s.negated[i, r])]
+                    for i in range(len(fis.inputs))
+                    if s.term[i, r] >= 0
+                ],
+                "then": [says(o, r) for o in range(len(fis.outputs))],
+            }
+            for r in range(len(fis.rules))
+        ],
+    }

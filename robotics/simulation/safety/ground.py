@@ -1,0 +1,205 @@
+"""The ground that a robot remembers: which of it its range sensors have seen to be free, in the frame of its odometry.
+
+A square window of cells goes with the robot. A cell is free where the middle of it lay before an echo by more than the
+noise, in the cone of a sensor; below the robot's body; and, at the start, around it. An echo takes that back from the
+cells from which it may have come, unless another sensor sees past them at the same time. All else is unknown, and not
+free: the monitor lets no robot go there.
+"""
+
+import math
+
+from fuzzy.compiled.columns import Columns, column, within
+from fuzzy.compiled.jit import compiled_only
+from robotics.simulation.safety.assumptions import DEVIATIONS
+from robotics.world.vehicle.plant import LimitColumns
+
+THICK = 1.5  # cells behind an echo that are taken for the thing
+RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies between two rays
+NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
+OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
+FADES_AFTER = 0.3  # s after the next look
+
+
+class StopColumns(Columns):
+    """How a robot stops, as of robotics.simulation.safety.assumptions.StoppingModel."""
+
+    lag = column("s")
+    braking = column("m/s²")
+    v_rate = column("m/s²")
+    w_rate = column("rad/s²")
+
+
+class GuardColumns(Columns):
+    """What passive safety assumes of one robot."""
+
+    half_length = column("m")
+    half_width = column("m")
+    radius = column("m", "of its turning circle")
+    cell = column("m")
+    least = column("m", "between its body and the middle of a cell that is not free")
+    others = column("m/s", "the greatest speed of what moves among the obstacles")
+    fresh = column("s", "the longest time from look to look of its sensors: what is older is out of view")
+    place = column("m", "by how much its measured place is off at most")
+    turned = column("rad", "likewise its heading")
+    latency = column("s")
+    overshoot = column("1", "of the wheels")
+    limit = within(LimitColumns)
+    stop = within(StopColumns)
+
+
+@compiled_only
+def age_of(value, stamp, period):  # type: ignore[no-untyped-def]
+    """How old [s] the echo of a cell is."""
+    return (stamp - value if value > NEVER_SEEN else stamp + (value - OF_MOVING) // 2) * period
+
+
+@compiled_only
+def put(ground, x, y, value):  # type: ignore[no-untyped-def]
+    """Write a cell of the world; the window is a torus."""
+    size = ground.shape[0]
+    ground[x % size, y % size] = value
+
+
+@compiled_only
+def follow(ground, window, given, x, y):  # type: ignore[no-untyped-def]
+    """Let the window go with a robot at (x, y) [m]: the cells that come in are unknown."""
+    size = ground.shape[0]
+    to_x, to_y = math.floor(x / given.cell) - size // 2, math.floor(y / given.cell) - size // 2
+    while window[0] != to_x:
+        step = 1 if to_x > window[0] else -1
+        row = window[0] + size if step > 0 else window[0] - 1
+        for j in range(size):
+            ground[row % size, j] = NEVER_SEEN
+        window[0] += step
+    while window[1] != to_y:
+        step = 1 if to_y > window[1] else -1
+        row = window[1] + size if step > 0 else window[1] - 1
+        for i in range(size):
+            ground[i, row % size] = NEVER_SEEN
+        window[1] += step
+
+
+@compiled_only
+def stand_free(ground, window, given, x, y, c, s, around):  # type: ignore[no-untyped-def]
+    """Take the ground below a body, and ``around`` [m] it, to be free."""
+    size, cell = ground.shape[0], given.cell
+    reach = math.ceil((given.radius + around) / cell)
+    at_x, at_y = math.floor(x / cell), math.floor(y / cell)
+    for i in range(max(at_x - reach, window[0]), min(at_x + reach + 1, window[0] + size)):
+        for j in range(max(at_y - reach, window[1]), min(at_y + reach + 1, window[1] + size)):
+            dx, dy = (i + 0.5) * cell - x, (j + 0.5) * cell - y
+            if body_gap(given, c * dx + s * dy, c * dy - s * dx) <= around:
+                put(ground, i, j, FREE_GROUND)
+
+
+@compiled_only
+def body_gap(given, ahead, left):  # type: ignore[no-untyped-def]
+    """The distance [m] from a body to a point in its frame."""
+    over, beside = max(abs(ahead) - given.half_length, 0.0), max(abs(left) - given.half_width, 0.0)
+    return math.sqrt(over * over + beside * beside)
+
+
+@compiled_only
+def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of_robot, x, y, c, s, free):  # type: ignore[no-untyped-def]
+    """Take in one reading [m] along the rays of a sensor: its echo, or what is ``free`` before it.
+
+    Args:
+        ground, window: Of the robot.
+        given: GuardColumns.
+        sensor: SensorColumns.
+        rays: Directions in the robot's frame (2, rays).
+        first, last: The sensor's.
+        reading: Infinite: no echo.
+        stamp: The present period, plus 1.
+        of_robot: Whether it is of a robot that was heard.
+        x, y: Where the robot is, by odometry [m].
+        c, s: Cosine and sine of its heading.
+        free: Whether free ground is written, or the echo.
+    """
+    cell, size = given.cell, ground.shape[0]
+    sees = min(reading, sensor.range)
+    off = DEVIATIONS * math.sqrt(sensor.noise * sensor.noise + (sensor.relative_noise * sees) ** 2)
+    nearest = reading <= sensor.minimum + off  # it may be anywhere from the sensor to there: nothing is free before it
+    begin, end = 0.0, sees - max(off, RAY_HALF * cell)
+    if free and nearest:
+        return
+    if not free:
+        if reading == math.inf:
+            return
+        begin, end = (0.0 if nearest else sees - off), sees + max(off, THICK * cell)
+    mount_x, mount_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
+    step = 0.7 * cell
+    for n in range(first, last):
+        ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
+        r = begin
+        while r <= end:
+            i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)
+            if not (0 <= i - window[0] < size and 0 <= j - window[1] < size):
+                break
+            if free:
+                dx, dy = (i + 0.5) * cell - mount_x, (j + 0.5) * cell - mount_y
+                # The middle of the cell lies before the echo, and by this ray, not by the next one.
+                if dx * dx + dy * dy <= end * end and abs(ux * dy - uy * dx) <= RAY_HALF * cell:
+                    put(ground, i, j, FREE_GROUND)
+            else:
+                known = ground[i % size, j % size]
+                if of_robot or (known <= FREE_GROUND and given.others > 0):
+                    if known <= FREE_GROUND:  # what stands is not where the ground was once free
+                        put(ground, i, j, (OF_ROBOT if of_robot else OF_MOVING) - 2 * stamp)
+                else:
+                    put(ground, i, j, stamp)
+            r += step
+
+
+@compiled_only
+def is_clear(ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, need, late, period, stamp, known):  # type: ignore[no-untyped-def]
+    """Whether a body keeps clear of what is not free, well in the window; what is too near now may not come nearer.
+
+    Args:
+        ground, window: Of the robot.
+        given: GuardColumns.
+        x, y: Where its body will be, by odometry [m].
+        c, s: Cosine and sine of its heading then.
+        now_x, now_y, now_c, now_s: The same as it is now.
+        need: The least gap [m].
+        late: In how many seconds it is there: what gave an echo may have come nearer, by then and since it was heard.
+        period: The control period [s].
+        stamp: The present period, plus 1.
+        known: Whether ground that was never seen is not free: a robot backs over ground only that it knows.
+    """
+    cell, size, others = given.cell, ground.shape[0], given.others
+    # What has come into the window since the last look was not looked at: an echo from there was not written down.
+    new = given.limit.v_max * given.fresh
+    wide = given.half_length * abs(c) + given.half_width * abs(s) + need
+    high = given.half_length * abs(s) + given.half_width * abs(c) + need
+    low_x, low_y, top_x, top_y = window[0], window[1], window[0] + size - 1, window[1] + size - 1
+    if (
+        math.floor((x - wide - new) / cell) < low_x
+        or math.floor((y - high - new) / cell) < low_y
+        or math.floor((x + wide + new) / cell) > top_x
+        or math.floor((y + high + new) / cell) > top_y
+    ):
+        return False
+    moves = others * (late + given.fresh)
+    for i in range(
+        max(math.floor((x - wide - moves) / cell), low_x), min(math.floor((x + wide + moves) / cell), top_x) + 1
+    ):
+        for j in range(
+            max(math.floor((y - high - moves) / cell), low_y), min(math.floor((y + high + moves) / cell), top_y) + 1
+        ):
+            value = ground[i % size, j % size]
+            age, of_robot = age_of(value, stamp, period), value < FREE_GROUND and value % 2 == 0
+            if value < FREE_GROUND and age > given.fresh + FADES_AFTER:
+                value = FREE_GROUND if of_robot else NEVER_SEEN
+            if value == FREE_GROUND or (value == NEVER_SEEN and not known):
+                continue
+            at_x, at_y = (i + 0.5) * cell, (j + 0.5) * cell
+            gap = body_gap(given, c * (at_x - x) + s * (at_y - y), c * (at_y - y) - s * (at_x - x))
+            # What moves was seen there lately; what was not seen again stands, or has gone where nothing looks.
+            may_move = value != NEVER_SEEN and not of_robot and age <= given.fresh + FADES_AFTER
+            if gap >= need + (others * (late + age) if may_move else 0.0):
+                continue
+            dx, dy = at_x - now_x, at_y - now_y
+            if gap < body_gap(given, now_c * dx + now_s * dy, now_c * dy - now_s * dx) - 1e-9 or gap == 0:
+                return False
+    return True

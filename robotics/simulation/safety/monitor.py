@@ -1,0 +1,355 @@
+"""The monitor: no order reaches the wheels from which the robot could not stop on ground that is known to be free.
+
+In every period the way is foreseen that a robot goes if the order acts for one period, after those that are still on
+their way to the wheels, and from then on it is told to stop. Along all of that way its body must keep clear of what is
+not known to be free (:mod:`robotics.simulation.safety.ground`), and of wherever robots that were heard may be by then
+(:mod:`robotics.simulation.safety.others`). If it does not, less is tried: the same arc more slowly, turning on the
+spot, and last a stop, of which the period before has made sure.
+
+    stop:  x(t) = x + ∫ v(t), v' = -min(v/lag, braking) from t + T + L on     [Mitsch et al. 2017], passive safety, with
+           the wheels' lag, the latency L and the period T of this plant in the place of A, b and ε
+"""
+
+import math
+from typing import NamedTuple
+
+from fuzzy.compiled.columns import Floats2, Floats3, Ints1, Ints2, Ints3
+from fuzzy.compiled.jit import compiled_only, without_refcounts
+from robotics.laws.equation import CommandColumns, SeenColumns
+from robotics.simulation.safety.ground import GuardColumns, follow, is_clear, stand_free, take_in
+from robotics.simulation.safety.others import (
+    CREEP,
+    OPEN,
+    SLACK,
+    SPEED_SPARE,
+    TURNS,
+    PostureMessage,
+    PromiseColumns,
+    is_a_robot,
+    kept_promise,
+    room_to_robots,
+)
+from robotics.world.radio.channel import Air, broadcast, receive
+from robotics.world.sensing.raycasting import SensorColumns
+from robotics.world.vehicle.plant import STEP, TruthColumns, within_limits
+
+ACTS, ACTS_TURN = 0.01, 0.2  # m/s, rad/s: what the monitor takes off less than this is not said
+SLOWED = (1.0, 0.7, 0.45, 0.25, 0.12)  # of an order, along the same arc
+SPOT = (1.0, 0.3)  # of its turn rate, on the spot; of its speed, straight on
+BACK = 0.1  # of its highest speed: how fast it goes back where it cannot turn
+FALLBACKS = len(SLOWED) + 2 * len(SPOT) + 1
+_LONGEST = 1000  # steps of 10 ms of a foreseen way
+_NEARLY = 5e-4  # m: a robot that goes no farther than this stands
+_WANTS = 1e-3  # m/s: who wants to drive no faster wants to stand
+_ROBOTS_APART = 0.01  # m: the least gap to where another robot may be
+
+
+class MonitorLanes(NamedTuple):
+    """All that the monitor knows; a lane is one robot of one run."""
+
+    on: int  # 1: there is one
+    sees: int  # 1: there are obstacles to see
+    latency: float  # s, of commands
+    delay: float  # s: messages that are older say nothing
+    given: Floats2  # (GuardColumns, lanes)
+    ground: Ints3  # (lanes, cells, cells)
+    window: Ints2  # (lanes, 2): the first cell of each window in x and in y
+    table: Floats2  # (SensorColumns, sensors), as of robotics.world.sensing.raycasting.Eyes
+    every: Ints1  # (sensors,): periods from look to look
+    column: Ints1  # (sensors,): its place in the readings
+    begin: Ints1  # (lanes,): the first sensor of each robot
+    end: Ints1  # (lanes,): the first that is not its
+    rays: Floats2  # (2, rays): unit directions in the robot's frame, as close to each other as cells
+    first_ray: Ints1  # (sensors + 1,)
+    sent: Floats3  # (periods, 2, lanes): orders; that of period k stands at k modulo their number
+    held: (
+        Floats2  # (2, lanes): the commanded velocity within the bounds of how fast it may change, as the wheels have it
+    )
+    promises: Floats3  # (PromiseColumns, periods, lanes)
+    said: Floats2  # (PostureMessage, lanes)
+    air: Air
+    acted: Ints1  # (lanes,): periods in which it took something off an order
+
+
+@without_refcounts
+def keep_safe(guard, k, period, robots, truth, seen, readings, cut, going, command, order):  # type: ignore[no-untyped-def]
+    """Bring the orders of period ``k`` down to what is safe.
+
+    Args:
+        guard: The monitor's.
+        k: The period.
+        period: Its length [s].
+        robots: Of a run.
+        truth: The plant's state, of which only odometry is read (TruthColumns, lanes).
+        seen: What the robots know of themselves (SeenColumns, lanes).
+        readings: Of the range sensors [m] (lanes, sensors).
+        cut: Links that are cut (lanes, robots).
+        going: (runs,): those that go on.
+        command: The command, of which ``guarded`` is written (CommandColumns, lanes).
+        order: What the wheels are told (2, lanes).
+    """
+    receive(guard.air, k, period, cut)
+    flights = len(guard.sent)
+    for lane in range(order.shape[1]):
+        if not going[lane // robots]:
+            continue
+        odometry, given = TruthColumns(truth, lane), GuardColumns(guard.given, lane)
+        robot = SeenColumns(seen, lane).robot
+        wish_v, wish_w = order[0, lane], order[1, lane]
+        if not (math.isfinite(wish_v) and math.isfinite(wish_w)):
+            wish_v, wish_w = 0.0, 0.0
+        wish_v, wish_w = within_limits(given.limit, wish_v, wish_w)
+        if guard.sees == 1:
+            _look_around(guard, lane, k, robots, odometry, robot, given, readings)
+        v, w = _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w)
+        if abs(v - wish_v) > ACTS or abs(w - wish_w) > ACTS_TURN:
+            out = CommandColumns(command, lane)
+            out.guarded = 1.0
+            guard.acted[lane] += 1
+        order[0, lane], order[1, lane] = v, w
+        for step in range(round(period / STEP)):
+            to_v, to_w = in_force(guard, lane, k, period, step * STEP, v, w)
+            guard.held[0, lane] = next_held(given.stop.v_rate, guard.held[0, lane], to_v)
+            guard.held[1, lane] = next_held(given.stop.w_rate, guard.held[1, lane], to_w)
+        guard.sent[k % flights, 0, lane], guard.sent[k % flights, 1, lane] = v, w
+    if guard.air.values > 0:
+        here = TruthColumns(truth)
+        broadcast(guard.air, k, period, cut, guard.said, here.x, here.y)
+
+
+@compiled_only
+def _look_around(guard, lane, k, robots, odometry, robot, given, readings):  # type: ignore[no-untyped-def]
+    """Bring what is known of the ground up to date."""
+    ground, window = guard.ground[lane], guard.window[lane]
+    x, y = odometry.odo_x, odometry.odo_y
+    c, s = math.cos(odometry.odo_heading), math.sin(odometry.odo_heading)
+    follow(ground, window, given, x, y)
+    if k == 0:
+        stand_free(ground, window, given, x, y, c, s, given.radius - given.half_width + given.least + 2 * given.cell)
+    # A beam's echo is where it says, and the last word; of a cone's arc another sensor may know better.
+    for beams, free in ((True, True), (True, False), (False, False), (False, True)):
+        for q in range(guard.begin[lane], guard.end[lane]):
+            sensor, reading = SensorColumns(guard.table, q), readings[lane, guard.column[q]]
+            if k % guard.every[q] != 0 or beams != (sensor.sin_half == 0):
+                continue
+            if free and beams:  # what one beam hits may reach as far as the next one
+                for p in (q - 1, q + 1):
+                    if guard.begin[lane] <= p < guard.end[lane]:
+                        beside = SensorColumns(guard.table, p)
+                        if beside.sin_half == 0 and beside.x == sensor.x and beside.y == sensor.y:
+                            reading = min(reading, readings[lane, guard.column[p]])
+            known = not free and robots > 1 and is_a_robot(guard, lane, robots, robot, sensor, reading)
+            take_in(
+                ground, window, given, sensor, guard.rays, guard.first_ray[q], guard.first_ray[q + 1], reading, k + 1,
+                known, x, y, c, s, free,
+            )  # fmt: skip
+    stand_free(ground, window, given, x, y, c, s, 0.0)
+
+
+@compiled_only
+def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w):  # type: ignore[no-untyped-def]
+    """The safe order that is nearest to what is wanted; make the promise of this period."""
+    promises, slot = guard.promises, k % guard.promises.shape[1]
+    fastest, slowest, turn = kept_promise(promises, lane)
+    bound_v = min(max(wish_v, slowest / given.overshoot), fastest / given.overshoot)
+    bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
+    stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
+    v, w, blocked, room = bound_v, bound_w, False, math.inf
+    if guard.air.values > 0:
+        room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
+    if not stands:
+        nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
+        n = 0
+        while n < FALLBACKS:
+            v, w = tried(n, bound_v, bound_w, given, slowest / given.overshoot)
+            if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
+                break
+            n += 1
+        blocked = n > 0
+        if n == FALLBACKS:
+            v, w = 0.0, 0.0
+    if guard.air.values > 0:
+        # Of two that block each other, the one with the lower number goes on wanting.
+        plan_v, plan_w = (v, w) if blocked and lane % robots > 0 else (wish_v, wish_w)
+        mine = PromiseColumns(promises[:, slot], lane)
+        ahead, back = max(plan_v, robot.v, v, 0.0), min(plan_v, robot.v, v, 0.0)
+        drives = k == 0 or abs(plan_v) > _WANTS
+        # Who is far from all others hinders nobody by what it does not use of its promise.
+        top = given.limit.v_max
+        open_ = min(max(OPEN * room / (promises.shape[1] * period * top), 0.0), 1.0)
+        mine.fastest = SLACK * ahead + max(open_ * top, SPEED_SPARE * top if drives and plan_v >= 0 else CREEP)
+        mine.slowest = SLACK * back - max(open_ * top, CREEP)
+        mine.turn = SLACK * max(abs(plan_w), abs(robot.w), abs(w)) + max(open_ * given.limit.w_max, TURNS)
+        said = PostureMessage(guard.said, lane)
+        said.x, said.y, said.heading = robot.x, robot.y, robot.heading
+        said.fastest, said.slowest, said.turn = mine.fastest, mine.slowest, mine.turn
+    return v, w
+
+
+@compiled_only
+def tried(n, v, w, given, slowest):  # type: ignore[no-untyped-def]
+    """What is tried in the ``n``-th place instead of an order (v, w); ``slowest`` [m/s] is promised.
+
+    The same arc, turning on the spot, straight on; and back, to have room to turn.
+    """
+    arcs, spots = len(SLOWED), len(SPOT)
+    if n < arcs:
+        return SLOWED[n] * v, SLOWED[n] * w
+    if n < arcs + spots:
+        return 0.0, SPOT[n - arcs] * w
+    if n < arcs + spots + len(SPOT):
+        return SPOT[n - arcs - spots] * v, 0.0
+    return (max(-BACK * given.limit.v_max, slowest) if abs(w) * given.radius > abs(v) else 0.0), 0.0
+
+
+@compiled_only
+def in_force(guard, lane, k, period, time, v, w):  # type: ignore[no-untyped-def]
+    """The order that the wheels have ``time`` [s] after period ``k``, of which the order is (v, w); then a stop."""
+    if time > guard.latency + period - 1e-9:
+        return 0.0, 0.0
+    if time > guard.latency - 1e-9:
+        return v, w
+    before = math.ceil((guard.latency - time) / period - 1e-9)
+    if before > k:
+        return 0.0, 0.0
+    sent = guard.sent[(k - before) % len(guard.sent)]
+    return sent[0, lane], sent[1, lane]
+
+
+@compiled_only
+def next_held(rate, held, order):  # type: ignore[no-untyped-def]
+    """The commanded speed one step later, within its rate."""
+    most = rate * STEP
+    return min(max(order, held - most), held + most)
+
+
+@compiled_only
+def next_rim(stop, overshoot, side, now, held):  # type: ignore[no-untyped-def]
+    """The speed of a wheel's rim one step later: of all that the plant may do what is farthest on one ``side``.
+
+    To that side it changes at once, back as in a stop. 1: forwards, -1: backwards, 0: away from standing.
+    """
+    far = overshoot * held
+    if side > 0:
+        far = max(far, held)
+        if far >= now:
+            return far
+    elif side < 0:
+        far = min(far, held)
+        if far <= now:
+            return far
+    elif now * held >= 0 and abs(far) >= abs(now):
+        return far
+    return _slow_rim(stop, now, held)
+
+
+@compiled_only
+def _slow_rim(stop, now, held):  # type: ignore[no-untyped-def]
+    """The same as in a stop, whether it falls or grows."""
+    less = min(abs(now - held) * min(STEP / max(stop.lag, STEP), 1.0), stop.braking * STEP)
+    return now - math.copysign(less, now - held)
+
+
+@compiled_only
+def _turns_back(guard, lane, k, period, robot, half, order_v, order_w):  # type: ignore[no-untyped-def]
+    """Whether a wheel turns forwards and backwards before the stop, by what it does and by what it is told."""
+    orders = math.ceil(guard.latency / period - 1e-9)
+    for wheel in (-half, half):
+        first, second = robot.v + wheel * robot.w, guard.held[0, lane] + wheel * guard.held[1, lane]
+        low, high = min(first, second), max(first, second)
+        for before in range(orders + 1):
+            v, w = in_force(guard, lane, k, period, guard.latency - before * period, order_v, order_w)
+            low, high = min(low, v + wheel * w), max(high, v + wheel * w)
+        if low < -CREEP and high > CREEP:
+            return True
+    return False
+
+
+@compiled_only
+def _clear(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest):  # type: ignore[no-untyped-def]
+    """Whether the foreseen way is clear: the orders on their way, this one for a period, and a stop.
+
+    Where a wheel turns back, what goes farthest one way is not what goes farthest the other way: all four ways between
+    which the robot goes have to be clear.
+    """
+    if not _turns_back(guard, lane, k, period, robot, given.limit.half_axle, order_v, order_w):
+        return _way_clear(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, 0, 0)
+    for right in (-1, 1):
+        for left in (-1, 1):
+            if not _way_clear(
+                guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, right, left
+            ):
+                return False
+    return True
+
+
+@compiled_only
+def _way_clear(  # type: ignore[no-untyped-def]
+    guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, side_right, side_left
+):
+    """The same of the way on which the wheels go farthest to these sides."""
+    stop, half, held_v, held_w = given.stop, given.limit.half_axle, guard.held[0, lane], guard.held[1, lane]
+    rim_right, rim_left = robot.v + half * robot.w, robot.v - half * robot.w
+    late_right, late_left, behind, off = rim_right, rim_left, 0.0, 0.0
+    time, ahead, left, turn, gone, swept = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for _ in range(_LONGEST):
+        to_v, to_w = in_force(guard, lane, k, period, time, order_v, order_w)
+        held_v, held_w = next_held(stop.v_rate, held_v, to_v), next_held(stop.w_rate, held_w, to_w)
+        to_right, to_left = held_v + half * held_w, held_v - half * held_w
+        rim_right = next_rim(stop, given.overshoot, side_right, rim_right, to_right)
+        rim_left = next_rim(stop, given.overshoot, side_left, rim_left, to_left)
+        # A robot whose speed grows as slowly as it falls has another heading on the way: by so much it is beside it.
+        late_right = _slow_rim(stop, late_right, to_right)
+        late_left = _slow_rim(stop, late_left, to_left)
+        v, w = (rim_right + rim_left) / 2, (rim_right - rim_left) / (2 * half)
+        behind += (w - (late_right - late_left) / (2 * half)) * STEP
+        off = max(off, abs(behind))
+        middle = turn + w * STEP / 2
+        ahead += v * STEP * math.cos(middle)
+        left += v * STEP * math.sin(middle)
+        turn += w * STEP
+        gone += abs(v) * STEP
+        swept += (abs(v) + abs(w) * given.radius) * STEP
+        time += STEP
+        rest = (abs(v) + abs(w) * given.radius) * stop.lag
+        stands = time > guard.latency + period and held_v == 0 and held_w == 0 and rest < _NEARLY
+        if stands or swept >= given.cell / 4:
+            swept = 0.0
+            if not _fits(
+                guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, gone * off, time, nearest
+            ):
+                return False
+        if stands:
+            return True
+    return False
+
+
+@compiled_only
+def _fits(  # type: ignore[no-untyped-def]
+    guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, off, time, nearest
+):
+    """Whether the body is clear when it has gone ``ahead``, to the ``left`` and round by ``turn``, after ``time`` [s].
+
+    Where it has less room than it should, it keeps what it has.
+    """
+    if guard.sees == 1:
+        now_x, now_y, now = odometry.odo_x, odometry.odo_y, odometry.odo_heading
+        c, s = math.cos(now), math.sin(now)
+        x, y = now_x + c * ahead - s * left, now_y + s * ahead + c * left
+        if not is_clear(
+            guard.ground[lane], guard.window[lane], given, x, y, math.cos(now + turn), math.sin(now + turn),
+            now_x, now_y, c, s, given.least + off, time, period, k + 1, ahead < 0,
+        ):  # fmt: skip
+            return False
+    if guard.air.values > 0:
+        c, s = math.cos(robot.heading), math.sin(robot.heading)
+        x, y = robot.x + c * ahead - s * left, robot.y + s * ahead + c * left
+        free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, time) - _ROBOTS_APART
+        if free < (off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
+            return False
+    return True
+
+
+@without_refcounts
+def let_pass(guard, k, period, robots, truth, seen, readings, cut, going, command, order):  # type: ignore[no-untyped-def]
+    """Do nothing, in place of :func:`keep_safe`, where there is no monitor."""

@@ -1,0 +1,1 @@
+"""What robots know and the laws of rule bases, on arrays (runs, robots): the oracle of their equations."""

@@ -1,0 +1,68 @@
+"""Commands that tell most: they stay inside, they tell more than chance, and the command writes what identify reads."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fuzzy.files.table import read_table
+from robotics.commands.application import main
+from robotics.plugins.identify.excitation import SQUARE_MARGIN, excite
+from robotics.plugins.identify.replay import replayed
+from robotics.plugins.identify.signals import IdentifyError, read_signals
+from robotics.simulation.scenario.robots import load_robot
+
+SHEET = load_robot("etsro").robot
+
+
+def test_simulated_robots_of_the_range_stay_in_the_square_and_it_tells_more_than_chance() -> None:
+    """By the simulator's own loop, with robots that the design has not drawn."""
+    found, square = excite(SHEET, 2.5, 24.0), 2.5
+    assert found.efficiency > 1.0
+    assert found.room >= SQUARE_MARGIN * square
+    assert len(found.program.time) == 480
+    generator = np.random.default_rng(8)
+    for _ in range(5):
+        factors = {"kp": 0.8, "ki": 0.7, "friction_torque": 1.6, "torque_limit": 0.8}
+        robot = SHEET.changed(
+            **{name: getattr(SHEET, name) * generator.uniform(min(f, 1), max(f, 1)) for name, f in factors.items()},
+            v_rate_max=float(generator.uniform(1.2, 5.0)),
+            w_rate_max=float(generator.uniform(9.0, 30.0)),
+        )
+        run = replayed(robot, found.program, latency=0.01 * int(generator.integers(0, 31)))
+        far = max(np.abs(run["x"]).max(), np.abs(run["y"]).max())
+        assert far + robot.turning_circle < square / 2
+    assert np.ptp(run["x"]) + np.ptp(run["y"]) > 0.3, "it drives"
+
+
+def test_slow_ramps_turning_and_commands_beyond_the_limits_are_in_it() -> None:
+    program = excite(SHEET, 3.0, 24.0).program
+    assert np.abs(program.w).max() > SHEET.w_max
+    assert np.count_nonzero((np.abs(program.v) > 0) & (np.abs(program.v) < 0.1)) > 20
+
+
+def test_a_square_without_room_is_refused() -> None:
+    with pytest.raises(IdentifyError, match="leaves the robot no room"):
+        excite(SHEET, 0.4, 30.0)
+    with pytest.raises(IdentifyError, match="from 20 to 600 s"):
+        excite(SHEET, 3.0, 5.0)
+
+
+@pytest.mark.parametrize("ending", ["csv", "mcap"])
+def test_the_command_writes_commands_and_a_drive(
+    ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if ending == "mcap":
+        pytest.importorskip("rosbags")
+    file, log = tmp_path / "excite.csv", tmp_path / f"drive.{ending}"
+    words = ["--seconds", "20", "-o", str(file), "--drive", str(log), "--latency", "0.05", "--json"]
+    assert main(["excite", "--robot", "etsro", *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["topic"] == "cmd_vel"
+    table = read_table(file)
+    assert (table.names, table.units) == (("time", "v_command", "w_command"), ("s", "m/s", "rad/s"))
+    assert np.diff(table.values[:, 0]) == pytest.approx(0.05)
+    read = read_signals(log, SHEET)
+    assert read.commands.v[: len(table.values)] == pytest.approx(table.values[:, 1], abs=1e-6)
+    assert read.poses is not None

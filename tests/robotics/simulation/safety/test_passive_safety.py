@@ -1,0 +1,339 @@
+"""Passive safety: nothing is driven into, by an oracle of its own; and each assumption that is broken breaks it."""
+
+import math
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+import robotics
+from benchmarks.safety_attack import FAMILIES, HARD, LAWS, ROBOTS, BadLaw, attack, out_of_view, shuffled_team
+from benchmarks.safety_search import Scripted, Search, search
+from fuzzy.compiled.jit import kernel
+from robotics.laws.law import ControllerError
+from robotics.laws.setting import Setting, TrueParameters
+from robotics.plugins.stress.obstaclecourse import ObstacleOutcome, obstacle_ensemble, stress_obstacles
+from robotics.plugins.stress.tally import run_ensemble
+from robotics.simulation.loop import Simulation, record_run
+from robotics.simulation.safety.assumptions import STOP_NEAR, radio_delay, stopping
+from robotics.simulation.safety.coverage import blind_directions, blind_spots, covered_speed
+from robotics.simulation.safety.ground import FREE_GROUND, GuardColumns, take_in
+from robotics.simulation.safety.opening import given_rows
+from robotics.simulation.safety.others import HeardPosture, apart
+from robotics.simulation.scenario.robots import load_robot
+from robotics.studies.inspection import inspect_scenario
+from robotics.world.environment.collision import footprints, obstacle_clearance, rectangle_gap
+from robotics.world.environment.world import Disc, Geometry, World, compile_worlds
+from robotics.world.paths.path import Line
+from robotics.world.paths.trajectory import Timing
+from robotics.world.radio.description import Radio
+from robotics.world.sensing.raycasting import SensorColumns
+from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.plant import Plant, TruthColumns, initial_state, parameters
+
+FIELD, DISC, CROSSING = (next(f for f in FAMILIES if f.name == name) for name in ("field", "disc", "crossing-bad"))
+RAGING = BadLaw(kind=float(LAWS.index("raging")), safe="yes")
+
+
+def caused(setting: Setting, law: BadLaw, runs: int) -> int:
+    """In how many runs a robot caused a contact."""
+    return int(run_ensemble(ObstacleOutcome, setting, law, range(runs)).caused.any(axis=1).sum())
+
+
+def course(runs: int, seconds: float = 15.0, **more: object) -> Setting:
+    ensemble = obstacle_ensemble(range(runs), "A", 1, **more)  # type: ignore[arg-type]
+    return replace(ensemble, ticks=round(seconds / ensemble.period), divergence=1e6)
+
+
+# The guarantee ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_bad_laws_drive_into_nothing_and_without_the_monitor_they_do(robot):
+    found = {}
+    for safe in ("no", "yes"):
+        rows = [attack(FIELD, robot, "raging", 12, 0, safe), attack(CROSSING, robot, "chasing", 12, 0, safe)]
+        found[safe] = [row["caused"] for row in rows]
+    assert min(found["no"]) > 0
+    assert found["yes"] == [0, 0]
+
+
+def test_rule_bases_of_random_numbers_drive_into_nothing():
+    setting, found = course(12), {}
+    for safe in ("no", "yes"):
+        law = shuffled_team(3, safe)
+        found[safe] = int(run_ensemble(ObstacleOutcome, setting, law, range(12)).caused.any(axis=1).sum())
+    assert found["no"] > 0
+    assert found["yes"] == 0
+
+
+def test_a_search_for_the_worst_finds_contacts_without_the_monitor_only():
+    assert search("turtlebot3-burger", 32, 0, "no")["contacts"] > 0
+    guarded = search("turtlebot3-burger", 32, 0, "yes")
+    assert guarded["contacts"] == 0
+    assert 0.03 < guarded["least"] < 0.5  # and it does come near
+
+
+def test_in_each_period_the_robot_can_stop_before_it_touches_anything():
+    """The inequality itself, by the true plant, from the true state: a stop from the next period on stays clear."""
+    setting, seed = course(8), 3
+    simulation = Simulation(setting, RAGING, tuple(range(8)))
+    robot, sizes = setting.robots[0], footprints(setting.robots)
+    plant = Plant(np.repeat(parameters(robot)[:, None], 8, axis=1), steps=1)
+    here = setting.world.rest
+    least, fastest = inf, 0.0
+    for k, _ in simulation.periods():
+        lanes = simulation.lanes
+        state, order, none = lanes.body.truth.copy(), lanes.order.copy(), np.zeros((2, 8))
+        fastest = max(fastest, float(TruthColumns(state).v.max()))
+        for step in range(60 if k % 4 == seed else 0):
+            state = plant.advance(state, order, order if step < 5 else none, 0, "velocity")
+            now = TruthColumns(state)
+            pose = now.x[:, None], now.y[:, None], now.heading[:, None]
+            least = min(least, float(obstacle_clearance(*pose, sizes, here).min()))
+    assert fastest > 0.7
+    assert 0 < least < 0.1
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_stopping_model_goes_as_far_as_the_plant_from_any_motion(name):
+    robot, rng = load_robot(name).robot, np.random.default_rng(1)
+    v = rng.uniform(0, 1, 40) * min(robot.v_max, robot.wheel_speed_limit)
+    w = rng.uniform(0, 1, 40) * np.minimum(robot.w_max, (robot.wheel_speed_limit - v) / robot.half_axle)
+    plant = Plant(np.repeat(parameters(robot)[:, None], 40, axis=1), steps=1)
+    state, command = initial_state(np.zeros((40, 3))), np.stack([v, w])
+    for _ in range(300):
+        state = plant.advance(state, command, command, 0, "velocity")
+    begin, way, turned = TruthColumns(state.copy()), np.zeros(40), np.zeros(40)
+    for _ in range(300):
+        state = plant.advance(state, 0 * command, 0 * command, 0, "velocity")
+        now = TruthColumns(state)
+        way, turned = way + 0.01 * np.maximum(now.v, 0), turned + 0.01 * np.maximum(now.w, 0)
+    foreseen = stopping(robot).ways(np.array(begin.v), np.array(begin.w), robot.half_axle)
+    near = STOP_NEAR * robot.turning_circle
+    assert (way <= foreseen[0] + near).all()
+    assert (turned <= foreseen[1] + near / robot.half_axle).all()
+    assert (way > 0.5 * foreseen[0] - 0.01).mean() > 0.8  # and not so much farther that it forbids everything
+
+
+# Each assumption, broken -----------------------------------------------------------------------------------------
+
+
+def test_it_holds_with_the_stated_latency_and_breaks_with_a_longer_one():
+    setting = replace(course(30), latency=0.1)
+    assert caused(setting, RAGING, 30) == 0
+    late = TrueParameters(robots=setting.robots, latency=0.6)
+    assert caused(replace(setting, truth=late), RAGING, 30) > 0
+
+
+def test_it_breaks_with_weaker_brakes():
+    setting = course(30)
+    weak = replace(setting.robots[0], torque_limit=0.025)
+    assert caused(replace(setting, truth=TrueParameters(robots=(weak,), latency=0.0)), RAGING, 30) > 0
+
+
+def test_it_breaks_with_sensors_that_see_nothing_and_the_attack_tells_those_from_blind_spots():
+    setting, runs = course(30), range(30)
+    blinded = {name: replace(one, failure_start=0.0) for name, one in setting.sensors[0].items()}
+    unseen = []
+    for carried in (blinded, {"behind": RangeSensor(axis=np.pi)}):
+        blind = replace(setting, sensors=(carried,))
+        driven = run_ensemble(ObstacleOutcome, blind, RAGING, runs).caused.any(axis=1)
+        assert driven.any()
+        first = int(np.argmax(driven))
+        unseen.append(out_of_view(blind, RAGING, runs, None, first))
+    assert unseen == [False, True]
+
+
+def test_it_breaks_where_others_are_faster_than_stated():
+    """A disc comes head-on: the robot stands when it is there; one that believes the disc to rest is met in motion."""
+    setting = course(30, 8.0)
+    begins = setting.references.joined.at(np.zeros(30))
+    ahead = np.array([np.cos(begins.heading), np.sin(begins.heading)]).T
+    starts = np.array([begins.x, begins.y]).T
+    worlds = []
+    for start, end in zip((starts + 3 * ahead).tolist(), (starts - 6 * ahead).tolist(), strict=True):
+        path = Line(start=(start[0], start[1]), end=(end[0], end[1]))
+        worlds.append(World(obstacles=(Disc(radius=0.3, path=path, timing=Timing(speed=0.8)),), known=False))
+    coming = replace(setting, world=compile_worlds(worlds))
+    assert met_in_motion(coming) == 0
+    assert met_in_motion(replace(coming, others_speed=0.0)) > 5
+
+
+def met_in_motion(setting: Setting) -> int:
+    """In how many runs a robot drives ahead when something first touches it."""
+    simulation, sizes = Simulation(setting, RAGING, tuple(range(30))), footprints(setting.robots)
+    speed = np.full(30, np.nan)
+    for k, _ in simulation.periods():
+        now = TruthColumns(simulation.rows(simulation.lanes.body.truth))
+        gap = obstacle_clearance(now.x, now.y, now.heading, sizes, Geometry(*setting.world.at(k * setting.period)))
+        speed = np.where((gap[:, 0] <= 0) & np.isnan(speed), now.v[:, 0], speed)
+    assert np.isfinite(speed).sum() > 5
+    return int((speed > 0.02).sum())
+
+
+def test_what_has_passed_bars_no_way():
+    """Echoes of discs and robots that have gone remain where nothing looks; robots drive on all the same."""
+    seeds = (0, 1, 7, 8)
+    outcome = stress_obstacles("fuzzy-team:safe=yes", seeds, robots=3, disturbance=HARD, moving=2, lanes="crossing")
+    assert outcome.arrived.all()
+
+
+@kernel
+def echoed(ground, window, given, table, rays, stamp, of_robot, reading=0.3, free=False):
+    take_in(
+        ground, window, GuardColumns(given, 0), SensorColumns(table, 0), rays, 0, rays.shape[1], reading, stamp,
+        of_robot, 0.0, 0.0, 1.0, 0.0, free,
+    )  # fmt: skip
+
+
+def test_an_echo_at_the_least_distance_frees_nothing_before_it():
+    """What is nearer than a sensor can read reads its minimum: it may be anywhere up to there."""
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    table = np.zeros((SensorColumns.size, 1))
+    SensorColumns(table, 0).range = 1.0
+    rays = np.array([[math.cos(0.3)], [math.sin(0.3)]])
+    for minimum, frees in ((0.3, False), (0.1, True)):
+        SensorColumns(table, 0).minimum = minimum
+        ground, window = np.zeros((48, 48), dtype=np.int64), np.full(2, -24)
+        echoed(ground, window, given, table, rays, 5, False)
+        echoed(ground, window, given, table, rays, 5, False, free=True)
+        assert (ground == FREE_GROUND).any() == frees
+        assert (ground == 5).any()
+
+
+def test_the_echo_of_a_robot_takes_nothing_away_that_stands():
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    table = np.zeros((SensorColumns.size, 1))
+    SensorColumns(table, 0).range = 1.0
+    ground, window = np.zeros((48, 48), dtype=np.int64), np.full(2, -24)
+    rays = np.array([[1.0], [0.0]])
+    echoed(ground, window, given, table, rays, 5, False)
+    stands = ground.copy()
+    echoed(ground, window, given, table, rays, 6, True)
+    assert (stands == 5).any()
+    assert (ground == stands).all()
+
+
+# Promises --------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def gap_to(given, heard, x, y, heading, late):
+    return apart(GuardColumns(given, 0), GuardColumns(given, 1), HeardPosture(heard, 0, 0), x, y, heading, late)
+
+
+def test_no_robot_that_keeps_its_promise_comes_nearer_than_is_foreseen():
+    robot = load_robot("pioneer-3dx").robot
+    setting = replace(robotics.load_scenario("lyapunov-sine").setting, robots=(robot, robot))
+    setting = replace(setting, sensing=setting.sensing * 2)
+    given = np.array([given_rows(robot, setting, i, 0.3) for i in (0, 1)]).T.copy()
+    rng, size = np.random.default_rng(5), footprints([robot])[:, 0]
+    near = 0
+    for _ in range(300):
+        fastest, slowest, turn = rng.uniform(0, 1.2), -rng.uniform(0, 0.3), rng.uniform(0, 5)
+        x, y, heading = *rng.uniform(-1.2, 1.2, 2), rng.uniform(-np.pi, np.pi)
+        age, late = rng.uniform(0.05, 0.6), rng.uniform(0, 0.5)
+        heard = np.array([age, 1.0, 0.0, 0.0, 0.0, fastest, slowest, turn])[:, None, None]
+        foreseen = gap_to(given, heard, x, y, heading, late)
+        for _ in range(6):  # ways that keep the promise
+            place, steps = np.zeros(3), 40
+            v, w = rng.uniform(slowest, fastest), rng.uniform(-turn, turn)
+            for _ in range(steps):
+                if rng.random() < 0.1:
+                    v, w = rng.choice([slowest, fastest]), rng.choice([-turn, turn])
+                step = (age + late) / steps
+                place += step * np.array([v * np.cos(place[2]), v * np.sin(place[2]), w])
+            gap = rectangle_gap(place[0] - x, place[1] - y, heading, place[2], size, size)
+            assert foreseen <= gap + 1e-9
+            near += foreseen > -inf and gap - foreseen < 0.1
+    assert near > 20  # it is no bound that forbids everything
+
+
+def test_who_is_far_from_all_others_starts_at_once():
+    search = Search("etsro", "yes")
+    script = np.array([[[[0.0, 0.0], [0.4, 0.0]]] * 2])
+    simulation = Simulation(search.setting, Scripted(script=script, seconds=1.0), (0,))
+    for k, _ in simulation.periods():
+        if k == 25:
+            break
+    assert float(TruthColumns(simulation.lanes.body.truth).v.min()) > 0.3
+    assert simulation.lanes.guard.acted.sum() == 0
+
+
+def test_the_stated_delay_is_so_long_that_nearly_every_message_comes_within_it():
+    assert radio_delay(Radio(), 0.05) == pytest.approx(0.1)
+    stated = radio_delay(Radio(loss=0.2, latency=0.3), 0.05)
+    assert 0.2 ** ((stated - 0.3 - 0.05) / 0.05 - 1) <= 1e-5
+    assert stated < 0.9
+
+
+# What is said, and how it is switched on ---------------------------------------------------------------------------
+
+
+def test_a_scenario_or_a_law_switches_it_on_and_without_it_nothing_changes():
+    scenario = next(s for n in robotics.scenario_names() if (s := robotics.load_scenario(n)).obstacles)
+    for law in ("lyapunov", "pid", "fuzzy"):
+        plain = record_run(scenario.setting, robotics.make_controller(law), (0,))
+        off = replace(scenario, safety="passive").setting
+        told = record_run(off, robotics.make_controller(f"{law}:safe=no"), (0,))
+        assert plain.samples.tobytes() == told.samples.tobytes()
+        on = record_run(off, robotics.make_controller(law), (0,))
+        also = record_run(scenario.setting, robotics.make_controller(f"{law}:safe=yes"), (0,))
+        assert on.samples.tobytes() == also.samples.tobytes()
+        assert on.samples.tobytes() != plain.samples.tobytes()
+
+
+OWN = """
+from dataclasses import dataclass
+import numpy as np
+from robotics import Command, Law
+
+@dataclass(frozen=True)
+class Ahead(Law):
+    def control(self, seen, memory, dt):
+        v = np.full_like(seen.x, 0.8)
+        return Command(v, 0 * v, v, 0 * v), memory
+"""
+
+
+def test_an_own_python_law_has_it_too(tmp_path):
+    (tmp_path / "own.py").write_text(OWN)
+    setting, found = course(10), {}
+    for safe in ("no", "yes"):
+        law = robotics.make_controller(f"{tmp_path / 'own.py'}:Ahead:safe={safe}")
+        found[safe] = int(run_ensemble(ObstacleOutcome, setting, law, range(10)).caused.any(axis=1).sum())
+    assert found["no"] > 0
+    assert found["yes"] == 0
+
+
+def test_a_law_of_torques_cannot_have_it():
+    torque = next(n for n in robotics.CATALOGUE if robotics.make_controller(n).level == "torque")
+    scenario = replace(robotics.load_scenario("lyapunov-sine"), safety="passive")
+    with pytest.raises(ControllerError, match="commands torques"):
+        robotics.simulate(scenario, torque)
+
+
+def test_blind_spots_are_said_before_a_run():
+    etsro, mir = load_robot("etsro"), load_robot("mir100")
+    (behind,) = [span for span in blind_directions(etsro.robot, etsro.sensors) if span[1] - span[0] > 90]
+    assert behind[0] < 180 < behind[1]
+    assert blind_directions(mir.robot, mir.sensors) == []
+    setting = course(1)
+    assert covered_speed(etsro.robot, etsro.sensors, setting) == pytest.approx(0.825, abs=0.02)
+    assert covered_speed(etsro.robot, {"left": etsro.sensors["left"]}, setting) == 0
+    (said,) = blind_spots(setting, RAGING)
+    assert "no sensor looks at" in said
+    assert blind_spots(setting, replace(RAGING, safe="no")) == []
+    scenario = next(s for n in robotics.scenario_names() if (s := robotics.load_scenario(n)).obstacles)
+    findings = inspect_scenario(replace(scenario, safety="passive"), "fuzzy").findings
+    assert any(f.kind == "blind spots" and f.severity == "note" for f in findings)
+
+
+def test_a_disc_that_runs_into_a_standing_robot_is_not_caused_by_it():
+    row = attack(DISC, "etsro", "raging", 60, 0, "yes")
+    assert row["touched"] > 0
+    assert row["caused"] == 0
