@@ -64,6 +64,10 @@ class Folder:
         """The name of a file of the folder, as :meth:`inside` takes it."""
         return path.relative_to(self.path).as_posix()
 
+    def without_place(self, sentence: str) -> str:
+        """A sentence that calls the folder's files by name alone: who reads it knows where they are."""
+        return sentence.replace(f"{self.path}{os.sep}", "")
+
     def files(self, ending: str = ".fis") -> list[str]:
         """The files of the folder and of folders in it with that ``ending``, at most 500, down to the third level."""
         found = []

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from fuzzy.errors import InputError
+from fuzzy.plugins.designer.folder import Folder
 from fuzzy.plugins.designer.workers import DesignerWorkers
 from fuzzy.system import Sugeno
 
@@ -180,7 +181,7 @@ class Workbench:
     def notify(self, sentence: str, problem: bool = False) -> None:
         """Show a sentence for some seconds; a problem stays until the next one or until it is put away."""
         if not self.closed:
-            self._say(sentence, problem)
+            self._say(Folder(self.document.folder).without_place(sentence), problem)
 
     # For the page --------------------------------------------------------------------------------------------
 

@@ -18,10 +18,11 @@ from fuzzy.plugins.designer.folder import FolderError, check_size
 from fuzzy.plugins.designer.longtask import EVERY, Report, TaskProcess
 from fuzzy.plugins.designer.open_documents import OpenDocuments
 from fuzzy.plugins.designer.starts.catalogue import Catalogue, find_starts
+from fuzzy.plugins.designer.starts.samples import TABLE_OPTIONS, read_samples
 from fuzzy.plugins.designer.starts.start import File, Start, StartError
 from fuzzy.plugins.designer.views import numbers, rounded_for, surface_data
 from fuzzy.plugins.designer.workers import WorkError
-from fuzzy.shown import typeset
+from fuzzy.shown import shown, typeset
 from fuzzy.system import Sugeno
 
 _POINTS = 21  # of a small picture, along each axis
@@ -67,7 +68,7 @@ class Starting:
                 {"start_columns": {"file": name, "columns": await self._opened.reading(str(name), columns, path)}}
             )
         except (InputError, WorkError) as error:
-            self._send({"start_columns": {"file": name, "columns": [], "problem": typeset(str(error))}})
+            self._send({"start_columns": {"file": name, "columns": [], "problem": typeset(self._opened.folder.without_place(str(error)))}})
 
     async def _do_start_make(self, content: Mapping[str, Any]) -> None:
         """Make a new design: ``start``, ``options`` by name, ``name`` of the new file. It opens as unsaved work."""
@@ -85,7 +86,7 @@ class Starting:
         except asyncio.CancelledError:
             self._send({"start_refused": "It was stopped; nothing was made."})
         except (InputError, WorkError, OSError) as error:
-            self._send({"start_refused": typeset(str(error))})
+            self._send({"start_refused": typeset(self._opened.folder.without_place(str(error)))})
         finally:
             self._making = None
 
@@ -190,9 +191,22 @@ def make(start: str, given: Mapping[str, Any], stem: str, report: Any = lambda s
     """Make the system of the start of that name, with the sentences that were warned of. Raises InputError."""
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
-        fis = find_starts().start(start).made(given, stem, report)
+        chosen = find_starts().start(start)
+        fis = chosen.made(given, stem, report)
+        fit = _fit(fis, given) if TABLE_OPTIONS[0] in chosen.options else ""
     said = dict.fromkeys(str(w.message) for w in warned if issubclass(w.category, UserWarning))
-    return MadeSystem(fis, tuple(said))
+    return MadeSystem(fis, (*said, fit) if fit else tuple(said))
+
+
+def _fit(fis: Sugeno, given: Mapping[str, Any]) -> str:
+    """How far the system is off on the rows that it was made from."""
+    x, y, _ = read_samples(*(given.get(o.name, getattr(o, "value", "")) for o in TABLE_OPTIONS))
+    off = np.sqrt(np.mean((fis(x) - y) ** 2, axis=0))
+    errors = ", ".join(
+        f"{shown(float(error))}{f' {v.unit}' if v.unit else ''} in {v.name}"
+        for error, v in zip(off, fis.outputs, strict=True)
+    )
+    return f"RMSE {errors}, on the {len(x):,} rows of {Path(given['file']).name} that it was made from"
 
 
 def report_making(given: tuple[str, dict[str, Any], str], report: Report) -> MadeSystem:

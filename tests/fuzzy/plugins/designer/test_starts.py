@@ -9,12 +9,15 @@ import pytest
 import fuzzy
 from fuzzy.commands.application import main
 from fuzzy.insight.diagnosis import check
+from fuzzy.plugins.designer.folder import open_folder
+from fuzzy.plugins.designer.starting import make
 from fuzzy.plugins.designer.starts import catalogue
 from fuzzy.plugins.designer.starts.catalogue import find_starts
 from fuzzy.plugins.designer.starts.grid import evenly, grid
 from fuzzy.plugins.designer.starts.own import starts
 from fuzzy.plugins.designer.starts.samples import example_table
 from fuzzy.plugins.designer.starts.start import Start, StartError
+from fuzzy.shown import shown
 
 OWN = {start.name: start for start in starts()}
 
@@ -181,3 +184,22 @@ def test_a_start_that_reports_tells_how_far_it_is():
     assert told == [(0.5, "half")]
     with pytest.raises(StartError):
         start.made({"a": 1}, "mine")
+
+
+def test_what_is_made_from_a_table_says_how_far_it_is_off(tmp_path):
+    rows = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 2))
+    y = np.abs(rows[:, 0]) + rows[:, 1]
+    table = tmp_path / "plant.csv"
+    lines = [f"{a!r},{b!r},{c!r}" for (a, b), c in zip(rows.tolist(), y.tolist(), strict=True)]
+    table.write_text("u,v,flow [l/min]\n" + "\n".join(lines) + "\n")
+    made = make("data-grid", {"file": table, "terms": 2, "order": "0"}, "mine")
+    off = np.sqrt(np.mean((made.fis(rows)[:, 0] - y) ** 2))
+    assert off > 0.05
+    assert made.warnings[-1] == f"RMSE {shown(off)} l/min in flow, on the 60 rows of plant.csv that it was made from"
+    assert not any("RMSE" in said for said in make("grid", {}, "mine").warnings)
+
+
+def test_a_file_of_the_folder_is_called_by_its_name_alone(tmp_path):
+    there = open_folder(tmp_path)
+    assert there.without_place(f"{there.path}/a/b.csv, line 3: no number") == "a/b.csv, line 3: no number"
+    assert there.without_place("/elsewhere/b.csv: no number") == "/elsewhere/b.csv: no number"
