@@ -68,7 +68,15 @@ class Starting:
                 {"start_columns": {"file": name, "columns": await self._opened.reading(str(name), columns, path)}}
             )
         except (InputError, WorkError) as error:
-            self._send({"start_columns": {"file": name, "columns": [], "problem": typeset(self._opened.folder.without_place(str(error)))}})
+            self._send(
+                {
+                    "start_columns": {
+                        "file": name,
+                        "columns": [],
+                        "problem": self._said(error),
+                    }
+                }
+            )
 
     async def _do_start_make(self, content: Mapping[str, Any]) -> None:
         """Make a new design: ``start``, ``options`` by name, ``name`` of the new file. It opens as unsaved work."""
@@ -86,7 +94,7 @@ class Starting:
         except asyncio.CancelledError:
             self._send({"start_refused": "It was stopped; nothing was made."})
         except (InputError, WorkError, OSError) as error:
-            self._send({"start_refused": typeset(self._opened.folder.without_place(str(error)))})
+            self._send({"start_refused": self._said(error)})
         finally:
             self._making = None
 
@@ -97,6 +105,9 @@ class Starting:
         """End what is being made."""
         if self._making is not None:
             self._making.cancel()
+
+    def _said(self, error: Exception) -> str:
+        return typeset(self._opened.folder.without_place(str(error)))
 
     def _catalogue(self) -> Catalogue:
         if self._found is None:
