@@ -7,7 +7,7 @@ NOTES := $(VENV)/notes
 AGAIN := -p tests.again --notes $(NOTES)
 BROWSER := '{anfis,fuzzy,robotics}/**/*.{js,css}' eslint.config.js
 # What the tests of the core need, and where they are: no designer, no plug-ins of robotics.
-TESTING := array-api-strict build hatchling hypothesis psutil pytest pytest-xdist scikit-learn shapely
+TESTING := array-api-strict build hatchling hypothesis psutil pytest pytest-timeout pytest-xdist scikit-learn shapely
 CORE := tests/fuzzy tests/anfis tests/robotics/world tests/robotics/simulation --ignore=tests/fuzzy/plugins/designer --ignore=tests/anfis/plugins
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # Tests and examples start Python more than a hundred times: each time it would read every module's text anew.
@@ -19,7 +19,7 @@ browser = +@if command -v npm > /dev/null && node -e '$(NEW_ENOUGH)'; then $(MAK
 	else echo "JavaScript and CSS are skipped, because Node.js 20.19 or newer with npm is not installed."; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help venv wheel release oldest demo design docs test test-notebook check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
+.PHONY: help venv wheel release oldest demo design docs test test-notebook test-scale check-all lint lint-style lint-types lint-scripts lint-browser format format-browser bench clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -102,6 +102,9 @@ test: $(VENV)/.development lint-style ## lint, types and tests: the gate of ever
 test-notebook: $(VENV)/.notebooks ## the widgets in a real JupyterLab, which is installed for this
 	$(BIN)/python -m pytest -n 0 -m long tests/fuzzy/plugins/designer/test_jupyterlab.py
 
+test-scale: $(VENV)/.everything ## before a release: what the long tests try, with all cases
+	$(BIN)/python -m pytest -m scale
+
 # The site is made beside the long tests, which often wait (so four at a time); what looks at it comes after both. A
 # browser test that fails is run once more by itself; skipped and flaky tests are named at the end.
 check-all: $(VENV)/.everything ## make test, the site, the tests marked long, and every random case
@@ -159,7 +162,7 @@ oldest: export NUMBA_CACHE_DIR = $(CURDIR)/build/oldest/kernels
 oldest: $(VENV)/.runtime ## the tests of the core with the oldest packages that are allowed
 	@$(PYTHON) -m venv build/oldest && $(BIN)/python -m release oldest > build/oldest/constraints.txt
 	@build/oldest/bin/python -m pip --disable-pip-version-check install -q -c build/oldest/constraints.txt -e . $(TESTING)
-	build/oldest/bin/python -m pytest -W default -m 'not long and not browser' $(CORE)
+	build/oldest/bin/python -m pytest -W default -m 'not long and not scale and not browser' $(CORE)
 
 docs: $(VENV)/.docs ## the site, whose examples run and draw while it is made: docs/_build/html/index.html
 	@$(BIN)/robotics run trap-u --quiet > /dev/null

@@ -40,7 +40,7 @@ def arena(
     """Which law, when, by how much? Tune every law alike, then compare them on unseen runs.
 
     The arena "default" asks it of laws that track a path, the arena "tasks" of teams that cooperate, meet and go round
-    obstacles.
+    obstacles. Both take minutes; "demo" and "tasks-demo" are small ones of seconds.
 
     Says first how much there is to do. Writes a page, arena.html or tasks.html, with the answer in one figure and ten
     sentences, results.csv, a table a law, figures and the tuned laws. After a stop the same command goes on from there.
@@ -48,7 +48,7 @@ def arena(
     \b
     Example:
       robotics arena demo --out out/arena
-      robotics arena tasks --out out/tasks
+      robotics arena tasks-demo --out out/tasks
       robotics new law -o mylaw.py
       robotics arena demo --laws fuzzy,lyapunov,mylaw.py:MyLaw --out out/mine
     """

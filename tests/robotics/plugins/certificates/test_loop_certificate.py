@@ -134,7 +134,9 @@ def stronger(data, rng):
         v["m"] *= rng.choice([-1, 5])
 
 
-@pytest.mark.parametrize("count", [5, pytest.param(500, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "count", [5, pytest.param(60, marks=pytest.mark.long), pytest.param(500, marks=pytest.mark.scale)]
+)
 def test_a_certificate_that_says_more_is_refuted(certificate, count):
     rng, data = np.random.default_rng(3), contents(certificate)
     for _ in range(count):
@@ -235,7 +237,9 @@ def broken(how, rng):
     return replace(fis, rules=[r for k, r in enumerate(fis.rules) if k not in (4, 7)]) if how == "hole" else fis
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "count", [1, pytest.param(8, marks=pytest.mark.long), pytest.param(50, marks=pytest.mark.scale)]
+)
 @pytest.mark.parametrize("how", ["signs", "nothing", "gains", "hole"])
 def test_rule_bases_broken_on_purpose_are_not_certified(how, count):
     rng = np.random.default_rng(6)
