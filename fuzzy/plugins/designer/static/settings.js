@@ -2,7 +2,8 @@
 import { element, put, said, say } from "./chart.js";
 
 /**
- * A line that opens a sheet with `content`: {node, words(parts), show(on), end()}. Escape and a press elsewhere close it.
+ * A line that opens a sheet with `content`: {node, words(parts), show(on), end()}. Escape closes it, and a press elsewhere
+ * unless it says what is wrong.
  * `beside` stands behind the line, in sight all the time.
  */
 export function settingsSheet(content, beside = null) {
@@ -20,7 +21,8 @@ export function settingsSheet(content, beside = null) {
     shut(true);
   });
   const outside = (event) => {
-    if (node.open && !node.contains(event.target)) shut(false);
+    const wrong = node.querySelector(".pn-problem:not([hidden])");
+    if (node.open && !wrong && !node.contains(event.target)) shut(false);
   };
   document.addEventListener("pointerdown", outside);
   return {
