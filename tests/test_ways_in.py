@@ -10,7 +10,7 @@ import pytest
 import fuzzy
 import robotics
 from tests.helpexamples import parse
-from tests.snippets import cells
+from tests.snippets import cells, run_python, snippets
 
 DOCS = Path(__file__).parent.parent / "docs"
 HOWTO = DOCS / "howto"
@@ -55,6 +55,12 @@ def test_headings_that_a_page_for_strangers_links_to_are_there(name):
         r"\]\(([\w./-]+\.md)#([\w-]+)\)", (HOWTO / f"from-{name}.md").read_text(encoding="utf-8")
     ):
         assert place in anchors(HOWTO / target), f"{target}#{place}"
+
+
+def test_the_first_page_says_what_its_program_prints(capsys):
+    ((_, text),) = snippets(DOCS / "index.md")
+    run_python(text, "index.md")
+    assert f"# {capsys.readouterr().out.strip()}:" in text
 
 
 def run(name):
