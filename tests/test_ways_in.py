@@ -84,6 +84,13 @@ def test_the_interval_of_type_2_is_the_extreme_of_all_choices_within_the_bounds(
     assert space["system"](0.0)([0.3])[0] == pytest.approx(np.average([-2, 0, 1.15], weights=degrees), rel=1e-12)
 
 
+def test_what_scikit_fuzzy_says_is_farther_off_with_wider_sets(capsys):
+    space = run("scikit-fuzzy")
+    capsys.readouterr()
+    wide = fuzzy.from_skfuzzy(space["control"].ControlSystem(space["changed"])).difference[0]
+    assert wide.greatest > 2 * space["found"].difference[0].greatest
+
+
 def test_rules_by_number_become_sentences_and_classes_are_told_apart(capsys):
     space = run("ex-fuzzy")
     assert "if distance is far and load is light then v is fast\n" in capsys.readouterr().out
