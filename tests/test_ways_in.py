@@ -3,6 +3,7 @@
 import itertools
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_the_first_page_says_what_its_program_prints(capsys):
 
 def run(name):
     """The cells of a page, one after the other: the names that they leave."""
-    space = {}
+    space: dict[str, Any] = {}
     for cell in cells(HOWTO / f"from-{name}.md"):
         exec(compile(cell, f"from-{name}.md", "exec"), space)
     return space
@@ -78,7 +79,7 @@ def test_the_interval_of_type_2_is_the_extreme_of_all_choices_within_the_bounds(
     for x in (-0.9, -0.2, 0.3, 0.8):
         bounds = zip(fuzzy.infer(narrow, [x]).firing, fuzzy.infer(wide, [x]).firing, strict=True)
         proposed = [-2, 0, 0.5 * x + 1]
-        choices = [np.average(proposed, weights=weights) for weights in itertools.product(*bounds)]
+        choices: list[float] = [np.average(proposed, weights=weights) for weights in itertools.product(*bounds)]
         assert space["interval"](narrow, wide, [x]) == pytest.approx((min(choices), max(choices)), rel=1e-12)
     degrees = np.exp(-0.5 * ((0.3 - np.array([-1, 0, 1])) / np.array([0.4, 0.3, 0.4])) ** 2)
     assert space["system"](0.0)([0.3])[0] == pytest.approx(np.average([-2, 0, 1.15], weights=degrees), rel=1e-12)
