@@ -86,6 +86,7 @@ sphinx_gallery_conf = {
 html_theme = "pydata_sphinx_theme"
 html_title = "Fuzzyfleet"
 html_static_path = ["static"]
+html_favicon = "static/icon.svg"
 html_css_files = ["site.css"]
 html_context = {"default_mode": "auto"}
 html_theme_options = {

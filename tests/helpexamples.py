@@ -1,7 +1,9 @@
-"""The examples at the end of every command's --help."""
+"""The examples at the end of every command's --help, and command lines parsed without running them."""
 
 import importlib
 import re
+import shlex
+from functools import cache
 from typing import Any, NamedTuple
 
 import typer
@@ -23,9 +25,22 @@ def helps() -> list[Help]:
     """The help of the three programs, of their groups and of every command."""
     found: list[Help] = []
     for program in PROGRAMS:
-        app = importlib.import_module(f"{program}.commands.application").app
-        found += _below((program,), typer.main.get_command(app))
+        found += _below((program,), _program(program))
     return found
+
+
+def parse(line: str) -> None:
+    """Parse a command line; unknown commands raise KeyError, unknown options and values of a wrong kind UsageError."""
+    program, *words = shlex.split(line)
+    command = _program(program)
+    while hasattr(command, "commands"):
+        command = command.commands[words.pop(0)]
+    command.make_context(line, words)
+
+
+@cache
+def _program(name: str) -> Any:
+    return typer.main.get_command(importlib.import_module(f"{name}.commands.application").app)
 
 
 def _below(words: tuple[str, ...], command: Any) -> list[Help]:

@@ -10,12 +10,18 @@ import warnings
 from pathlib import Path
 
 PROGRAMS = ("fuzzy", "anfis", "robotics")
+_CELL = re.compile(r"^```\{code-cell\} python\n(?:---\n.*?\n---\n|(?:^:[^\n]*\n)*)(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SHELL = re.compile(r"[|&<>;()]+|.*[$*].*")  # words that only a shell understands
 
 
 def snippets(page: Path) -> list[tuple[str, str]]:
     """The kind and the text of each fenced block of a Markdown page, in its order."""
     return [(m[1], m[2]) for m in re.finditer(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)]
+
+
+def cells(page: Path) -> list[str]:
+    """The Python cells of a page that is a notebook, in its order."""
+    return [match[1] for match in _CELL.finditer(page.read_text(encoding="utf-8"))]
 
 
 def run_commands(text: str) -> None:

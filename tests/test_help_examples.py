@@ -1,14 +1,12 @@
 """Every example at the end of a --help runs as it is printed, in an empty folder, one after the other."""
 
 import importlib
-import shlex
 
 import pytest
-import typer
 
 from fuzzy.files.examples import EXAMPLES
-from tests.helpexamples import helps
-from tests.snippets import PROGRAMS, run_commands
+from tests.helpexamples import helps, parse
+from tests.snippets import run_commands
 
 HELPS = {" ".join(each.words): each for each in helps()}
 # Seconds each: `make check-all` runs them. What is not named here runs in a fraction of one.
@@ -35,16 +33,11 @@ def test_the_examples_of_a_help_run(name, tmp_path, monkeypatch):
 
 
 def test_every_help_ends_with_examples_that_can_be_called():
-    programs = {p: typer.main.get_command(importlib.import_module(f"{p}.commands.application").app) for p in PROGRAMS}
     for name, each in HELPS.items():
         assert each.examples, name
         assert any(f"{line} ".startswith(f"{name} ") for line in each.examples), name
         for line in each.examples:
-            program, *words = shlex.split(line.partition(" > ")[0])
-            command = programs[program]
-            while hasattr(command, "commands"):
-                command = command.commands[words.pop(0)]
-            command.make_context(line, words)  # refuses unknown options and values of a wrong kind
+            parse(line.partition(" > ")[0])
         printed = each.command.make_context(name, ["-"], resilient_parsing=True).get_help()
         assert all(line in printed for line in each.examples), f"{name}: an example is wrapped"
 

@@ -2,10 +2,11 @@
 
 import ast
 import importlib
-import re
 from pathlib import Path
 
 import pytest
+
+from tests.snippets import cells
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(
@@ -14,14 +15,9 @@ PAGES = sorted(
     if not {"_build", "gallery", "made"} & set(page.relative_to(DOCS).parts)
     and page.read_text(encoding="utf-8").startswith("---\nfile_format: mystnb\n")
 )
-CELL = re.compile(r"^```\{code-cell\} python\n(?:---\n.*?\n---\n|(?:^:[^\n]*\n)*)(.*?)^```$", re.MULTILINE | re.DOTALL)
 PACKAGES = ("anfis", "fuzzy", "robotics")
 # How many assert statements of a tutorial hold its text to what its cells found. Take one away with its sentence only.
 CLAIMS = {"steering": 6, "formation": 9, "fair-comparison": 8, "losing-a-robot": 14, "closed-loop-tuning": 4, "ros": 1}
-
-
-def cells(page):
-    return [match[1] for match in CELL.finditer(page.read_text(encoding="utf-8"))]
 
 
 def named(page):

@@ -31,7 +31,7 @@ def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
         else:
             (tmp_path / "plant.py").write_text(text, encoding="utf-8")
         said += capsys.readouterr().out
-    assert kinds == ["python", "toml", "sh", "sh", "sh", "toml", "python", "py", "sh", "python"]
+    assert kinds == ["python", "toml", "sh", "python", "sh", "sh", "toml", "python", "py", "sh", "python"]
     assert (tmp_path / "step.png").stat().st_size > 10_000
     assert said.count("Overshoot [%]") == 20
     assert "SIMC (Skogestad 2003)" in said
