@@ -23,7 +23,7 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
-from fuzzyfleet_ros.onboard import Onboard, Order, OwnState, Perceived
+from fuzzyfleet_ros.onboard import Memory, Onboard, Order, OwnState, Perceived
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
@@ -59,7 +59,10 @@ class Controller(Node):
         self.ranges: dict[str, float] = {}  # m, by the sensor's name
         self.looked: set[str] = set()  # the sensors whose readings have come since the last decision
         self.frame = HERE  # of odometry, in the frame of the paths
+        self.memory: Memory | None = None  # of the task
+        self.odometry = HERE  # the robot's posture as odometry says
         self.begin: int | None = None  # ns: when the task began
+        self.first: int | None = None  # ns: when the first did
         self.last = 0  # ns: when the last decision was made
         self.waited = 0  # ns: how long the robot has stood since
         self.order: Order | None = None
@@ -103,7 +106,7 @@ class Controller(Node):
     def _take(self, task: Onboard) -> None:
         """Take up a task, which begins with the next odometry."""
         task.rehearse()
-        self.task, self.memory, self.received = task, task.begin(), task.silence()
+        self.task, self.memory, self.received = task, task.begin(self.memory), task.silence()
         self.begin, self.waited, self.order, self.ended = None, 0, None, ""
         self.wanted = list(task.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
@@ -141,6 +144,8 @@ class Controller(Node):
         stamp = messages.time_of(message.header.stamp)
         if self._ignores(what, stamp, self.standing.odom_timeout):
             return False
+        if robot == self.own:
+            self.odometry = posture
         posture, task = posture.inside(frame), self.task
         near = task.start_of(robot).heading if task else 0.0
         if robot in self.known:
@@ -268,8 +273,10 @@ class Controller(Node):
         received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
         ranges, looked = self.ranges if self.wanted else None, None if self.lockstep else self.looked
-        waited = self.waited / messages.NANOSECONDS
-        seen = Perceived(time, self.known[self.own], others, received, ranges, looked, waited)
+        assert self.memory is not None
+        assert self.first is not None
+        clock = (now - self.first) / messages.NANOSECONDS
+        seen = Perceived(time, self.known[self.own], others, received, ranges, looked, self.odometry, clock)
         self.looked = set()
         self.order, self.memory = task.step(seen, self.memory)
         self.last = now
@@ -281,6 +288,7 @@ class Controller(Node):
     def _begin(self, now: int) -> None:
         """Begin the task where the robot is now."""
         assert self.task is not None
+        self.first = now if self.first is None else self.first
         self.begin, self.last, known = now, now, self.known[self.own]  # what it stood for before is no waiting
         if self.values["origin"] == "start":
             frame = self.task.start.frame_of(known.posture)

@@ -80,7 +80,8 @@ class Perceived(NamedTuple):
     # What its range sensors read, by name [m]; infinite or left out: nothing is seen. None: nobody looks
     ranges: Mapping[str, float] | None = None
     looked: Collection[str] | None = None  # the sensors that have looked since the period before; None: as they should
-    waited: float = 0.0  # s that the robot has stood since the start, which its time leaves out
+    odometry: Posture | None = None  # of its own, in a frame that stays from task to task; None: that of the paths
+    clock: float | None = None  # s by a clock that goes on while it stands, and from task to task; None: its time
 
 
 class Order(NamedTuple):
@@ -195,10 +196,15 @@ class Onboard:
         """The robots, counted from 0, that this one hears."""
         return tuple(int(j) for j in np.flatnonzero(self.hears[self.robot]) if j != self.robot)
 
-    def begin(self) -> Memory:
-        """What is remembered at the start. Raises ControllerError where the law cannot drive the setting."""
-        guard = guard_on_board(self.setting, self.law) if self.guarded else None
-        return Memory(checked_init(self.law, self.setting, 1), guard, -1)
+    def begin(self, before: Memory | None = None) -> Memory:
+        """What is remembered at the start; of a task ``before``, what the monitor knows, as the robot may drive.
+
+        Raises ControllerError where the law cannot drive the setting.
+        """
+        law, guard = checked_init(self.law, self.setting, 1), before.guard if before else None
+        if self.guarded and guard is None:
+            guard = guard_on_board(self.setting, self.law)
+        return Memory(law, guard, before.k if before else -1)
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -242,7 +248,7 @@ class Onboard:
         """
         command, own = self._commanded(seen, memory.law)
         # Periods in which it stood, as its odometry was old, count for the monitor; its clock may be a little uneven
-        k = max(memory.k + 1, round((seen.time + seen.waited) / self.setting.period))
+        k = max(memory.k + 1, round((seen.time if seen.clock is None else seen.clock) / self.setting.period))
         memory, before = Memory(own, memory.guard, k), memory.k
         posture, reference = seen.own.posture, self.setting.references.at(seen.time)
         aim = reference if command.target is None else command.target
@@ -281,7 +287,7 @@ class Onboard:
             note_order(guard, me, earlier, period, 0.0, 0.0)
         truth, known, order = (np.zeros((n, robots)) for n in (TruthColumns.size, SeenColumns.size, 2))
         posture, here = seen.own.posture, TruthColumns(truth, me)
-        here.odo_x, here.odo_y, here.odo_heading = posture
+        here.odo_x, here.odo_y, here.odo_heading = seen.odometry or posture
         known[: RobotColumns.size, me] = (*posture, seen.own.v, seen.own.w)
         order[:, me] = v, w
         if self.fields:

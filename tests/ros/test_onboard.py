@@ -288,12 +288,23 @@ def test_a_robot_that_was_let_stand_has_no_orders_on_their_way():
     assert memory.guard.sent[:, 0, lane].max() > 0.05
     old = memory.guard.held[0, lane]
     assert old > 0.0
-    for waited in (0.0, 10.0):  # the clock of the task goes on, or waits
-        now = Perceived(10.2 - waited, *seen[1:5], waited=waited)
+    for time in (10.2, 0.2):  # the time of the task goes on, or waits
+        now = Perceived(time, *seen[1:5], clock=10.2)
         held = board.step(now, Memory(memory.law, memory.guard, 4))[1]
         assert held.k == 204
         assert np.count_nonzero(memory.guard.sent[:, 0, lane]) <= 1  # that of now
         assert memory.guard.held[0, lane] == 0.0
+
+
+def test_what_the_monitor_knows_outlasts_a_task():
+    board = Onboard.of(load_scenario("reference").setting, make_controller("fuzzy:safe=yes"))
+    known, ranges = OwnState(board.start, 0.0, 0.0), dict.fromkeys(board.needs, 0.4)
+    memory = board.step(Perceived(0.0, known, {}, board.silence(), ranges), board.begin())[1]
+    before = memory.guard.ground.copy()
+    _, again = board.step(Perceived(0.0, known, {}, board.silence(), {}, (), clock=0.05), board.begin(memory))
+    assert again.k == 1
+    assert (before > 0).any()
+    assert np.array_equal(again.guard.ground, before)
 
 
 def test_a_reading_that_has_not_come_anew_is_not_looked_at_again():
