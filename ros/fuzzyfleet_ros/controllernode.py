@@ -23,7 +23,7 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
-from fuzzyfleet_ros.onboard import Memory, Onboard, Order, OwnState, Perceived
+from fuzzyfleet_ros.onboard import Onboard, Order, OwnState, Perceived, Remembered
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
@@ -59,7 +59,7 @@ class Controller(Node):
         self.ranges: dict[str, float] = {}  # m, by the sensor's name
         self.looked: set[str] = set()  # the sensors whose readings have come since the last decision
         self.frame = HERE  # of odometry, in the frame of the paths
-        self.memory: Memory | None = None  # of the task
+        self.memory: Remembered | None = None  # of the task
         self.odometry = HERE  # the robot's posture as odometry says
         self.begin: int | None = None  # ns: when the task began
         self.first: int | None = None  # ns: when the first did

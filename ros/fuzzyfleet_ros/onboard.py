@@ -95,7 +95,7 @@ class Order(NamedTuple):
     lost: str  # why it is stopped for good; "": it drives
 
 
-class Memory(NamedTuple):
+class Remembered(NamedTuple):
     """What a robot remembers from period to period."""
 
     law: Any
@@ -196,7 +196,7 @@ class Onboard:
         """The robots, counted from 0, that this one hears."""
         return tuple(int(j) for j in np.flatnonzero(self.hears[self.robot]) if j != self.robot)
 
-    def begin(self, before: Memory | None = None) -> Memory:
+    def begin(self, before: Remembered | None = None) -> Remembered:
         """What is remembered at the start; of a task ``before``, what the monitor knows, as the robot may drive.
 
         Raises ControllerError where the law cannot drive the setting.
@@ -204,7 +204,7 @@ class Onboard:
         law, guard = checked_init(self.law, self.setting, 1), before.guard if before else None
         if self.guarded and guard is None:
             guard = guard_on_board(self.setting, self.law)
-        return Memory(law, guard, before.k if before else -1)
+        return Remembered(law, guard, before.k if before else -1)
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -241,7 +241,7 @@ class Onboard:
         """What has been heard before the first message."""
         return Received.nothing(len(self.fields), len(self.setting.robots))
 
-    def step(self, seen: Perceived, memory: Memory) -> tuple[Order, Memory]:
+    def step(self, seen: Perceived, memory: Remembered) -> tuple[Order, Remembered]:
         """Decide on the command of one period by what is ``seen``; return the new ``memory``, too.
 
         Raises ControllerError where a law of the user's own fails.
@@ -249,7 +249,7 @@ class Onboard:
         command, own = self._commanded(seen, memory.law)
         # Periods in which it stood, as its odometry was old, count for the monitor; its clock may be a little uneven
         k = max(memory.k + 1, round((seen.time if seen.clock is None else seen.clock) / self.setting.period))
-        memory, before = Memory(own, memory.guard, k), memory.k
+        memory, before = Remembered(own, memory.guard, k), memory.k
         posture, reference = seen.own.posture, self.setting.references.at(seen.time)
         aim = reference if command.target is None else command.target
         target = Posture(*(self._own(field) for field in aim[:3]))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fuzzyfleet_ros.controllersettings import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
-from fuzzyfleet_ros.onboard import Memory, Onboard, OnboardError, OwnState, Perceived, Received
+from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Perceived, Received, Remembered
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
@@ -290,7 +290,7 @@ def test_a_robot_that_was_let_stand_has_no_orders_on_their_way():
     assert old > 0.0
     for time in (10.2, 0.2):  # the time of the task goes on, or waits
         now = Perceived(time, *seen[1:5], clock=10.2)
-        held = board.step(now, Memory(memory.law, memory.guard, 4))[1]
+        held = board.step(now, Remembered(memory.law, memory.guard, 4))[1]
         assert held.k == 204
         assert np.count_nonzero(memory.guard.sent[:, 0, lane]) <= 1  # that of now
         assert memory.guard.held[0, lane] == 0.0

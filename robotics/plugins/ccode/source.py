@@ -120,7 +120,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
     check_known(number, _NUMBERS, "number type of a law", ExportError)
     check_written(law, name)
     if isinstance(law, OwnRules) and law.own is None:
-        law = replace(law.tracker, smooth=law.smooth)
+        law = replace(law.tracker, smooth=law.smooth, safe=law.safe)
     return _Writer(law, setting, identifier(name), FLOATING[number]).sources()
 
 
