@@ -310,10 +310,6 @@ class CFunction(Expressions):
         while True:
             text = "\n".join(lines)
             kept = [line for line in lines if not _idle(line, text)]
-            turns = [n for n, line in enumerate(kept) if line.strip() == "continue;" and "for (" in kept[n - 1]]
-            for n in reversed(turns):
-                if kept[n + 1].strip() == "}":  # it does nothing in any turn, as is known here
-                    del kept[n - 1 : n + 2]
             if len(kept) == len(lines):
                 return [part for line in lines for part in _folded(line)]
             lines = kept
@@ -500,8 +496,12 @@ class CFunction(Expressions):
             start, end = f"{start}, {counter}_end = {end}", f"{counter}_end"
         self.say(f"for (int {counter} = {start}; {counter} < {end}; {counter}{step}) {{")
         self.env[name] = CTerm(counter, "int")
+        begin = len(self.lines)
         self._block(statement.body)
         self.say("}")
+        *body, last, _ = self.lines[begin - 1 :]
+        if last.strip() == "continue;" and all(_declares(line) for line in body[1:]):  # it does nothing in any turn
+            del self.lines[begin - 1 :]
 
     def _each(self, statement: ast.For, values: Sequence[ast.expr]) -> None:
         """Write a loop over some values, turn by turn."""
@@ -563,12 +563,17 @@ def _reads(value: Any, place: str) -> bool:
     return isinstance(value, CTerm) and re.search(rf"(?<![\w>.]){re.escape(place)}(?!\w)", value.text) is not None
 
 
+def _declares(line: str) -> str:
+    """What a line declares, if it does nothing else."""
+    found = re.match(r"\s*(?:const )?(?:double|float|int) (\w+)(?: = .*)?;", line)
+    return "" if found is None or re.search(r"\bstate\b(?!->)", line) else found[1]
+
+
 def _idle(line: str, text: str) -> bool:
     """Whether a line declares what is not read, and does nothing else."""
-    found = re.match(r"\s*(?:const )?(?:double|float|int) (\w+)(?: = .*)?;", line)
-    if found is None or re.search(r"\bstate\b(?!->)", line):
+    if not (name := _declares(line)):
         return False
-    return len(re.findall(rf"(?<![\w>.]){found[1]}(?!\w)", text)) == 1
+    return len(re.findall(rf"(?<![\w>.]){name}(?!\w)", text)) == 1
 
 
 def _folded(line: str) -> list[str]:

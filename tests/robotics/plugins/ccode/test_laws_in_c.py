@@ -18,6 +18,7 @@ from robotics.plugins.ccode.verification import CStep, verify_c_law
 from robotics.plugins.ccode.writing import write_c_law
 from robotics.simulation.safety.monitor import keep_one, note_order
 from robotics.simulation.safety.opening import guard_on_board
+from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.world import Disc
 from robotics.world.vehicle.plant import TruthColumns
 
@@ -149,26 +150,33 @@ def test_every_law_on_every_scenario(tmp_path, spec):
     assert proof.holds, [(d.scenario, d.greatest, d.fine) for d in proof.drives]
 
 
-def with_a_disc_on_the_way(name):
+def with_a_disc_on_the_way(name, robot="etsro"):
     """A packaged scenario with a disc where its robot shall be after 8 s."""
-    scenario = robotics.load_scenario(name)
+    scenario, model = robotics.load_scenario(name), load_robot(robot)
+    scenario = replace(scenario, robots=(replace(scenario.robots[0], robot=model.robot, model=model),))
     on = scenario.setting.references.at(8.0)
     return replace(scenario, duration=11.0, obstacles=(Disc(radius=0.2, position=(float(on.x[0]), float(on.y[0]))),))
 
 
-# A posture by odometry, and by a pose sensor
-@pytest.mark.parametrize("name", ["reference", pytest.param("table-2-1", marks=pytest.mark.long)])
-def test_the_monitor_of_passive_safety_in_c_stops_before_the_same_disc(tmp_path, name):
-    scenario = with_a_disc_on_the_way(name)
-    files = write_c_law("lyapunov:safe=yes", scenario, tmp_path)
+@pytest.mark.parametrize(
+    ("name", "robot", "law"),
+    [
+        ("reference", "etsro", "lyapunov"),  # sonars
+        pytest.param("table-2-1", "etsro", "pid", marks=pytest.mark.long),  # a pose sensor beside odometry
+        pytest.param("reference", "mir100", "fuzzy", marks=pytest.mark.long),  # beams all round
+    ],
+)
+def test_the_monitor_of_passive_safety_in_c_stops_before_the_same_disc(tmp_path, name, robot, law):
+    scenario = with_a_disc_on_the_way(name, robot)
+    files = write_c_law(f"{law}:safe=yes", scenario, tmp_path)
     assert ("odo_x" in files.sources.inputs) == (name == "table-2-1")
-    (blind,) = files.sources.blind
-    assert "no sensor looks at" in blind
-    guarded, free = (robotics.simulate(scenario, f"lyapunov:safe={safe}", [1]) for safe in ("yes", "no"))
+    assert [" no sensor looks at " in told for told in files.sources.blind] == [True] * (robot == "etsro")
+    guarded, free = (robotics.simulate(scenario, f"{law}:safe={safe}", [1]) for safe in ("yes", "no"))
     assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.3  # it acts
     assert verify_c_law(files, [scenario], seeds=[1]).holds
 
 
+@pytest.mark.long
 def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     scenario = with_a_disc_on_the_way("reference")
     files = write_c_law("lyapunov:safe=yes", scenario, tmp_path)
