@@ -26,6 +26,7 @@ from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import Ranges
 from robotics.world.vehicle.plant import TruthColumns, saturate, velocity_limits
 
+_STANDS = 100  # periods without an order, after which nothing is on its way to the wheels any more
 # m: by how much other robots are moved to find out whether a law reads where they are
 _MOVED = (0.0, 0.01, 0.3, -0.5, nan)
 
@@ -283,7 +284,7 @@ class Onboard:
         In the periods ``missed`` the robot was let stand.
         """
         robots, me, period, said = len(self.setting.robots), self.robot, self.setting.period, len(self.law.message)
-        for earlier in missed[-len(guard.sent) :]:
+        for earlier in missed[-_STANDS:]:
             note_order(guard, me, earlier, period, 0.0, 0.0)
         truth, known, order = (np.zeros((n, robots)) for n in (TruthColumns.size, SeenColumns.size, 2))
         posture, here = seen.own.posture, TruthColumns(truth, me)
