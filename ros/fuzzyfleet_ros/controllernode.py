@@ -23,11 +23,12 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.controllersettings import PARAMETERS, PathTask, check, scenario_task
 from fuzzyfleet_ros.frames import HERE, Posture, continued
 from fuzzyfleet_ros.names import prefix, robot_name
-from fuzzyfleet_ros.onboard import Onboard, Order, OwnState, Perceived
+from fuzzyfleet_ros.onboard import Onboard, Order, OwnState, Perceived, Remembered
 from fuzzyfleet_ros.parameters import declared
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.logs.names import token
+from robotics.simulation.safety.coverage import blind_spots
 from robotics.world.sensing.carried import sensor_names
 
 _SHOWN = 400  # points of the plan that is shown
@@ -56,8 +57,12 @@ class Controller(Node):
         self.known: dict[int, OwnState] = {}  # of each robot, from 0, as odometry says
         self.stamps: dict[str, int] = {}  # ns: of the last message, by what it is
         self.ranges: dict[str, float] = {}  # m, by the sensor's name
+        self.looked: set[str] = set()  # the sensors whose readings have come since the last decision
         self.frame = HERE  # of odometry, in the frame of the paths
+        self.memory: Remembered | None = None  # of the task
+        self.odometry = HERE  # the robot's posture as odometry says
         self.begin: int | None = None  # ns: when the task began
+        self.first: int | None = None  # ns: when the first did
         self.last = 0  # ns: when the last decision was made
         self.waited = 0  # ns: how long the robot has stood since
         self.order: Order | None = None
@@ -81,7 +86,8 @@ class Controller(Node):
         kind = TwistStamped if values["stamped"] else Twist
         once = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.velocity = self.create_publisher(kind, values["cmd_vel_topic"], 1)
-        self.radio = self.create_publisher(JointState, "radio", 10) if self.law.message else None
+        says = self.task.fields if self.task else self.law.message
+        self.radio = self.create_publisher(JointState, "radio", 10) if says else None
         self.plan = self.create_publisher(PathMessage, "plan", once)
         self.target = self.create_publisher(PoseStamped, "target", 1)
         # Whoever publishes odometry reliably or not is heard; in lockstep nothing may be lost
@@ -100,18 +106,20 @@ class Controller(Node):
     def _take(self, task: Onboard) -> None:
         """Take up a task, which begins with the next odometry."""
         task.rehearse()
-        self.task, self.memory, self.received = task, task.begin(), task.silence()
+        self.task, self.memory, self.received = task, task.begin(self.memory), task.silence()
         self.begin, self.waited, self.order, self.ended = None, 0, None, ""
-        self.wanted = list(self.law.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
+        self.wanted = list(task.needs) or (sensor_names(task.setting.sensors) if self.law.looks else ())
         for name in self.wanted:
             self._listen(Range, f"{self.values['range_topic']}/{token(name)}", partial(self._on_range, name))
         for other in range(len(task.setting.robots)) if task.sees_others else ():
             if other != task.robot:
                 topic = f"/{robot_name(other)}/{self.values['odom_topic']}"
                 self._listen(Odometry, topic, partial(self._on_other, other))
-        if self.law.message and self.values["radio"] == "relayed":
+        for told in blind_spots(task.setting, self.law, on_board=True) if task.guarded else ():
+            self.get_logger().warning(told)
+        if task.fields and self.values["radio"] == "relayed":
             self._listen(JointState, "heard", self._on_heard)
-        elif self.law.message:
+        elif task.fields:
             for other in task.senders:
                 self._listen(JointState, f"/{robot_name(other)}/radio", partial(self._on_radio, other))
 
@@ -136,6 +144,8 @@ class Controller(Node):
         stamp = messages.time_of(message.header.stamp)
         if self._ignores(what, stamp, self.standing.odom_timeout):
             return False
+        if robot == self.own:
+            self.odometry = posture
         posture, task = posture.inside(frame), self.task
         near = task.start_of(robot).heading if task else 0.0
         if robot in self.known:
@@ -155,6 +165,7 @@ class Controller(Node):
         if self._ignores(f"the reading of {name}", stamp, self.standing.range_timeout):
             return
         self.ranges[name], self.stamps[f"range {name}"] = messages.distance_in(message), stamp
+        self.looked.add(name)
         self.standing.reading_came(name)
         self._decide_together()
 
@@ -168,7 +179,7 @@ class Controller(Node):
         for other in self.task.senders:
             age = said.get(f"{robot_name(other)}/age")
             if age is not None:
-                words = {field: said.get(f"{robot_name(other)}/{field}") for field in self.law.message}
+                words = {field: said.get(f"{robot_name(other)}/{field}") for field in self.task.fields}
                 self._received(other, now, age, words)
         self.stamps["heard"] = now
         self._decide_together()
@@ -177,8 +188,8 @@ class Controller(Node):
         sent = messages.time_of(message.header.stamp)
         if self._ignores(f"a message of {robot_name(other)}", sent):
             return
-        said = messages.words_in(message)
-        self._received(other, sent, 0.0, {field: said.get(field) for field in self.law.message})
+        said, fields = messages.words_in(message), self.task.fields if self.task else ()
+        self._received(other, sent, 0.0, {field: said.get(field) for field in fields})
 
     def _ignores(self, what: str, stamp: int, most: float = 0.0) -> bool:
         """Whether a message is ignored as a repetition, or of another time.
@@ -230,7 +241,7 @@ class Controller(Node):
                 self._send(now)  # it asks once more
             return
         wants = [f"range {name}" for name in self.wanted]
-        wants += ["heard"] if self.law.message else []
+        wants += ["heard"] if task.fields else []
         wants += [f"odometry {j}" for j in range(len(task.setting.robots))] if task.sees_others else []
         if all(self.stamps.get(what, -1) >= now for what in wants):
             self._decide(now)
@@ -242,7 +253,7 @@ class Controller(Node):
         robots = range(len(task.setting.robots)) if task.sees_others else ()
         missing = [robot_name(j) for j in robots if j not in self.known]
         waits = f"it waits for the odometry of {missing[0]}, which its law reads" if missing else ""
-        if reason := self.ended or waits or self.standing.reason(self.law.needs):
+        if reason := self.ended or waits or self.standing.reason(task.needs):
             self._stand(reason, now)
             return
         if self.begin is None:
@@ -261,7 +272,12 @@ class Controller(Node):
             return
         received = self.received._replace(noted=self.received.noted - now / messages.NANOSECONDS + time)
         others = {j: known for j, known in self.known.items() if j != self.own} if task.sees_others else {}
-        seen = Perceived(time, self.known[self.own], others, received, self.ranges if self.wanted else None)
+        ranges, looked = self.ranges if self.wanted else None, None if self.lockstep else self.looked
+        assert self.memory is not None
+        assert self.first is not None
+        clock = (now - self.first) / messages.NANOSECONDS
+        seen = Perceived(time, self.known[self.own], others, received, ranges, looked, self.odometry, clock)
+        self.looked = set()
         self.order, self.memory = task.step(seen, self.memory)
         self.last = now
         if self.order.lost:
@@ -272,6 +288,7 @@ class Controller(Node):
     def _begin(self, now: int) -> None:
         """Begin the task where the robot is now."""
         assert self.task is not None
+        self.first = now if self.first is None else self.first
         self.begin, self.last, known = now, now, self.known[self.own]  # what it stood for before is no waiting
         if self.values["origin"] == "start":
             frame = self.task.start.frame_of(known.posture)
@@ -293,8 +310,8 @@ class Controller(Node):
         order = self.order
         if order is None:
             return
-        if self.radio is not None and order.message:
-            self.radio.publish(messages.words(now, robot_name(self.own), self.law.message, order.message))
+        if self.radio is not None and self.task is not None and order.message:
+            self.radio.publish(messages.words(now, robot_name(self.own), self.task.fields, order.message))
         self._command(now, order.v, order.w)
         self.target.publish(messages.posed(now, self.odom_frame, self._in_odometry(order.target)))
 

@@ -16,6 +16,7 @@ from robotics.laws.setting import Setting
 from robotics.simulation.loop import Simulation, checked_seeds, when_stopped
 from robotics.simulation.recorder import Recorder
 from robotics.simulation.run import Run
+from robotics.simulation.safety.opening import told_by
 from robotics.simulation.steps import say
 from robotics.world.radio.channel import Heard
 from robotics.world.sensing.carried import sensor_names
@@ -41,6 +42,7 @@ class Outside(Law[None]):
     message: tuple[str, ...] = ()  # the names of the values that each robot broadcasts
     watchdog: float = inf  # s: so long without a new command, and a robot at fault stops by itself
     looks: bool = False  # whether range sensors are read
+    safe: str = ""  # "no": the monitor of passive safety is on board, if there is one
     order: np.ndarray = field(repr=False)  # (2, robots): v [m/s] and ω [rad/s], written before each period
     said: np.ndarray = field(repr=False)  # (values, robots): likewise
 
@@ -70,7 +72,7 @@ class Loopback:
 
         Args:
             setting: The scenario; where its robots shall be plays no part.
-            law: The law that drives from outside; what its messages are called is taken from it. None: nothing is said.
+            law: The law that drives from outside; what it and its monitor broadcast is taken from it. None: nothing.
             seed: Of all noise.
             patience: The time [s] without a command after which a base stops by itself; infinite: never.
             keeps: Whether what happens is recorded, for :meth:`run`.
@@ -78,9 +80,10 @@ class Loopback:
         Raises SimulationError for the seed, and RadioError where the messages of a period do not fit.
         """
         robots = len(setting.robots)
-        words = law.message if law else ()
+        words = (*law.message, *told_by(setting, law)) if law else ()
         outside = Outside(
             message=words,
+            safe="no" if law else "",
             watchdog=law.watchdog if law else inf,
             looks=any(setting.sensors),
             order=np.zeros((2, robots)),

@@ -4,7 +4,7 @@ The laws of the catalogue are written for all robots of all runs at once; here o
 what the radio has brought. Nothing here knows ROS.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, hypot, inf, isfinite, nan, sin
@@ -14,16 +14,19 @@ import numpy as np
 
 from fuzzy.errors import InputError
 from fuzzyfleet_ros.frames import Posture
+from robotics.laws.equation import RobotColumns, SeenColumns
 from robotics.laws.foreign import checked_control, checked_init
 from robotics.laws.law import Command, Law, Observation, check_needs
 from robotics.laws.modes import MODES
 from robotics.laws.setting import Setting
-from robotics.simulation.safety.opening import NOT_ON_BOARD, is_guarded
-from robotics.world.radio.channel import Heard
+from robotics.simulation.safety.monitor import MonitorLanes, keep_one, note_order
+from robotics.simulation.safety.opening import guard_on_board, is_guarded, told_by
+from robotics.world.radio.channel import AirColumns, Heard
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import Ranges
-from robotics.world.vehicle.plant import saturate, velocity_limits
+from robotics.world.vehicle.plant import TruthColumns, saturate, velocity_limits
 
+_STANDS = 100  # periods without an order, after which nothing is on its way to the wheels any more
 # m: by how much other robots are moved to find out whether a law reads where they are
 _MOVED = (0.0, 0.01, 0.3, -0.5, nan)
 
@@ -77,6 +80,9 @@ class Perceived(NamedTuple):
     received: Received  # what the radio has brought
     # What its range sensors read, by name [m]; infinite or left out: nothing is seen. None: nobody looks
     ranges: Mapping[str, float] | None = None
+    looked: Collection[str] | None = None  # the sensors that have looked since the period before; None: as they should
+    odometry: Posture | None = None  # of its own, in a frame that stays from task to task; None: that of the paths
+    clock: float | None = None  # s by a clock that goes on while it stands, and from task to task; None: its time
 
 
 class Order(NamedTuple):
@@ -84,10 +90,18 @@ class Order(NamedTuple):
 
     v: float  # m/s, within the bounds
     w: float  # rad/s
-    message: tuple[float, ...]  # what it broadcasts, in the order of the law's fields; none: nothing
+    message: tuple[float, ...]  # what it broadcasts, in the order of :attr:`Onboard.fields`; none: nothing
     target: Posture  # where it wants to be
     mode: str  # of robotics.laws.modes.MODES; "": the law has no modes
     lost: str  # why it is stopped for good; "": it drives
+
+
+class Remembered(NamedTuple):
+    """What a robot remembers from period to period."""
+
+    law: Any
+    guard: MonitorLanes | None  # of its monitor of passive safety, written in place; None: there is none
+    k: int  # the last period, counted by the clock; -1: none yet
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +113,8 @@ class Onboard:
     robot: int  # counted from 0
     limits: np.ndarray  # (4, 1): of robotics.world.vehicle.plant.velocity_limits
     hears: np.ndarray  # (robots, robots) bool: the graph of the radio
+    guarded: bool  # whether the monitor of passive safety is below the law
+    fields: tuple[str, ...]  # of a message: the law's, and then the monitor's
 
     @classmethod
     def of(
@@ -137,15 +153,14 @@ class Onboard:
                 "is another controller than in the simulator"
             )
         check_needs(setting, law)
-        if is_guarded(setting, law):
-            raise OnboardError(f"{setting.name}: {NOT_ON_BOARD}")
+        guarded = is_guarded(setting, law)
         limits = velocity_limits([setting.robots[robot]])
         limits[0], limits[1] = np.minimum(limits[0], v_max), np.minimum(limits[1], w_max)
         if not scales:
             limits[3] = inf
-        fields = law.message
+        fields = (*law.message, *told_by(setting, law))
         graph = setting.radio.adjacency(robots).astype(bool) if fields else np.zeros((robots, robots), dtype=bool)
-        return cls(setting, law, robot, limits, graph)
+        return cls(setting, law, robot, limits, graph, guarded, fields)
 
     def start_of(self, robot: int) -> Posture:
         """Where the setting lets a robot, counted from 0, start."""
@@ -182,9 +197,20 @@ class Onboard:
         """The robots, counted from 0, that this one hears."""
         return tuple(int(j) for j in np.flatnonzero(self.hears[self.robot]) if j != self.robot)
 
-    def begin(self) -> Any:
-        """The law's memory at the start. Raises ControllerError where it cannot drive the setting."""
-        return checked_init(self.law, self.setting, 1)
+    def begin(self, before: Remembered | None = None) -> Remembered:
+        """What is remembered at the start; of a task ``before``, what the monitor knows, as the robot may drive.
+
+        Raises ControllerError where the law cannot drive the setting.
+        """
+        law, guard = checked_init(self.law, self.setting, 1), before.guard if before else None
+        if self.guarded and guard is None:
+            guard = guard_on_board(self.setting, self.law)
+        return Remembered(law, guard, before.k if before else -1)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The range sensors without whose readings it must stand: those of the law, for the monitor all."""
+        return tuple(self.setting.sensors[self.robot]) if self.guarded else self.law.needs
 
     @cached_property
     def sees_others(self) -> bool:
@@ -208,20 +234,23 @@ class Onboard:
         found = []
         for way in _MOVED:
             moved = {j: _onward(known, way) for j, known in enumerate(places) if j != self.robot}
-            command, _ = self._commanded(Perceived(time, places[self.robot], moved, self.silence()), self.begin())
+            command, _ = self._commanded(Perceived(time, places[self.robot], moved, self.silence()), self.begin().law)
             found.append([self._own(value) for value in command[:4]])
         return any(not np.array_equal(found[0], other, equal_nan=True) for other in found[1:])
 
     def silence(self) -> Received:
         """What has been heard before the first message."""
-        return Received.nothing(len(self.law.message), len(self.setting.robots))
+        return Received.nothing(len(self.fields), len(self.setting.robots))
 
-    def step(self, seen: Perceived, memory: Any) -> tuple[Order, Any]:
-        """Decide on the command of one period by what is ``seen``; return the law's new ``memory``, too.
+    def step(self, seen: Perceived, memory: Remembered) -> tuple[Order, Remembered]:
+        """Decide on the command of one period by what is ``seen``; return the new ``memory``, too.
 
         Raises ControllerError where a law of the user's own fails.
         """
-        command, memory = self._commanded(seen, memory)
+        command, own = self._commanded(seen, memory.law)
+        # Periods in which it stood, as its odometry was old, count for the monitor; its clock may be a little uneven
+        k = max(memory.k + 1, round((seen.time if seen.clock is None else seen.clock) / self.setting.period))
+        memory, before = Remembered(own, memory.guard, k), memory.k
         posture, reference = seen.own.posture, self.setting.references.at(seen.time)
         aim = reference if command.target is None else command.target
         target = Posture(*(self._own(field) for field in aim[:3]))
@@ -237,12 +266,41 @@ class Onboard:
             lost = "the law's command is not a finite number"
         elif not away < self.setting.divergence:
             lost = f"it is {away:.3g} m from its target, and {self.setting.divergence:g} m are allowed"
-        if lost:
-            return Order(0.0, 0.0, message, target, mode, lost), memory
         if self.law.level == "torque":
             first, second = self._own(command.v), self._own(command.w)
-        v, w = saturate(self.limits, np.array([first]), np.array([second]))
-        return Order(float(v[0]), float(w[0]), message, target, mode, ""), memory
+        if lost:
+            first = second = 0.0
+        v, w = (float(part[0]) for part in saturate(self.limits, np.array([first]), np.array([second])))
+        if memory.guard is not None:
+            v, w, told = self._guarded(memory.guard, range(before + 1, k), k, seen, v, w)
+            message += told
+        return Order(v, w, message, target, mode, lost), memory
+
+    def _guarded(
+        self, guard: MonitorLanes, missed: range, k: int, seen: Perceived, v: float, w: float
+    ) -> tuple[float, float, tuple[float, ...]]:
+        """What the monitor makes of the order of period ``k``, and what it tells the others, if any.
+
+        In the periods ``missed`` the robot was let stand.
+        """
+        robots, me, period, said = len(self.setting.robots), self.robot, self.setting.period, len(self.law.message)
+        for earlier in missed[-_STANDS:]:
+            note_order(guard, me, earlier, period, 0.0, 0.0)
+        truth, known, order = (np.zeros((n, robots)) for n in (TruthColumns.size, SeenColumns.size, 2))
+        posture, here = seen.own.posture, TruthColumns(truth, me)
+        here.odo_x, here.odo_y, here.odo_heading = seen.odometry or posture
+        known[: RobotColumns.size, me] = (*posture, seen.own.v, seen.own.w)
+        order[:, me] = v, w
+        if self.fields:
+            heard = AirColumns(guard.air.heard)
+            heard.age[me] = seen.received.ages(seen.time)
+            heard.values[:, me] = seen.received.values[said:]
+        if seen.looked is not None:
+            for q in range(guard.begin[me], guard.end[me]):
+                new = self._names[guard.column[q]] in seen.looked
+                guard.every[q] = 1 if new else k + 1  # of which no period but the first is a multiple
+        keep_one(guard, me, k, period, robots, truth, known, self._readings(seen.ranges or {}), order)
+        return *order[:, me].tolist(), tuple(guard.said[:, me].tolist()) if self.fields else ()
 
     def _commanded(self, seen: Perceived, memory: Any) -> tuple[Command, Any]:
         """What the law commands; a robot of which nothing is known is nowhere, so that whoever asks for it is lost."""
@@ -266,18 +324,25 @@ class Onboard:
         age = np.full((1, robots, robots), inf)
         age[0, self.robot] = received.ages(time)
         values = np.full((len(fields), 1, robots, robots), np.nan)
-        values[:, 0, self.robot] = received.values
+        values[:, 0, self.robot] = received.values[: len(fields)]
         return Heard(fields, values, age, self.hears)
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return sensor_names(self.setting.sensors)
 
     def _ranges(self, readings: Mapping[str, float] | None) -> Ranges | None:
         if readings is None or not self.law.looks:
             return None
-        names = sensor_names(self.setting.sensors)
-        values = np.full((1, len(self.setting.robots), len(names)), inf)
+        return Ranges(self._names, self._readings(readings)[None])
+
+    def _readings(self, readings: Mapping[str, float]) -> np.ndarray:
+        """The readings of this robot [m] (robots, sensors)."""
+        values = np.full((len(self.setting.robots), len(self._names)), inf)
         for name, reading in readings.items():
-            if name in names:
-                values[0, self.robot, names.index(name)] = reading
-        return Ranges(names, values)
+            if name in self._names:
+                values[self.robot, self._names.index(name)] = reading
+        return values
 
 
 def _onward(known: OwnState, way: float) -> OwnState:

@@ -26,6 +26,7 @@ from fuzzyfleet_ros.names import prefix, robot_name, scenario_of
 from fuzzyfleet_ros.parameters import Parameter, ParameterError, declared
 from robotics.laws.catalogue import make_controller
 from robotics.plugins.logs.names import MAP, token
+from robotics.simulation.safety.opening import is_guarded
 
 _FIRST = messages.NANOSECONDS  # ns: the time of the first period; ROS takes 0 for no time at all
 MOST_SENSORS = 16  # of a robot, if its law does not name those that it needs
@@ -67,7 +68,8 @@ class Simulator(Node):
         patience = values["cmd_vel_timeout"] or float("inf")
         self.loop = Loopback(scenario.setting, law, values["seed"], patience=patience, keeps=bool(values["save"]))
         self.robots, self.words = len(scenario.robots), self.loop.outside.message
-        self.needs = law.needs if law else ()
+        self.guarded = law is not None and is_guarded(scenario.setting, law)
+        self.needs = law.needs if law and not self.guarded else ()
         self.complained: set[str] = set()
         self.began = not values["waits"]
         self.idle = 0.0  # s: how long it has waited for commands
@@ -100,8 +102,9 @@ class Simulator(Node):
             if self.words:
                 body["heard"] = self.create_publisher(JointState, f"{inside}heard", 10)
                 self.create_subscription(JointState, f"{inside}radio", partial(self._on_radio, i), 10)
-            seen = self.needs or (sensors[i] if len(sensors[i]) <= MOST_SENSORS else ())
-            if len(sensors[i]) > MOST_SENSORS and not self.needs:
+            many = len(sensors[i]) > MOST_SENSORS and not self.guarded
+            seen = self.needs or (() if many else sensors[i])
+            if many and not self.needs:
                 self._complain(
                     f"the {len(sensors[i])} range sensors are not published: no law that needs some is given"
                 )

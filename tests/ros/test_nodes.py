@@ -1,8 +1,10 @@
 """The nodes on a real ROS 2: messages go over DDS, within this machine and this process."""
 
+import re
 import sys
 import time
 from dataclasses import replace
+from importlib.resources import files
 from math import inf
 from types import SimpleNamespace
 
@@ -71,6 +73,28 @@ def test_every_kind_of_law_in_lockstep_drives_as_without_ros(tmp_path, scenario,
     run = drive_team(tmp_path, scenario, law, seconds)
     told = replace(load_scenario(scenario), duration=float(seconds))
     assert farthest(run, simulate(told, law, [3])) < 1e-3
+
+
+@pytest.mark.long
+def test_passive_safety_in_lockstep_acts_as_without_ros(tmp_path, monkeypatch):
+    """Three robots under a law that hears and sees nothing; their monitors do."""
+    scenario = tmp_path / "odometry.toml"
+    text = (files("robotics.data") / "scenarios" / "three-cross.toml").read_text(encoding="utf-8")
+    scenario.write_text(re.sub(r"\[sensing\]\n(?:.+\n)*", "", text), encoding="utf-8")  # by odometry
+    said = []
+    monkeypatch.setattr("fuzzyfleet_ros.controllernode.Controller.get_logger", lambda self: Said(said))
+    run = drive_team(tmp_path, str(scenario), "fuzzy:safe=yes", 24)
+    told = replace(load_scenario(scenario), duration=24.0)
+    assert farthest(run, simulate(told, "fuzzy", [3])) > 0.1
+    assert farthest(run, simulate(told, "fuzzy:safe=yes", [3])) < 1e-3
+    assert sum("no sensor looks at" in line for line in said) == 3
+
+
+class Said:
+    """A logger that keeps what is said."""
+
+    def __init__(self, lines):
+        self.info = self.warning = self.error = lines.append
 
 
 def test_faults_of_the_radio_reach_the_robots(tmp_path):

@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from fuzzyfleet_ros.controllersettings import setting_along, thinned
 from fuzzyfleet_ros.frames import HERE, Posture, continued, heading_of, quaternion
 from fuzzyfleet_ros.loopback import Loopback
-from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Perceived, Received
+from fuzzyfleet_ros.onboard import Onboard, OnboardError, OwnState, Perceived, Received, Remembered
 from fuzzyfleet_ros.standing import CommandWatchdog
 from robotics import load_robot, load_scenario, make_controller, simulate
 from robotics.laws.catalogue import presets
 from robotics.laws.law import ControllerError
 from robotics.simulation.scenario.description import ScenarioError
 from robotics.world.paths.path import PathError
+from robotics.world.sensing.posture import Sensing
 from tests.ros.together import drive, farthest
 
 numbers = st.floats(-20, 20)
@@ -264,9 +265,61 @@ def test_the_odometry_of_another_robot_that_a_law_reads_grows_old_too():
     assert dog.reason() == "the odometry of robot2 is older than 0.5 s"
 
 
-def test_the_monitor_of_passive_safety_is_not_left_out_in_silence():
-    scenario = load_scenario("reference")
-    for setting, law in ((scenario.setting, "lyapunov:safe=yes"), (replace(scenario, safety="passive").setting, "pid")):
-        with pytest.raises(OnboardError, match="in the simulator only; safe=no behind the law"):
-            Onboard.of(setting, make_controller(law))
-        Onboard.of(setting, make_controller(law.partition(":")[0] + ":safe=no"))
+@pytest.mark.parametrize(
+    ("scenario", "law", "seconds"),
+    [("turn-into-neighbour", "fuzzy", 18), ("three-cross", "fuzzy", 27)],  # its sensors, and by radio
+)
+def test_the_monitor_of_passive_safety_acts_on_board_as_in_the_simulator(scenario, law, seconds):
+    told, guarded = replace(shortened(scenario, seconds), sensing=Sensing(posture="odometry")), f"{law}:safe=yes"
+    driven, run = drive(told, make_controller(guarded), 3), simulate(told, guarded, [3])
+    assert farthest(run, simulate(told, law, [3])) > 0.1  # it acts
+    assert farthest(driven, run) == 0.0
+    assert np.array_equal(driven.samples[:, :8], run.samples[:, :8])
+
+
+def test_a_robot_that_was_let_stand_has_no_orders_on_their_way():
+    told = replace(load_scenario("reference"), latency=0.2)
+    board = Onboard.of(told.setting, make_controller("fuzzy:safe=yes"))
+    memory, lane = board.begin(), board.robot
+    for time in (0.0, 0.05, 0.1, 0.15, 0.2):
+        seen = Perceived(time, OwnState(board.start, 0.0, 0.0), {}, board.silence(), {})
+        order, memory = board.step(seen, memory)
+    assert order.v > 0.05
+    assert memory.guard.sent[:, 0, lane].max() > 0.05
+    old = memory.guard.held[0, lane]
+    assert old > 0.0
+    for time in (10.2, 0.2):  # the time of the task goes on, or waits
+        now = Perceived(time, *seen[1:5], clock=10.2)
+        held = board.step(now, Remembered(memory.law, memory.guard, 4))[1]
+        assert held.k == 204
+        assert np.count_nonzero(memory.guard.sent[:, 0, lane]) <= 1  # that of now
+        assert memory.guard.held[0, lane] == 0.0
+
+
+def test_what_the_monitor_knows_outlasts_a_task():
+    board = Onboard.of(load_scenario("reference").setting, make_controller("fuzzy:safe=yes"))
+    known, ranges = OwnState(board.start, 0.0, 0.0), dict.fromkeys(board.needs, 0.4)
+    memory = board.step(Perceived(0.0, known, {}, board.silence(), ranges), board.begin())[1]
+    before = memory.guard.ground.copy()
+    _, again = board.step(Perceived(0.0, known, {}, board.silence(), {}, (), clock=0.05), board.begin(memory))
+    assert again.k == 1
+    assert (before > 0).any()
+    assert np.array_equal(again.guard.ground, before)
+
+
+def test_a_reading_that_has_not_come_anew_is_not_looked_at_again():
+    board = Onboard.of(load_scenario("turn-into-neighbour").setting, make_controller("fuzzy:safe=yes"))
+    known, far = OwnState(board.start, 0.0, 0.0), dict.fromkeys(board.needs, 0.5)
+    grounds = []
+    for looked in ((), board.needs[:1], None):
+        memory = board.step(Perceived(0.0, known, {}, board.silence(), {}), board.begin())[1]
+        before = memory.guard.ground.copy()
+        board.step(Perceived(0.05, known, {}, board.silence(), far, looked), memory)
+        grounds.append(int((memory.guard.ground[board.robot] != before[board.robot]).sum()))
+    assert grounds[0] == 0
+    assert 0 < grounds[1] < grounds[2]
+
+
+def test_the_monitor_of_a_law_of_torques_is_refused():
+    with pytest.raises(ControllerError, match="commands torques"):
+        Onboard.of(load_scenario("reference").setting, make_controller("csm:safe=yes"), torque_as_velocity=True)

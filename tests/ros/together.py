@@ -67,7 +67,7 @@ def drive(scenario, law, seed=0, deaf=()):
         seen = loop.sense()
         known = [OwnState(Posture(*seen.posture[:, i]), *seen.velocity[:, i]) for i in range(len(boards))]
         for i, board in enumerate(boards):
-            for j in board.senders if law.message and i not in deaf else ():
+            for j in board.senders if board.fields and i not in deaf else ():
                 if np.isfinite(age := seen.heard.age[0, i, j]):
                     received[i] = received[i].with_message(j, loop.time, age, seen.heard.values[:, 0, i, j].tolist())
             others = {j: known[j] for j in range(len(boards)) if j != i} if board.sees_others else {}

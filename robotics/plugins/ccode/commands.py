@@ -43,12 +43,14 @@ def c(
     fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm and esm. --verify needs a C compiler, and exits with 1 if the
     robot with the C, in double, is not within 1e-9 m of the one with the law here, in a whole run of each of three
     seeds, with encoders that count finely where those of the robot do not tell; in float the greatest distance is
-    printed.
+    printed. With safe=yes behind the law the monitor of passive safety is below it, for a robot that is alone; what its
+    sensors do not see is printed.
 
     \b
     Example:
       robotics export c fuzzy -o out
       robotics export c lyapunov:ky=8 -o out --number float --scenario lyapunov-sine
+      robotics export c fuzzy:safe=yes -o out --scenario reference --verify
     """
     from robotics.plugins.ccode.verification import verify_c_law
     from robotics.plugins.ccode.writing import write_c_law
@@ -67,6 +69,7 @@ def c(
 
 def _report(files: "CLawFiles", proof: "VerifiedLaw | None") -> dict[str, Any]:
     report: dict[str, Any] = {"files": [str(file) for file in files.files], "number": files.number}
+    report["blind_spots"] = list(files.sources.blind)
     if proof is not None:
         told = ("scenario", "seeds", "greatest", "fine")
         drives = [{name: getattr(drive, name) for name in told} for drive in proof.drives]
@@ -75,8 +78,8 @@ def _report(files: "CLawFiles", proof: "VerifiedLaw | None") -> dict[str, Any]:
 
 
 def _print(files: "CLawFiles", proof: "VerifiedLaw | None") -> None:
-    for file in files.files:
-        print(file)
+    for line in (*files.files, *files.sources.blind):
+        print(line)
     if proof is None:
         return
     verdict = {True: "the same", False: "NOT THE SAME", None: "told, not judged, in float"}[proof.holds]

@@ -29,11 +29,23 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.plugins.ccode.terms import PIECES, Arithmetic, CTable, CTerm, KnownValue, Lane, Row, piece
+from robotics.plugins.ccode.guard import guard_of
+from robotics.plugins.ccode.terms import (
+    PIECES,
+    Arithmetic,
+    CArray,
+    CRecord,
+    CTable,
+    CTerm,
+    KnownValue,
+    Lane,
+    Row,
+    piece,
+)
 from robotics.plugins.ccode.translation import WRITTEN_OUT, CFunction, Translator, parsed
-from robotics.simulation.safety.opening import NOT_ON_BOARD, is_guarded
+from robotics.simulation.safety.monitor import keep_one, note_order
 from robotics.tables.texts import TextFile
-from robotics.world.vehicle.plant import LimitColumns, velocity_limits, within_limits
+from robotics.world.vehicle.plant import LimitColumns, TruthColumns, velocity_limits, within_limits
 
 _TEXTS = TextFile("robotics.plugins.ccode")
 _NUMBERS = ("double", "float")
@@ -89,6 +101,8 @@ class LawSources(NamedTuple):
     outputs: tuple[str, ...]  # fields of the output struct
     look_ahead: float  # s: of the point ahead, where it asks for one
     handed: dict[str, str]  # quantities that it is handed as they are, each with its field
+    room: int = 1  # how many numbers the state has at most
+    blind: tuple[str, ...] = ()  # sentences: what the monitor cannot see
 
 
 def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "double") -> LawSources:
@@ -101,20 +115,19 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
         number: "double" or "float".
 
     Raises:
-        ExportError: A law, a type of numbers, or a monitor of passive safety, that is not written.
+        ExportError: A law or a type of numbers that is not written, or passive safety of several robots.
     """
     check_known(number, _NUMBERS, "number type of a law", ExportError)
     check_written(law, name)
-    if is_guarded(setting, law):
-        raise ExportError(f"{name}: {NOT_ON_BOARD}")
     if isinstance(law, OwnRules) and law.own is None:
-        law = replace(law.tracker, smooth=law.smooth)
+        law = replace(law.tracker, smooth=law.smooth, safe=law.safe)
     return _Writer(law, setting, identifier(name), FLOATING[number]).sources()
 
 
 class _Writer:
     def __init__(self, law: Any, setting: Setting, name: str, number: Floating) -> None:
         self.law, self.setting, self.name, self.number = law, setting, name, number
+        self.guard = guard_of(law, setting, name)
         self.arithmetic = Arithmetic(number)
         self.gains = [float(np.ravel(row)[0]) for row in law.gain_rows(setting)]
         self.lead, self.share, *_ = [float(np.ravel(row)[0]) for row in law.knowledge_rows(setting)]
@@ -152,8 +165,19 @@ class _Writer:
             return Lane(lane.name, column.of, lane.first + column.row, path)
         if column.width is not None:
             return CTable(lane.name, lane.first + column.row)
+        if lane.name in ("given", "sensors") and self.guard is not None:
+            found = self.guard.number(lane, name)
+            if isinstance(found, CArray):
+                self.translator.listed[found.text] = found
+                return found.entry([CTerm(lane.at, "int")])
+            if lane.name == "sensors" or found in (0.0, 1.0, math.inf):
+                return KnownValue(found)
+            return self.constant(f"{'_'.join(('guard', *path)).upper()} {_said(column, ', ')}", found)
         match lane.name:
-            case "robot":
+            case "truth":
+                own = self.setting.sensing[0].posture == "odometry"
+                return CTerm(f"input->{name.removeprefix('odo_') if own else name}", "real")
+            case "robot" | "seen":
                 return CTerm(f"input->{name}", "real")
             case "aim":
                 return CTerm(f"input->at_{name}", "real")
@@ -178,7 +202,7 @@ class _Writer:
     def _entry(self, table: CTable, row: int) -> Any:
         match table.name:
             case "dt":
-                return self.constant("PERIOD s, from one step to the next", self.setting.period)
+                return self._period
             case "time":
                 return CTerm("0.0", "real")
             case "column" | "path" | "base":
@@ -187,6 +211,8 @@ class _Writer:
                 return table
             case "rules":
                 return table
+            case "order":
+                return CTerm(f"output->{'vw'[row]}", "real")
             case "gain":
                 return KnownValue(self.gains[row])
             case "work":
@@ -229,17 +255,23 @@ class _Writer:
 
     def sources(self) -> LawSources:
         """All texts."""
-        step = self._step(self.equation.function)
+        step = f"{self._step(self.equation.function)}{self._stood()}"
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
         outputs = (*self.outputs, *wheels)
         held = " ".join(function.text for function in self.translator.done.values())
         read = {*re.findall(r"input->(\w+)", f"{step} {held}")}
-        inputs = tuple(field for field in (*_SEEN, *AIM_SYMBOLS, *self.handed.values()) if field in read)
+        odometry = tuple(name for name in TruthColumns.columns if name.startswith("odo_"))
+        fields = (*_SEEN, *AIM_SYMBOLS, *odometry, *self.handed.values())
+        inputs = tuple(field for field in fields if field in read)
+        room, blind = 1 + len(self._fields()), tuple[str, ...]()
+        if self.guard is not None:
+            inputs += (f"ranges[{len(self.guard.names)}]",)
+            room, blind = room + self.guard.room, tuple(self.guard.told)
         memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         texts, bases = (self._header(inputs, outputs, look_ahead), self._source(step)), tuple(self.called.values())
         ahead = look_ahead if "ahead_x" in inputs else math.nan
-        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead, self.handed)
+        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead, self.handed, room, blind)
 
     def _step(self, one: Any) -> str:
         tree = parsed(one)
@@ -265,8 +297,9 @@ class _Writer:
             body.say(f"output->torque_right = output->torque_left = {zero};")
             body.say("return 0;")
         else:
+            self._guarded(body)
             self._wheels(body, zero)
-        if not self._fields():
+        if not self._fields() and self.guard is None:
             body.lines.insert(0, "    (void)state;")
         head = (
             f"int {self.name}_step({self.name}_state *state, const {self.name}_input *input, "
@@ -293,6 +326,28 @@ class _Writer:
         smoothed = _leaves(SmoothedColumns, ("smoothed",)) if self.share < 1 else ()
         return [(_field(path), column) for path, column in (*_leaves(type(self.law).remembers), *smoothed)]
 
+    def _guarded(self, body: CFunction) -> None:
+        """The monitor, below the law."""
+        if self.guard is None:
+            return
+        body.say("const int told = isfinite(output->v) && isfinite(output->w);")
+        given: list[Any] = [CRecord("guard", self.guard), KnownValue(0), CTerm("state->k", "int"), self._period]
+        given += [KnownValue(1), CTable("truth"), CTable("seen"), self.guard.readings, CTable("order")]
+        body.say(f"{body.called(self.translator.function(keep_one, given), given).text};")
+        body.say("state->k++;")
+
+    def _stood(self) -> str:
+        """The function for a period without a step, where there is a monitor."""
+        if self.guard is None:
+            return ""
+        given = CRecord("guard", self.guard), KnownValue(0), CTerm("state->k", "int"), self._period
+        function = self.translator.function(note_order, (*given, KnownValue(0.0), KnownValue(0.0)))
+        return _TEXTS.text("stood", name=self.name, function=function.name)
+
+    @property
+    def _period(self) -> CTerm:
+        return self.constant("PERIOD s, from one step to the next", self.setting.period)
+
     def _wheels(self, body: CFunction, zero: str) -> None:
         body.say("/* Within the robot's limits, and onto the wheels: r w_right = v + L w, r w_left = v - L w */")
         body.say("if (!isfinite(output->v) || !isfinite(output->w)) {")
@@ -306,7 +361,7 @@ class _Writer:
         radius = self.constant("WHEEL_RADIUS m", self.radius).text
         for side, sign in (("right", "+"), ("left", "-")):
             body.say(f"output->wheel_{side} = ({held.name}[0] {sign} {half} * {held.name}[1]) / {radius};")
-        body.say("return 1;")
+        body.say("return 1;" if self.guard is None else "return told;")
 
     @property
     def limit(self) -> Any:
@@ -329,12 +384,16 @@ class _Writer:
         starts = [
             f"    state->{name} = {self.number.constant(float(value))};"
             for (name, _), value in zip(self._fields(), self.memory, strict=True)
-        ] or ["    state->nothing = 0;"]
+        ]
+        if self.guard is not None:
+            starts = [f"    static const {self.name}_state nothing;", "    *state = nothing;", *starts]
+        starts = starts or ["    state->nothing = 0;"]
         parts = [
             f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",
             "\n".join([f'#include "{self.name}.h"', *(f'#include "{b.name}.h"' for b in self.called.values()), ""]),
             "#include <math.h>\n",
             "/* The gains, and the robot's numbers */\n" + "\n".join(constants) + "\n",
+            *(self._listed(array) for array in self.translator.listed.values() if array.text in used),
             *([f"/* Places of the numbers that a step works in */\nenum {{{places}}};\n"] if places else []),
             *(piece(name, self.number) for name in PIECES if name in self.arithmetic.needed),
             *functions,
@@ -344,10 +403,20 @@ class _Writer:
         ]
         return "\n".join(parts)
 
+    def _listed(self, array: CArray) -> str:
+        """Known numbers that are looked up, as an array of C."""
+        kind, write = ("int", str) if array.kind == "int" else (self.number.name, self.number.constant)
+        rows = ["{" + ", ".join(map(write, row)) + "}" for row in np.atleast_2d(array.values).tolist()]
+        listed = rows[0] if len(array.shape) == 1 else "{" + ", ".join(rows) + "}"
+        size = "".join(f"[{n}]" for n in array.shape)
+        return fill(f"static const {kind} {array.text}{size} = {listed};", 112, subsequent_indent="    ") + "\n"
+
     def _header(self, inputs: tuple[str, ...], outputs: tuple[str, ...], look_ahead: float) -> str:
         name, upper, real = self.name, self.name.upper(), self.number.name
         said = _TEXTS.table("outputs")
         state = [f"    {real} {name}; /* {comment(_said(column))} */" for name, column in self._fields()]
+        if self.guard is not None:
+            state += [f"    {what.replace('REAL', real)}; /* {said} */" for what, said in self.guard.kept.items()]
         structs = {
             "input": [f"    {real} {f}; /* {comment(self._input_said(f, look_ahead))} */" for f in inputs],
             "state": state or [_TEXTS.text("nothing")],
@@ -369,7 +438,16 @@ class _Writer:
             second=second,
             look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
             structs="\n".join(typedefs),
+            guard="" if self.guard is None else self._guard_said(),
         )
+
+    def _guard_said(self) -> str:
+        """What the header says of the monitor."""
+        assert self.guard is not None
+        listed = ", ".join(f"{n}: {name}" for n, name in enumerate(self.guard.names))
+        said = [f"ranges are of the sensors {listed}.", *(f"{told.partition(': ')[2]}." for told in self.guard.told)]
+        lines = [fill(comment(text), 112, initial_indent=" * ", subsequent_indent=" * ") for text in said]
+        return _TEXTS.text("guard", name=self.name, said="\n".join(lines))
 
     def _input_said(self, field: str, look_ahead: float) -> str:
         """The unit and the meaning of an input."""
@@ -377,6 +455,10 @@ class _Writer:
             if symbol == field:
                 known = quantity_of(quantity, "")
                 return f"{known.unit}, {quantity}: {known.meaning}"
+        if field.startswith("ranges"):
+            return "m, what the range sensors read; infinite: nothing is seen"
+        if field in TruthColumns.columns and field.startswith("odo_"):
+            return f"{TruthColumns.columns[field].unit}, by the encoders alone"
         start, _, name = field.rpartition("_")
         if self.lead > 0 and field in ("at_v", "at_w"):
             return f"{AimColumns.columns[name].unit}, the reference's {self.lead:g} s from now"

@@ -3,7 +3,7 @@
 import ast
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import add, eq, floordiv, ge, gt, le, lt, mod, mul, ne, sub, truediv
 from typing import Any
 
@@ -67,6 +67,40 @@ class Lane:
     of: type[Columns]
     first: int = 0  # its first row
     path: tuple[str, ...] = ()  # the names that lead to it, where it is within another
+    at: str = ""  # which one, where the robot finds that out
+
+
+@dataclass(frozen=True)
+class CRecord:
+    """Named things, of which the robot keeps some: ``of`` has them as attributes, ``name`` says which record it is."""
+
+    name: str
+    of: Any = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class CArray:
+    """Numbers of C under one name, which the robot finds by their places.
+
+    Of the axis of lanes, whose length is 0, C has nothing: it is one robot.
+    """
+
+    text: str
+    kind: str  # "real" or "int"
+    shape: tuple[int, ...]
+    table: str = ""  # what it is a part of; nothing: its numbers are known
+    values: Any = field(default=None, repr=False, compare=False)  # an array of the known numbers
+
+    def entry(self, places: Sequence[Any]) -> Any:
+        """The entry, or the part, at ``places`` of the first axes."""
+        text, values = self.text, self.values
+        for size, place in zip(self.shape, places, strict=False):
+            known = isinstance(place, KnownValue)
+            values = values[place.value] if values is not None and known else None
+            text += f"[{place.value if known else place.text}]" if size else ""
+        if len(places) < len(self.shape):
+            return CArray(text, self.kind, self.shape[len(places) :], self.table, values)
+        return CTerm(text, self.kind) if values is None else KnownValue(values.item())
 
 
 class Arithmetic:
@@ -102,6 +136,9 @@ class Arithmetic:
             return KnownValue(_FOLD[kind](a.value, b.value))
         if (simple := _simplified(kind, a, b)) is not None:
             return simple
+        if kind is ast.Mod and self.term(a).kind == self.term(b).kind == "int":
+            self.needed.add("rest_of")
+            return CTerm(f"rest_of({self.term(a).text}, {self.term(b).text})", "int")
         if kind is ast.Mod:
             self.needed.add("modulo")
             return CTerm(f"modulo({self.real(a)}, {self.real(b)})", "real")
@@ -159,6 +196,10 @@ class Arithmetic:
 
     def called(self, name: str, arguments: Sequence[Any]) -> Any:
         """A function of math.h, or one that Python has and C writes in another way."""
+        if (bound := {"min": math.inf, "max": -math.inf}.get(name)) is not None:
+            finite = [a for a in arguments if not (isinstance(a, KnownValue) and a.value == bound)]
+            if len(finite) == 1:
+                return finite[0]
         if name == "int":
             (a,) = arguments
             if isinstance(a, KnownValue):
@@ -171,8 +212,10 @@ class Arithmetic:
         if all(isinstance(a, KnownValue) for a in arguments):
             values = [a.value for a in arguments]
             return KnownValue(_CALL[name](*values) if name in _CALL else getattr(math, name)(*values))
-        if name == "isnan":
-            return CTerm(f"isnan({self.real(arguments[0])})", "int")
+        if name in ("isnan", "isfinite"):
+            return CTerm(f"{name}({self.real(arguments[0])})", "int")
+        if name in ("floor", "ceil", "round"):  # whole numbers, as of Python
+            return CTerm(f"(int){name}{self.number.suffix}({self.real(arguments[0])})", "int", UNARY)
         if name in ("min", "max"):
             call = f"{name}_of"
             self.needed.add(call)
@@ -197,8 +240,15 @@ _FOLD: dict[type, Callable[[Any, Any], Any]]
 _FOLD = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Div: truediv, ast.FloorDiv: floordiv, ast.Mod: mod}
 _COMPARE: dict[type, Callable[[Any, Any], Any]]
 _COMPARE = {ast.Lt: lt, ast.LtE: le, ast.Gt: gt, ast.GtE: ge, ast.Eq: eq, ast.NotEq: ne}
-_CALL: dict[str, Any] = {"min": min, "max": max, "abs": abs}
+_CALL: dict[str, Any] = {"min": min, "max": max, "abs": abs, "round": round}
 PIECES = {
+    "rest_of": (
+        "/* The remainder of a division of whole numbers, never negative. */\n"
+        "static int rest_of(int a, int b) {\n"
+        "    const int rest = a % b;\n"
+        "    return rest < 0 ? rest + b : rest;\n"
+        "}\n"
+    ),
     "min_of": "static REAL min_of(REAL a, REAL b) {\n    return b < a ? b : a;\n}\n",
     "max_of": "static REAL max_of(REAL a, REAL b) {\n    return b > a ? b : a;\n}\n",
     "modulo": (

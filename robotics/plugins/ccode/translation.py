@@ -11,20 +11,23 @@ import re
 import textwrap
 import tokenize
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from fuzzy.compiled.columns import Columns
 from fuzzy.plugins.ccode.numbertype import ExportError
-from robotics.plugins.ccode.terms import Arithmetic, CTable, CTerm, KnownValue, Lane, Row
+from robotics.plugins.ccode.terms import Arithmetic, CArray, CRecord, CTable, CTerm, KnownValue, Lane, Row
 
 _SPOKEN = {"cos": "cosine", "sin": "sine", "free": "is_free", "input": "asked_", "output": "said_", "state": "state_"}
 WRITTEN_OUT = 8  # turns of a loop that are written one by one
 _INPUT = "const {0}_input *input"
 _POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
+_POINTERS |= {"truth": _INPUT, "readings": _INPUT, "guard": "{0}_state *state", "order": "{0}_output *output"}
 _POINTERS |= {"smoothed": "{0}_state *state", "command": "{0}_output *output", "work": "{1} *work"}
+
+_PARTS = (CTable, Lane, CArray, CRecord)
 
 Reads = Callable[[Any, Any], Any]
 Calls = Callable[[Any, str, Sequence[Any]], Any]
@@ -143,8 +146,10 @@ class Expressions:
                 return self.arithmetic.inverse(self.value(node.operand))
             case ast.BoolOp():
                 return self._joined(node)
-            case ast.Compare(ops=[operator], comparators=[other]):
-                return self.arithmetic.compared(operator, self.value(node.left), self.value(other))
+            case ast.Compare():
+                terms = [self.value(part) for part in (node.left, *node.comparators)]
+                pairs = zip(node.ops, terms, terms[1:], strict=False)
+                return self.arithmetic.joined(False, [self.arithmetic.compared(op, a, b) for op, a, b in pairs])
             case ast.IfExp():
                 condition = self.value(node.test)
                 if isinstance(condition, KnownValue):
@@ -176,7 +181,7 @@ class Expressions:
         if node.id in self.outer:
             value = self.outer[node.id]
             if isinstance(value, float) and node.id.isupper():
-                return self.translator.constant(f"{node.id} {said_of(self.python, node.id)}", value)
+                return self.translator.constant(f"{node.id.lstrip('_')} {said_of(self.python, node.id)}", value)
             return KnownValue(value)
         raise self.refused(node)
 
@@ -186,6 +191,11 @@ class Expressions:
             return self.translator.read(owner, node.attr)
         if isinstance(owner, CTable):
             return self.translator.read(CTable(f"{owner.name}.{node.attr}".removeprefix("known.")), -1)
+        if isinstance(owner, CArray) and node.attr == "shape":
+            return KnownValue(owner.shape)
+        if isinstance(owner, CRecord):
+            found = getattr(owner.of, node.attr)
+            return found if isinstance(found, _PARTS) else KnownValue(found)
         if isinstance(owner, KnownValue) and hasattr(owner.value, node.attr):
             return KnownValue(getattr(owner.value, node.attr))
         raise self.refused(node)
@@ -197,6 +207,15 @@ class Expressions:
             if isinstance(table, CTable) and isinstance(first, KnownValue):
                 return CTable(table.name, table.first + first.value)
             raise self.refused(node)
+        if isinstance(table, KnownValue) and isinstance(table.value, tuple):
+            kind = "int" if all(isinstance(v, int) for v in table.value) else "real"
+            name = node.value.id if isinstance(node.value, ast.Name) else ""
+            table = CArray(name, kind, (len(table.value),), values=np.array(table.value))
+        if isinstance(table, CArray):
+            places = [self.value(place) for place in (index.elts if isinstance(index, ast.Tuple) else [index])]
+            if table.values is not None and not all(isinstance(place, KnownValue) for place in places):
+                self.translator.listed[table.text] = table
+            return table.entry(places)
         if isinstance(index, ast.Tuple):
             index = index.elts[0] if isinstance(table, CTable) else index
         row = self.value(index)
@@ -209,7 +228,10 @@ class Expressions:
     def _call(self, node: ast.Call, wanted: str) -> Any:
         arguments = [self.value(a) for a in node.args]
         arguments = [Array(self._kept(a), len(a.parts)) if isinstance(a, Row) else a for a in arguments]
-        if isinstance(node.func, ast.Name) and node.func.id in ("min", "max", "abs", "int"):
+        if isinstance(node.func, ast.Name) and node.func.id == "len":
+            (of,) = arguments
+            return KnownValue(of.shape[0] if isinstance(of, CArray) else len(of.value))
+        if isinstance(node.func, ast.Name) and node.func.id in ("min", "max", "abs", "int", "round"):
             return self.arithmetic.called(node.func.id, arguments)
         function = self.value(node.func)
         if not isinstance(function, KnownValue):
@@ -219,7 +241,8 @@ class Expressions:
             name = {"absolute": "abs"}.get(python.__name__, python.__name__)
             return self.arithmetic.called(name, arguments)
         if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], CTable):
-            return Lane(arguments[0].name, python, arguments[0].first)
+            at = arguments[1].text if len(arguments) > 1 and isinstance(arguments[1], CTerm) else ""
+            return Lane(arguments[0].name, python, arguments[0].first, at=at)
         name = getattr(python, "__name__", "")
         own = self.translator.call(self, name, arguments)
         if own is not NotImplemented:
@@ -236,10 +259,11 @@ class Expressions:
         """A call of a function of C."""
         given: list[str] = []
         for a in arguments:
-            if isinstance(a, (CTable, Lane)):
+            if isinstance(a, _PARTS):
                 pointer = self.translator.pointer(a)
                 name = pointer.rpartition("*")[2]
                 given += [name] if pointer and name not in given else []
+                given += [a.at] if isinstance(a, Lane) and a.at else []
             elif isinstance(a, Array):
                 given.append(a.name)
             elif not isinstance(a, KnownValue):
@@ -354,7 +378,7 @@ class CFunction(Expressions):
                 return
             if not isinstance(place, CTerm):
                 raise self.refused(target)
-            self.say(f"{place.text} = {self.arithmetic.real(value)};")
+            self.say(f"{place.text} = {self._as(place.kind, value)};")
 
     def _named(self, name: str, value: Any) -> None:
         if name == "_":
@@ -367,7 +391,7 @@ class CFunction(Expressions):
             self.say(f"{held.text} = {self._as(held.kind, value)};")
         elif isinstance(held, Array) and held.name == spoken(name):
             self._copied(held, value)
-        elif isinstance(value, (KnownValue, CTable, Lane)):
+        elif isinstance(value, (KnownValue, *_PARTS)):
             self.env[name] = value
         elif isinstance(value, (Row, Array)):
             self.array(name, value)
@@ -412,7 +436,7 @@ class CFunction(Expressions):
         for name in dict.fromkeys(_stored(inside)):
             held = self.env.get(name)
             if isinstance(held, KnownValue):
-                kind = "int" if type(held.value) is int else self.translator.real
+                kind = "int" if isinstance(held.value, int) else self.translator.real
                 self.say(f"{kind} {spoken(name)} = {self._as('int' if kind == 'int' else 'real', held)};")
                 self.env[name] = CTerm(spoken(name), "int" if kind == "int" else "real")
             elif isinstance(held, CTerm) and held.text != spoken(name):
@@ -449,14 +473,18 @@ class CFunction(Expressions):
 
     def _for(self, statement: ast.For) -> None:
         call = statement.iter
+        if isinstance(call, ast.Tuple):
+            self._each(statement, call.elts)
+            return
         if not isinstance(call, ast.Call) or not isinstance(statement.target, ast.Name):
             raise self.refused(statement)
         bounds = [self.value(a) for a in call.args]
         first, last = (KnownValue(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
+        step = f" += {self.arithmetic.term(bounds[2]).text}" if len(bounds) == 3 else "++"
         name = statement.target.id
-        breaks = any(isinstance(n, (ast.Break, ast.Return)) for n in ast.walk(statement))
+        breaks = any(isinstance(n, (ast.Break, ast.Continue, ast.Return)) for n in ast.walk(statement))
         known = isinstance(first, KnownValue) and isinstance(last, KnownValue)
-        if known and last.value - first.value <= WRITTEN_OUT and not breaks:
+        if known and last.value - first.value <= WRITTEN_OUT and not breaks and len(bounds) < 3:
             for n in range(first.value, last.value):
                 self.env[name] = KnownValue(n)
                 self.run(statement.body)
@@ -464,10 +492,27 @@ class CFunction(Expressions):
         self._held(statement.body, statement)
         counter = "turn_" if name == "_" else spoken(name)
         start, end = self.arithmetic.term(first).text, self.arithmetic.term(last).within(1)
-        self.say(f"for (int {counter} = {start}; {counter} < {end}; {counter}++) {{")
+        if not re.fullmatch(r"[\w>.-]+", end):  # once, not in every turn
+            start, end = f"{start}, {counter}_end = {end}", f"{counter}_end"
+        self.say(f"for (int {counter} = {start}; {counter} < {end}; {counter}{step}) {{")
         self.env[name] = CTerm(counter, "int")
+        begin = len(self.lines)
         self._block(statement.body)
         self.say("}")
+        *body, last, _ = self.lines[begin - 1 :]
+        if last.strip() == "continue;" and all(_declares(line) for line in body[1:]):  # it does nothing in any turn
+            del self.lines[begin - 1 :]
+
+    def _each(self, statement: ast.For, values: Sequence[ast.expr]) -> None:
+        """Write a loop over some values, turn by turn."""
+        self._held(statement.body, statement)
+        for value in values:
+            self.say("{")
+            before = dict(self.env)
+            self.assign(statement.target, self.value(value))
+            self._block(statement.body)
+            self.env = before
+            self.say("}")
 
     def _while(self, statement: ast.While) -> None:
         self._held(statement.body, statement)
@@ -477,6 +522,10 @@ class CFunction(Expressions):
 
     def _break(self, statement: ast.Break) -> None:
         self.say("break;")
+
+    def _continue(self, statement: ast.Continue) -> None:
+        self.say("continue;")
+        self.ended = True
 
     def _return(self, statement: ast.Return) -> None:
         value = self.value(statement.value) if statement.value is not None else None
@@ -490,8 +539,11 @@ class CFunction(Expressions):
                 self.say("return;")
         elif value is not None:
             term = self.arithmetic.term(value)
-            self.result = "real" if self.result == "real" or isinstance(value, KnownValue) else term.kind
+            number = isinstance(value, KnownValue) and not isinstance(value.value, bool)
+            self.result = "real" if self.result == "real" or number else term.kind
             self.say(f"return {self.arithmetic.real(value) if self.result == 'real' else term.text};")
+        else:
+            self.say("return;")
         self.ended = True
 
     def _left(self, value: Any, all_of_it: bool) -> Any:
@@ -511,12 +563,17 @@ def _reads(value: Any, place: str) -> bool:
     return isinstance(value, CTerm) and re.search(rf"(?<![\w>.]){re.escape(place)}(?!\w)", value.text) is not None
 
 
+def _declares(line: str) -> str:
+    """What a line declares, if it does nothing else."""
+    found = re.match(r"\s*(?:const )?(?:double|float|int) (\w+)(?: = .*)?;", line)
+    return "" if found is None or re.search(r"\bstate\b(?!->)", line) else found[1]
+
+
 def _idle(line: str, text: str) -> bool:
     """Whether a line declares what is not read, and does nothing else."""
-    found = re.match(r"\s*(?:const )?(?:double|float|int) (\w+)(?: = .*)?;", line)
-    if found is None or re.search(r"\bstate\b(?!->)", line):
+    if not (name := _declares(line)):
         return False
-    return len(re.findall(rf"(?<![\w>.]){found[1]}(?!\w)", text)) == 1
+    return len(re.findall(rf"(?<![\w>.]){name}(?!\w)", text)) == 1
 
 
 def _folded(line: str) -> list[str]:
@@ -541,6 +598,7 @@ class Translator:
     call: Calls  # functions that are not translated; NotImplemented: this one is
     constant: Callable[[str, float], CTerm]  # a number with a name: "NAME unit"
     done: dict[Any, Function] = field(default_factory=dict)
+    listed: dict[str, CArray] = field(default_factory=dict)  # known numbers that the robot looks up
 
     @property
     def real(self) -> str:
@@ -550,9 +608,8 @@ class Translator:
     def function(self, python: Any, arguments: Sequence[Any]) -> Function:
         """The function for these arguments: known ones are worked into it."""
         python = getattr(python, "py_func", python)
-        still = tuple(
-            repr(a) if isinstance(a, (KnownValue, CTable, Lane)) else getattr(a, "size", "") for a in arguments
-        )
+        plain_lanes = [replace(a, at="?") if isinstance(a, Lane) and a.at else a for a in arguments]
+        still = tuple(repr(a) if isinstance(a, (KnownValue, *_PARTS)) else getattr(a, "size", "") for a in plain_lanes)
         key = (python, still)
         if key not in self.done:
             taken = {f.name for f in self.done.values()}
@@ -570,7 +627,10 @@ class Translator:
         parameters = []
         for argument, value in zip(tree.args.args, arguments, strict=True):
             name = spoken(argument.arg)
-            if isinstance(value, (KnownValue, CTable, Lane)):
+            if isinstance(value, Lane) and value.at:
+                body.env[argument.arg] = replace(value, at=name)
+                parameters.append(f"const int {name}")
+            elif isinstance(value, (KnownValue, *_PARTS)):
                 body.env[argument.arg] = value
                 if not isinstance(value, KnownValue) and (pointer := self.pointer(value)) and pointer not in parameters:
                     parameters.append(pointer)
@@ -599,6 +659,7 @@ class Translator:
         said = [textwrap.fill(f"/* {' '.join(doc.split())} */", 116, subsequent_indent=" * ")] if doc else []
         return "\n".join([*said, head, *lines, "}", ""])
 
-    def pointer(self, table: CTable | Lane) -> str:
+    def pointer(self, table: CTable | Lane | CArray | CRecord) -> str:
         """What a function takes for a table, if it is one of C."""
-        return _POINTERS.get(table.name, "").format(self.prefix, self.real)
+        name = table.table if isinstance(table, CArray) else table.name
+        return _POINTERS.get(name, "").format(self.prefix, self.real)

@@ -19,10 +19,11 @@ from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.plugins.ccode.writing import CLawFiles
-from robotics.simulation.loop import record_run
+from robotics.simulation.loop import Simulation, record_run, when_stopped
+from robotics.simulation.recorder import Recorder
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.paths.road import rows_at
-from robotics.world.vehicle.plant import Level, saturate, velocity_limits
+from robotics.world.vehicle.plant import Level, TruthColumns, saturate, velocity_limits
 
 _COUNTS = 1e12  # a turn: of encoders that count finely
 _LIMIT = 1e-9  # m: between the two trajectories, in double
@@ -80,11 +81,13 @@ class CStep:
         loaded = ctypes.CDLL(str(library))
 
         def struct(fields: Sequence[str]) -> Any:
-            return type("Fields", (ctypes.Structure,), {"_fields_": [(field, real) for field in fields]})
+            parts = [field.strip("]").partition("[") for field in fields]
+            kinds = [(name, real * int(many) if many else real) for name, _, many in parts]
+            return type("Fields", (ctypes.Structure,), {"_fields_": kinds})
 
         self.sources, self.number = sources, number
         self.Input, self.Output = struct(sources.inputs), struct(sources.outputs)
-        self.State = struct(sources.memory or ["nothing"])  # an int where there is none, which is no longer
+        self.State = ctypes.c_double * sources.room
         self.begin, self.step = loaded[f"{sources.name}_init"], loaded[f"{sources.name}_step"]
         self.begin.restype = None
 
@@ -103,6 +106,8 @@ class InC(Law[Any]):
     c: CStep
     kept: dict[str, Any]  # what the steps of the first robot read and said, and the wheels' greatest deviation
     estimator: float | str | None = None  # the law's: what is in C sees the posture behind it
+    looks: bool = False  # whether its monitor reads range sensors
+    safe: str = "no"  # that monitor is in C, too
 
     @property
     def level(self) -> Level:
@@ -139,10 +144,16 @@ class InC(Law[Any]):
             by_name = dict(zip((v.name for v in asks.own.fis.inputs), told.inputs, strict=True))
             columns |= {field: by_name[name] for name, field in sources.handed.items()}
             memory = (*memory[:-1], (asks, recalled))
-        given = np.stack([np.broadcast_to(columns[field], shape).ravel() for field in sources.inputs], axis=1)
+        lanes = {field: np.broadcast_to(values, shape).reshape(-1, 1) for field, values in columns.items()}
+        if self.looks:
+            odometry, ranges = TruthColumns(self.kept["truth"]), sources.inputs[-1]
+            lanes |= {f: getattr(odometry, f)[:, None] for f in sources.inputs if f.startswith("odo_")}
+            nothing = np.full((len(states), int(ranges.strip("ranges[]"))), np.inf)
+            lanes[ranges] = nothing if seen.ranges is None else seen.ranges.values.reshape(nothing.shape)
+        given = np.concatenate([lanes[field] for field in sources.inputs], axis=1).astype(_REAL[self.c.number][1])
         said = np.empty((len(states), len(sources.outputs)))
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):
-            output, asked = self.c.Output(), self.c.Input(*row)
+            output, asked = self.c.Output(), self.c.Input.from_buffer_copy(row.tobytes())
             told = self.c.step(ctypes.byref(state), ctypes.byref(asked), ctypes.byref(output))
             said[lane] = [getattr(output, field) if told else np.nan for field in sources.outputs]
             if lane == 0 and told:
@@ -186,7 +197,9 @@ def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequenc
         for scenario in scenarios:
             _check_robots(files, scenario)
             steps = {"inputs": [], "outputs": [], "steps": 0, "wheels": 0.0}
-            drives.append(_driven(files.law, InC(files.law, step, steps, files.law.estimator), scenario, tuple(seeds)))
+            looks = sources.inputs[-1].startswith("ranges")
+            in_c = InC(files.law, step, steps, files.law.estimator, looks)
+            drives.append(_driven(files.law, in_c, scenario, tuple(seeds)))
         watched = compiler.sanitizes(folder)
         if watched:
             _watched(compiler, folder, files, codes, steps)
@@ -216,7 +229,13 @@ def _driven(law: Law[Any], in_c: InC, scenario: Scenario, seeds: tuple[int, ...]
 
 def _apart(law: Law[Any], in_c: InC, setting: Setting, seeds: tuple[int, ...]) -> float:
     """The greatest distance [m] between robots with the C and those with the law here."""
-    here, there = record_run(setting, law, seeds), record_run(setting, in_c, seeds)
+    recorder = Recorder(setting, in_c, len(seeds))
+    simulation = Simulation(setting, in_c, seeds, recorder=recorder)
+    in_c.kept["truth"] = simulation.lanes.body.truth  # of which the monitor reads odometry
+    for _ in simulation.periods():
+        pass
+    gone = when_stopped(simulation.lanes, simulation.end)
+    here, there = record_run(setting, law, seeds), recorder.run(setting, seeds, "", gone, simulation.end + 1)
     if not np.array_equal(np.isnan(here["x"]), np.isnan(there["x"])):
         return math.inf
     return float(np.nanmax(np.hypot(here["x"] - there["x"], here["y"] - there["y"]), initial=0.0))

@@ -5,7 +5,8 @@ its time is up. After that nothing of it counts, so that it does not matter whic
 an equation are driven a few at a time, by compiled code, until all of these are over.
 
 A robot is to blame for its contact with an obstacle or with another robot if its motion alone leads to it, the other
-held where it was, or brings it nearer by more than APPROACH. One that stands, as it was told to or because it is held
+held where it was, or brings it nearer by more than APPROACH. The first touch of a pair decides: until they have been
+apart at a sample, nothing of that pair is judged anew. One that stands, as it was told to or because it is held
 up, is not to blame; neither is one that another drives into from behind. Where neither of two robots alone can be
 blamed, both are.
 """
@@ -190,7 +191,7 @@ def at_fault(before: Watch, after: Watch, ended: np.ndarray) -> np.ndarray:
 
 def _begun(before: Watch, after: Watch, ended: np.ndarray) -> list[tuple[int, int, int, int]]:
     """The contacts that began: run, robot, other robot or -1, obstacle or -1."""
-    until = ContactColumns.end.row
+    until = ContactColumns.start.row  # who comes free and touches again within a period was not apart at a sample
     known = {tuple(row) for row in before.open_contacts()[:, :until].tolist()}
     rows = np.concatenate([ended, after.open_contacts()])[:, :until].tolist()
     return [(int(row[0]), int(row[1]), int(row[2]), int(row[3])) for row in rows if tuple(row) not in known]

@@ -63,9 +63,12 @@ def covered_speed(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Set
     return float(speeds[np.searchsorted(ways, room, side="right") - 1])
 
 
-def blind_spots(setting: Setting, law: Law[Any]) -> list[str]:
-    """A sentence for each sort of robot, on what the monitor below ``law`` cannot see; none where there is none."""
-    if setting.world is None or not is_guarded(setting, law):
+def blind_spots(setting: Setting, law: Law[Any], *, on_board: bool = False) -> list[str]:
+    """A sentence for each sort of robot, on what the monitor below ``law`` cannot see; none where there is none.
+
+    Where there are no obstacles nothing is said, unless it is ``on_board`` of a robot: there nobody knows.
+    """
+    if not (on_board or setting.world is not None) or not is_guarded(setting, law):
         return []
     found: dict[str, list[int]] = {}
     for i, (robot, sensors) in enumerate(zip(setting.robots, setting.sensors, strict=True), start=1):

@@ -50,7 +50,7 @@ class GuardColumns(Columns):
 @compiled_only
 def age_of(value, stamp, period):  # type: ignore[no-untyped-def]
     """How old [s] the echo of a cell is."""
-    return (stamp - value if value > NEVER_SEEN else stamp + (value - OF_MOVING) // 2) * period
+    return (stamp - value if value > NEVER_SEEN else stamp - (OF_MOVING - value + 1) // 2) * period
 
 
 @compiled_only
@@ -118,7 +118,8 @@ def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of
     """
     cell, size = given.cell, ground.shape[0]
     sees = min(reading, sensor.range)
-    off = DEVIATIONS * math.sqrt(sensor.noise * sensor.noise + (sensor.relative_noise * sees) ** 2)
+    relative = sensor.relative_noise * sees
+    off = DEVIATIONS * math.sqrt(sensor.noise * sensor.noise + relative * relative)
     nearest = reading <= sensor.minimum + off  # it may be anywhere from the sensor to there: nothing is free before it
     begin, end = 0.0, sees - max(off, RAY_HALF * cell)
     if free and nearest:

@@ -89,32 +89,46 @@ def keep_safe(guard, k, period, robots, truth, seen, readings, cut, going, comma
         order: What the wheels are told (2, lanes).
     """
     receive(guard.air, k, period, cut)
-    flights = len(guard.sent)
     for lane in range(order.shape[1]):
-        if not going[lane // robots]:
-            continue
-        odometry, given = TruthColumns(truth, lane), GuardColumns(guard.given, lane)
-        robot = SeenColumns(seen, lane).robot
-        wish_v, wish_w = order[0, lane], order[1, lane]
-        if not (math.isfinite(wish_v) and math.isfinite(wish_w)):
-            wish_v, wish_w = 0.0, 0.0
-        wish_v, wish_w = within_limits(given.limit, wish_v, wish_w)
-        if guard.sees == 1:
-            _look_around(guard, lane, k, robots, odometry, robot, given, readings)
-        v, w = _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w)
-        if abs(v - wish_v) > ACTS or abs(w - wish_w) > ACTS_TURN:
-            out = CommandColumns(command, lane)
-            out.guarded = 1.0
+        if going[lane // robots] and keep_one(guard, lane, k, period, robots, truth, seen, readings, order):
+            CommandColumns(command, lane).guarded = 1.0
             guard.acted[lane] += 1
-        order[0, lane], order[1, lane] = v, w
-        for step in range(round(period / STEP)):
-            to_v, to_w = in_force(guard, lane, k, period, step * STEP, v, w)
-            guard.held[0, lane] = next_held(given.stop.v_rate, guard.held[0, lane], to_v)
-            guard.held[1, lane] = next_held(given.stop.w_rate, guard.held[1, lane], to_w)
-        guard.sent[k % flights, 0, lane], guard.sent[k % flights, 1, lane] = v, w
     if guard.air.values > 0:
         here = TruthColumns(truth)
         broadcast(guard.air, k, period, cut, guard.said, here.x, here.y)
+
+
+@without_refcounts
+def keep_one(guard, lane, k, period, robots, truth, seen, readings, order):  # type: ignore[no-untyped-def]
+    """Bring the order of one robot down to what is safe; return whether that takes something off it.
+
+    What it has heard is there, and what it says stands in ``guard.said``; the other arguments are as of
+    :func:`keep_safe`.
+    """
+    odometry, given = TruthColumns(truth, lane), GuardColumns(guard.given, lane)
+    robot = SeenColumns(seen, lane).robot
+    wish_v, wish_w = order[0, lane], order[1, lane]
+    if not (math.isfinite(wish_v) and math.isfinite(wish_w)):
+        wish_v, wish_w = 0.0, 0.0
+    wish_v, wish_w = within_limits(given.limit, wish_v, wish_w)
+    if guard.sees == 1:
+        _look_around(guard, lane, k, robots, odometry, robot, given, readings)
+    v, w = _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w)
+    order[0, lane], order[1, lane] = v, w
+    note_order(guard, lane, k, period, v, w)
+    return abs(v - wish_v) > ACTS or abs(w - wish_w) > ACTS_TURN
+
+
+@without_refcounts
+def note_order(guard, lane, k, period, v, w):  # type: ignore[no-untyped-def]
+    """Note the order (v, w) of period ``k``, and what the wheels have by the end of it."""
+    stop = GuardColumns(guard.given, lane).stop
+    for step in range(round(period / STEP)):
+        to_v, to_w = in_force(guard, lane, k, period, step * STEP, v, w)
+        guard.held[0, lane] = next_held(stop.v_rate, guard.held[0, lane], to_v)
+        guard.held[1, lane] = next_held(stop.w_rate, guard.held[1, lane], to_w)
+    slot = k % len(guard.sent)
+    guard.sent[slot, 0, lane], guard.sent[slot, 1, lane] = v, w
 
 
 @compiled_only
@@ -149,29 +163,30 @@ def _look_around(guard, lane, k, robots, odometry, robot, given, readings):  # t
 @compiled_only
 def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w):  # type: ignore[no-untyped-def]
     """The safe order that is nearest to what is wanted; make the promise of this period."""
-    promises, slot = guard.promises, k % guard.promises.shape[1]
-    fastest, slowest, turn = kept_promise(promises, lane)
-    bound_v = min(max(wish_v, slowest / given.overshoot), fastest / given.overshoot)
-    bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
-    stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
-    v, w, blocked, room = bound_v, bound_w, False, math.inf
-    if guard.air.values > 0:
+    team = guard.air.values > 0
+    bound_v, bound_w, slowest, room = wish_v, wish_w, -math.inf, math.inf
+    if team:
+        fastest, slowest, turn = kept_promise(guard.promises, lane)
+        slowest /= given.overshoot
+        bound_v = min(max(wish_v, slowest), fastest / given.overshoot)
+        bound_w = min(max(wish_w, -turn / given.overshoot), turn / given.overshoot)
         room = room_to_robots(guard, lane, robots, robot.x, robot.y, robot.heading, 0.0) - _ROBOTS_APART
+    v, w, n = bound_v, bound_w, 0
+    stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
-        n = 0
         while n < FALLBACKS:
-            v, w = tried(n, bound_v, bound_w, given, slowest / given.overshoot)
+            v, w = tried(n, bound_v, bound_w, given, slowest)
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
                 break
             n += 1
-        blocked = n > 0
         if n == FALLBACKS:
             v, w = 0.0, 0.0
-    if guard.air.values > 0:
+    if team:
         # Of two that block each other, the one with the lower number goes on wanting.
-        plan_v, plan_w = (v, w) if blocked and lane % robots > 0 else (wish_v, wish_w)
-        mine = PromiseColumns(promises[:, slot], lane)
+        plan_v, plan_w = (v, w) if n > 0 and lane % robots > 0 else (wish_v, wish_w)
+        promises = guard.promises
+        mine = PromiseColumns(promises[:, k % promises.shape[1]], lane)
         ahead, back = max(plan_v, robot.v, v, 0.0), min(plan_v, robot.v, v, 0.0)
         drives = k == 0 or abs(plan_v) > _WANTS
         # Who is far from all others hinders nobody by what it does not use of its promise.
@@ -274,8 +289,8 @@ def _clear(guard, lane, k, period, robots, odometry, robot, given, order_v, orde
     """
     if not _turns_back(guard, lane, k, period, robot, given.limit.half_axle, order_v, order_w):
         return _way_clear(guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, 0, 0)
-    for right in (-1, 1):
-        for left in (-1, 1):
+    for right in range(-1, 2, 2):
+        for left in range(-1, 2, 2):
             if not _way_clear(
                 guard, lane, k, period, robots, odometry, robot, given, order_v, order_w, nearest, right, left
             ):

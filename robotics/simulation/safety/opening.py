@@ -13,17 +13,16 @@ from robotics.simulation.safety import assumptions as assumed
 from robotics.simulation.safety.ground import GuardColumns
 from robotics.simulation.safety.monitor import MonitorLanes
 from robotics.simulation.safety.others import PostureMessage, PromiseColumns
+from robotics.world.environment.collision import footprints
+from robotics.world.environment.world import Geometry, Moving
 from robotics.world.radio.channel import Channel
-from robotics.world.sensing.carried import Looks
+from robotics.world.sensing.carried import CarriedSensors, Looks
 from robotics.world.sensing.sonar import RangeSensor
 from robotics.world.vehicle.plant import velocity_limits
 from robotics.world.vehicle.robot import Robot
 
 _AT_ONCE = 1e300  # m/s²
 _WIDEST_BEAM = 0.06  # rad: half of the widest wedge that a beam stands for
-
-# For what takes a law elsewhere
-NOT_ON_BOARD = "the monitor of passive safety is in the simulator only; safe=no behind the law takes it there without"
 
 
 def is_guarded(setting: Setting, law: Law[Any]) -> bool:
@@ -40,10 +39,15 @@ def is_guarded(setting: Setting, law: Law[Any]) -> bool:
     return guarded
 
 
+def told_by(setting: Setting, law: Law[Any]) -> tuple[str, ...]:
+    """What the monitors below ``law`` tell each other: the names of the values; none where there is no team of them."""
+    team = is_guarded(setting, law) and len(setting.robots) > 1
+    return tuple(f"monitor_{name}" for name in PostureMessage.columns) if team else ()
+
+
 def channel_of(setting: Setting, law: Law[Any], seeds: Sequence[int]) -> Channel:
     """The channel over which monitors tell each other of their robots, for runs with these ``seeds``."""
-    says = PostureMessage.leaves() if is_guarded(setting, law) and len(setting.robots) > 1 else ()
-    return Channel.opened(setting.radio, says, len(setting.robots), seeds, setting.period)
+    return Channel.opened(setting.radio, told_by(setting, law), len(setting.robots), seeds, setting.period)
 
 
 def given_rows(robot: Robot, setting: Setting, number: int, fresh: float) -> list[float]:
@@ -113,14 +117,14 @@ def opened_guard(
         setting: What is driven.
         runs: Their number.
         looks: The columns of the range sensors.
-        kinds: What robots carry, each once, as Looks counts it.
+        kinds: What robots carry, each once, as Looks counts it; in the simulator none where there is nothing to see.
         air: Of the monitors' radio.
     """
     robots, period = setting.robots, setting.period
     lanes = len(robots) * runs
     carried = [max((s.period for s in own.values()), default=period) for own in setting.sensors]
     given = np.array([given_rows(r, setting, i, carried[i]) for i, r in enumerate(robots)]).T
-    sees = setting.world is not None
+    sees = setting.world is not None or bool(kinds)
     begin, end = np.zeros(lanes, dtype=np.int64), np.zeros(lanes, dtype=np.int64)
     sensors = [sensor for own in kinds for sensor in own.values()]
     firsts = np.cumsum([0, *map(len, kinds)])
@@ -157,3 +161,14 @@ def opened_guard(
         air,
         np.zeros(lanes, dtype=np.int64),
     )
+
+
+def guard_on_board(setting: Setting, law: Law[Any]) -> MonitorLanes:
+    """The monitor's columns where each robot has a computer of its own, which fills in what it hears and reads.
+
+    The robots of ``setting`` are its lanes. They look wherever they have sensors: what is there nobody knows.
+    """
+    robots = len(setting.robots)
+    sensors = CarriedSensors.opened(setting.sensors, robots, (0,), setting.period)
+    looks = sensors.looks(Geometry.nothing(), Moving.nothing(), footprints(setting.robots))
+    return opened_guard(setting, 1, looks, sensors.kinds, channel_of(setting, law, ()).silence(1, robots))

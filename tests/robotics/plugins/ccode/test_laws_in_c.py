@@ -1,7 +1,9 @@
 """Laws in C: the simulator's loop with the C in it drives the same runs."""
 
+import ctypes
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import fuzzy
@@ -9,9 +11,16 @@ import robotics
 from fuzzy.plugins.ccode.compiler import CompilerError, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.commands.application import main
+from robotics.laws.equation import SeenColumns
 from robotics.laws.rules.own_rules import OwnRules
-from robotics.plugins.ccode.verification import verify_c_law
+from robotics.plugins.ccode.source import law_sources
+from robotics.plugins.ccode.verification import CStep, verify_c_law
 from robotics.plugins.ccode.writing import write_c_law
+from robotics.simulation.safety.monitor import keep_one, note_order
+from robotics.simulation.safety.opening import guard_on_board
+from robotics.simulation.scenario.robots import load_robot
+from robotics.world.environment.world import Disc
+from robotics.world.vehicle.plant import TruthColumns
 
 LAWS: tuple[str, ...] = (
     "fuzzy",
@@ -43,14 +52,6 @@ def _compiler():
         find_compiler()
     except CompilerError as error:
         pytest.skip(str(error))
-
-
-def test_the_monitor_of_passive_safety_is_not_left_out_in_silence(tmp_path):
-    scenario = robotics.load_scenario("table-2-1")
-    for one, law in ((scenario, "lyapunov:safe=yes"), (replace(scenario, safety="passive"), "lyapunov")):
-        with pytest.raises(ExportError, match="in the simulator only; safe=no behind the law"):
-            write_c_law(law, one, tmp_path)
-        write_c_law("lyapunov:safe=no", one, tmp_path)
 
 
 @pytest.mark.parametrize("spec", ["fuzzy", "pid", "lyapunov:lead=auto,smooth=0.2", "lyapunov:estimator=kalman"])
@@ -147,3 +148,90 @@ def test_every_law_on_every_scenario(tmp_path, spec):
     scenarios = [robotics.load_scenario(name) for name in SCENARIOS]
     proof = verify_c_law(write_c_law(spec, scenarios[0], tmp_path), scenarios, seeds=[1, 2, 3])
     assert proof.holds, [(d.scenario, d.greatest, d.fine) for d in proof.drives]
+
+
+def with_a_disc_on_the_way(name, robot="etsro"):
+    """A packaged scenario with a disc where its robot shall be after 8 s."""
+    scenario, model = robotics.load_scenario(name), load_robot(robot)
+    scenario = replace(scenario, robots=(replace(scenario.robots[0], robot=model.robot, model=model),))
+    on = scenario.setting.references.at(8.0)
+    return replace(scenario, duration=11.0, obstacles=(Disc(radius=0.2, position=(float(on.x[0]), float(on.y[0]))),))
+
+
+@pytest.mark.parametrize(
+    ("name", "robot", "law"),
+    [
+        ("reference", "etsro", "lyapunov"),  # sonars
+        pytest.param("table-2-1", "etsro", "pid", marks=pytest.mark.long),  # a pose sensor beside odometry
+        pytest.param("reference", "mir100", "fuzzy", marks=pytest.mark.long),  # beams all round
+    ],
+)
+def test_the_monitor_of_passive_safety_in_c_stops_before_the_same_disc(tmp_path, name, robot, law):
+    scenario = with_a_disc_on_the_way(name, robot)
+    files = write_c_law(f"{law}:safe=yes", scenario, tmp_path)
+    assert ("odo_x" in files.sources.inputs) == (name == "table-2-1")
+    assert [" no sensor looks at " in told for told in files.sources.blind] == [True] * (robot == "etsro")
+    guarded, free = (robotics.simulate(scenario, f"{law}:safe={safe}", [1]) for safe in ("yes", "no"))
+    assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.3  # it acts
+    assert verify_c_law(files, [scenario], seeds=[1]).holds
+
+
+@pytest.mark.long
+def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
+    scenario = with_a_disc_on_the_way("reference")
+    files = write_c_law("lyapunov:safe=yes", scenario, tmp_path)
+    source = files.files[1]
+    source.write_text(source.read_text(encoding="utf-8").replace("RAY_HALF = 0.36", "RAY_HALF = 0.2"), encoding="utf-8")
+    assert verify_c_law(files, [scenario], seeds=[1]).holds is False
+
+
+def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path):
+    """Readings at random, an order that the law wants, and periods in which the robot was let stand."""
+    scenario, steps = robotics.load_scenario("reference"), {}
+    for name, safe in (("guarded", "yes"), ("plain", "no")):
+        files = write_c_law(f"lyapunov:safe={safe}", scenario, tmp_path, name=name)
+        codes = [file for file in files.files if file.suffix == ".c"]
+        flags = ("-O2", "-ffp-contract=off", "-shared", "-fPIC")
+        steps[name] = CStep(files.sources, "double", find_compiler().compile(codes, tmp_path / f"{name}.so", *flags))
+    stood = ctypes.CDLL(str(tmp_path / "guarded.so"))["guarded_stood"]
+    stood.restype = None
+    setting, law, rng = scenario.setting, robotics.make_controller("lyapunov:safe=yes"), np.random.default_rng(1)
+    guard, period = guard_on_board(setting, law), setting.period
+    states = {name: step.state() for name, step in steps.items()}
+    truth, seen, order = (np.zeros((n, 1)) for n in (TruthColumns.size, SeenColumns.size, 2))
+    here, acted, pose = TruthColumns(truth, 0), 0, np.zeros(3)
+    for k in range(400):
+        if 100 <= k < 105:
+            stood(ctypes.byref(states["guarded"]))
+            note_order(guard, 0, k, period, 0.0, 0.0)
+            order[:] = 0.0
+            continue
+        v, w = order[:, 0].tolist()
+        pose = pose + period * np.array([v * np.cos(pose[2]), v * np.sin(pose[2]), w])
+        here.odo_x, here.odo_y, here.odo_heading = pose
+        seen[:5, 0] = (*pose, v, w)
+        ranges = rng.uniform(0.05, 3.0, 4)
+        ranges[ranges > 2] = np.inf
+        aim = (*(pose[:2] + rng.normal(0, 0.3, 2)), pose[2] + rng.normal(), 0.4, 0.0)
+        names = ("x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "ranges[4]")
+        numbers = dict(zip(names, (*pose, v, w, *aim, ranges), strict=True))
+        said = {}
+        for name, step in steps.items():
+            rows = [numbers[field] for field in step.sources.inputs]
+            asked, output = step.Input.from_buffer_copy(np.hstack(rows).tobytes()), step.Output()
+            assert step.step(ctypes.byref(states[name]), ctypes.byref(asked), ctypes.byref(output)) == 1
+            said[name] = [output.v, output.w]
+        order[:, 0] = said["plain"]
+        acted += keep_one(guard, 0, k, period, 1, truth, seen, ranges[None], order)
+        assert order[:, 0].tolist() == said["guarded"], k
+    assert 50 < acted < 390
+
+
+def test_passive_safety_of_a_team_and_of_a_robot_without_sensors_is_not_left_out_in_silence(tmp_path):
+    team = robotics.load_scenario("three-cross")
+    with pytest.raises(ExportError, match=r"of a robot that is alone, and .* has 3.*accepted: a scenario of one robot"):
+        write_c_law("lyapunov:safe=yes", team, tmp_path)
+    write_c_law("lyapunov:safe=no", team, tmp_path)
+    setting = replace(robotics.load_scenario("reference").setting, sensors=({},), safety="passive")
+    with pytest.raises(ExportError, match="needs range sensors"):
+        law_sources(robotics.make_controller("lyapunov"), setting, "lyapunov")

@@ -113,3 +113,16 @@ def test_a_contact_that_goes_on_is_judged_when_it_begins_only():
         watch, ended = before.to(k * PERIOD, steps[k].reshape(5, 1, 1), world.at(k * PERIOD))
         assert watch.known.counts.item() == 1
         assert not at_fault(before, watch, ended).any()
+
+
+def test_a_robot_that_was_run_into_is_judged_anew_only_when_it_has_been_apart():
+    """It jerks free for some milliseconds and deeper into the disc, then drives away, and back into it."""
+    world = compile_worlds([World(obstacles=(disc(0.002, 0.06),))])
+    ways = [(0.0, 0.0), (0.0, 0.0), (0.002, 1.0), (-0.05, 0.0), (-0.05, 0.0), (0.0, 0.0)]  # m, m/s
+    steps = [np.array([x, 0.0, 0.0, v, 0.0]).reshape(5, 1, 1) for x, v in ways]
+    watch, found = Watch.opened((ETSRO,), 0.0, steps[0], world.at(0.0)), []
+    for k, step in enumerate(steps[1:], start=1):
+        before = watch
+        watch, ended = before.to(k * PERIOD, step, world.at(k * PERIOD))
+        found.append((watch.known.counts.item(), bool(at_fault(before, watch, ended).any())))
+    assert found == [(1, False), (2, False), (2, False), (2, False), (3, True)]
