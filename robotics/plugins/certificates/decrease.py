@@ -17,7 +17,7 @@ import numpy as np
 
 from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.laws.rules.of_reference import GIVEN
-from robotics.plugins.certificates.intervals import (
+from fuzzy.compiled.intervals import (
     add,
     cosine,
     down,

@@ -20,7 +20,7 @@ from robotics.plugins.certificates.badge import badge
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, write_certificate
 from robotics.plugins.certificates.checker import Boxes, RefutedError, check, check_file, infer
-from robotics.plugins.certificates.intervals import ranges
+from fuzzy.compiled.intervals import ranges
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT, SearchEffort, certify_loop
