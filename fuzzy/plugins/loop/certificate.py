@@ -39,7 +39,7 @@ _FEW = (0.6, 0.4, 0.2)  # of it, for more inputs
 _SLOW = 0.1  # of it, with which the largest region is looked for
 _MARGIN = 0.4  # of what V falls more at rest than is asked: boxes need it, to be few
 _SAMPLES, _ROUNDS = 400, 5  # of a candidate; counter-examples are added
-_BOXES, _PIECE = 300_000, 4096
+_BOXES, _PIECE = 100_000, 4096
 _INFLATED = 1e-7  # of M, which verification needs
 
 
@@ -146,6 +146,7 @@ class _AtRest(NamedTuple):
     system: SampledLoop
     rest: np.ndarray  # (n,) z*
     q: np.ndarray  # (m,) q*
+    blur: np.ndarray  # (m,) by which q* may differ
     v: np.ndarray  # (p,) φ(q*)
     scale: np.ndarray
     reach: np.ndarray
@@ -193,7 +194,8 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
     push = np.maximum(abs(slopes) @ reach, 1e-6)
     residual = (rows.part(slice(n)) @ ball(np.concatenate([rest, v, [1.0]])[:, None])).plus(ball(rest[:, None]), -1)
     whole, seen = rows.part(slice(n), slice(n + p)), rows.part(slice(n, n + m), slice(n))
-    return _AtRest(system, rest, q, v, scale, reach, push, whole, seen, residual, radius)
+    blur = (rows.part(slice(n, n + m)) @ ball(np.concatenate([rest, 0 * v, [1.0]])[:, None])).rad[:, 0]
+    return _AtRest(system, rest, q, blur, v, scale, reach, push, whole, seen, residual, radius)
 
 
 def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | Failure:
@@ -215,6 +217,8 @@ def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | F
         if not isinstance(done, tuple):
             return done
         found, more = done
+        if not len(more):
+            break
         delta = np.vstack([delta, more])
     return found
 
@@ -251,8 +255,8 @@ def _candidate(about: _AtRest, fall: float, size: float, samples: np.ndarray, ma
             return None
     if P.value is None or not np.isfinite(P.value).all():
         return None
-    value = np.asarray((P.value + P.value.T) / 2 * (1 + 1e-6))
-    return value / scale[:, None] / scale
+    value = P.value * (1 + 1e-6) / np.outer(scale, scale)
+    return np.asarray((value + value.T) / 2)
 
 
 def positive(matrix: Ball) -> bool:
@@ -292,6 +296,7 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
     M += _INFLATED * np.diag(abs(M * bound[:, None] * bound).max() / bound**2)
     N = np.linalg.inv(about.seen.mid @ np.linalg.solve(P, about.seen.mid.T)) * (1 - 1e-7)
     N = (N + N.T) / 2
+    whole, reach = np.sqrt(np.diag(np.linalg.inv(N))) * (1 + 1e-6), ball(np.diag(about.reach))
     unit = np.diag(np.concatenate([about.scale, bound[m:]]))
 
     def scaled(matrix: Ball, size: int) -> Ball:
@@ -302,6 +307,7 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
         positive(scaled((lift.T @ ball(M) @ lift).plus(S, -1), n + p))
         and np.linalg.eigvalsh(M[m:, m:])[0] > 0
         and positive(scaled(ball(P).plus(about.seen.T @ ball(N) @ about.seen, -1), n))
+        and all(positive(reach @ ball(N).plus(ball(np.diag(side), 4), -1) @ reach) for side in np.diag(whole**-2))
     ):
         return nothing
     gap = ball(abs(about.residual.mid) + about.residual.rad)
@@ -311,22 +317,23 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
     limits, carried = (-math.inf, math.inf), about.system.rows.mid[-1, :n]
     if not system.clips:
         room = math.sqrt(carried @ np.linalg.solve(P, carried) * (1 + 1e-6))
-        if room and not positive(scaled(ball(P - np.outer(carried, carried) / room**2, 4), n)):
+        if room and not positive(scaled(ball(P).plus(ball(np.outer(carried, carried) / room**2, 4), -1), n)):
             return nothing
         at = float(carried @ about.rest)
         room += 1e-9 * (room + abs(at))
         limits = (system.loop.low - at + room, system.loop.high - at - room)
     most = (1 - fall) * END
-    count, failed = _searched(about, M, N, most, limits)
+    count, failed = _searched(about, M, N, whole, most, limits)
     if failed is not None:
         low, high = failed
-        delta = np.unique(
-            np.vstack([np.where(np.array(list(np.ndindex(*(2,) * m))), high, low), (low + high) / 2]), axis=0
-        )
-        v = system.rules(about.q + (low + high) / 2) - about.v
-        state = worst[:n] @ np.concatenate([(low + high) / 2, v])
+        middle = (low + high) / 2
+        corners = np.where(np.array([*np.ndindex(*(2,) * m)]), high, low)
+        helps = not _falls(about, M, most, limits, np.stack([middle, middle])[:, None]).all()
+        more = np.vstack([corners, middle]) if helps else corners[:0]  # others would need boxes too small
+        v = system.rules(about.q + middle) - about.v
+        state = worst[:n] @ np.concatenate([middle, v])
         direction = dict(zip(system.states, (state / max(np.sqrt(state @ P @ state), 1e-300)).tolist(), strict=True))
-        return Failure(_why(about, low, high, limits), _box(about, np.stack([low, high])), direction), delta
+        return Failure(_why(about, low, high, limits), _box(about, np.stack([low, high])), direction), more
     fall, most = fall * (1 + 2e-9), most * (1 + 2e-9) + 2 * shift
     end = most / (1 - fall)
     if not end < 1:
@@ -349,14 +356,14 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
 
 
 def _searched(
-    about: _AtRest, M: np.ndarray, N: np.ndarray, most: float, limits: tuple[float, float]
+    about: _AtRest, M: np.ndarray, N: np.ndarray, whole: np.ndarray, most: float, limits: tuple[float, float]
 ) -> tuple[int, tuple[np.ndarray, np.ndarray] | None]:
-    """How many boxes of δ it takes to see [δ; v]'M[δ; v] <= ``most`` wherever δ'Nδ <= 1; or the box that fails."""
-    whole = np.sqrt(np.diag(np.linalg.inv(N))) * (1 + 1e-6)
+    """How many boxes of δ it takes to see [δ; v]'M[δ; v] <= ``most`` wherever δ'Nδ <= 1, which is within ±``whole``;
+    or the box that fails."""
     boxes, count = np.stack([-whole, whole])[:, None], 0  # (2, N, m)
     while boxes.size:
         boxes, rest = boxes[:, -_PIECE:], boxes[:, :-_PIECE]
-        middle, half = boxes.mean(axis=0), np.ptp(boxes, axis=0) / 2 * (1 + 1e-15)
+        middle, half = _middles(boxes)
         level = np.einsum("ki,ij,kj->k", middle, N, middle)
         near = level - _around(N, middle @ N, half) <= 1 + 1e-9
         count += int(near.sum())
@@ -375,6 +382,12 @@ def _searched(
     return count, None
 
 
+def _middles(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The middles (N, m) of boxes (2, N, m), and how far they reach from these at most."""
+    middle = boxes.mean(axis=0)
+    return middle, np.ptp(boxes, axis=0) / 2 * (1 + 1e-15) + 4e-16 * abs(middle)
+
+
 def _around(form: np.ndarray, slope: np.ndarray, half: np.ndarray) -> np.ndarray:
     """By how much a form differs at most over boxes from its value in their middles, where it has half of ``slope``."""
     by: np.ndarray = 2 * (abs(slope) * half).sum(axis=1) + np.einsum("ki,ij,kj->k", half, abs(form), half)
@@ -386,7 +399,7 @@ def _falls(about: _AtRest, M: np.ndarray, most: float, limits: tuple[float, floa
     m = boxes.shape[2]
     low, high, holes = _added(about, boxes)
     good = ~holes & (low.sum(axis=1) >= limits[0]) & (high.sum(axis=1) <= limits[1])
-    middle, half = boxes.mean(axis=0), np.ptp(boxes, axis=0) / 2 * (1 + 1e-15)
+    middle, half = _middles(boxes)
     ends = np.stack([low, high]) - about.v
     ends += np.array([-1e-15, 1e-15])[:, None, None] * (abs(ends) + abs(about.v))
     for corner in np.ndindex(*(2,) * len(about.v)):  # it is convex in v
@@ -399,7 +412,7 @@ def _falls(about: _AtRest, M: np.ndarray, most: float, limits: tuple[float, floa
 def _added(about: _AtRest, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bounds of φ over boxes of δ (2, N, m), and where it may be that no rule fires."""
     q = about.q + boxes
-    pad = 4e-16 * (abs(about.q) + abs(boxes))
+    pad = 4e-16 * (abs(about.q) + abs(boxes)) + 2 * about.blur
     return about.system.enclosed(q[0] - pad[0], q[1] + pad[1])
 
 

@@ -4,9 +4,8 @@
 
 z are the plant's states, the controls that are on their way through the dead time, and what the controller remembers:
 the error before and its filtered rate, the error's sum, the integral of du. q are the inputs of the rules that move, v
-what they add to u and to the integral in a sample. The hold is exact [Åström & Wittenmark 1997, 2.3]. Matrices are
-balls: a middle and a radius by entry, which grow by what is rounded [Rump 1999, "Fast and parallel interval
-arithmetic", BIT 39].
+what they add to u and to the integral in a sample. The hold is exact (see :mod:`fuzzy.plugins.loop.plant`). Matrices
+are balls: a middle and a radius by entry, which grow by what is rounded [Rump 1999].
 """
 
 import math

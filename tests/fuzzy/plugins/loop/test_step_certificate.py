@@ -94,9 +94,7 @@ def test_the_exponential_encloses_and_is_near():
 def test_products_enclose_exact_ones():
     rng = np.random.default_rng(2)
     a, b = rng.integers(-9, 9, (3, 4)) / 7, rng.integers(-9, 9, (4, 2)) / 3
-    exact = np.array(
-        [[sum(round(x * 7) * round(y * 3) for x, y in zip(r, c, strict=True)) for c in b.T] for r in a]
-    )
+    exact = np.array([[sum(round(x * 7) * round(y * 3) for x, y in zip(r, c, strict=True)) for c in b.T] for r in a])
     found = ball(a, 1) @ ball(b, 1)
     assert (abs(found.mid - exact / 21) <= found.rad + 1e-16).all()
     assert (found.rad < 1e-14).all()
