@@ -31,15 +31,16 @@ from fuzzy.plugins.loop.sampledloop import Ball, SampledLoop, ball, sampled_loop
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
-END = 1e-8  # of the region's V: where it ends
+END = 1e-6  # of the region's V: where it ends
 MOST_STATES = 40
-_SIZES = (4.0, 2.0, 1.2, 1.02, 0.7, 0.4, 0.2, 0.1, 0.04, 0.01)  # of the inputs' greatest in the step response
+_SIZES = (4.0, 2.0, 1.2, 0.7, 0.3, 0.1, 0.03)  # of the inputs' greatest in the step response
 _SHARES = {1: (0.98, 0.9, 0.8, 0.5, 0.25)}  # of the rate at rest, by the number of inputs: near it boxes are many
 _FEW = (0.6, 0.4, 0.2)  # of it, for more inputs
 _SLOW = 0.1  # of it, with which the largest region is looked for
 _MARGIN = 0.4  # of what V falls more at rest than is asked: boxes need it, to be few
-_SAMPLES, _ROUNDS = 400, 5  # of a candidate; counter-examples are added
-_BOXES, _PIECE = 100_000, 4096
+_SAMPLES, _ROUNDS = 400, 3  # of a candidate; counter-examples are added
+_BOXES, _PIECE = 200_000, 4096
+_DEADBEAT = 0.05  # the least radius of a loop that is asked for
 _INFLATED = 1e-7  # of M, which verification needs
 
 
@@ -116,7 +117,10 @@ def certify_step(
         other = _certified(about, size, _SLOW)
         if isinstance(other, StepCertificate):
             faster = (_certified(about, size, share) for share in _SHARES.get(len(about.q), _FEW))
-            return next((each for each in faster if isinstance(each, StepCertificate)), other)
+            as_large = (
+                each for each in faster if isinstance(each, StepCertificate) and each.start <= max(1, other.start)
+            )
+            return next(as_large, other)
         found = other if other.box or not isinstance(found, Failure) else found
     return found
 
@@ -165,11 +169,13 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
     if not m or np.linalg.matrix_rank(rows.mid[n : n + m, :n]) < m:
         raise LoopError("the inputs of the rules do not all follow from the states: no region is certified of them")
     z, guesses = system.start, [system.start]
-    for _ in range(2 * system.loop.steps):
-        z = system.advance(z)
+    for _ in range(system.loop.steps):
+        before, z = z, system.advance(z)
         if not abs(z).max(initial=0.0) <= 1e6 * max(1.0, abs(system.loop.reference)):
             break
         guesses[1:] = [z]
+        if abs(z - before).max() <= 1e-6 * abs(z).max():
+            break
     found = [root(lambda z: np.nan_to_num(system.advance(z) - z, nan=1e6), z, tol=1e-14).x for z in guesses[::-1]]
     rests = [z for z in (*found, guesses[-1]) if abs(system.advance(z) - z).max() <= 1e-9 * max(1.0, abs(z).max())]
     if not rests:
@@ -200,7 +206,7 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
 
 def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | Failure:
     """A certificate of one size and rate, whose candidate learns from boxes that fail."""
-    fall, m = about.radius ** (2 * share), len(about.q)
+    fall, m = max(about.radius, _DEADBEAT) ** (2 * share), len(about.q)
     rng = np.random.default_rng(0)
     unit = rng.normal(size=(_SAMPLES, m))
     unit /= np.linalg.norm(unit, axis=1)[:, None]
@@ -229,7 +235,7 @@ def _candidate(about: _AtRest, fall: float, size: float, samples: np.ndarray, ma
         import cvxpy as cp
     except ModuleNotFoundError:
         raise LoopError(f"a certificate needs cvxpy: {install_command('certify')}") from None
-    (n, m, p), scale = about.system.sizes, about.scale
+    (n, m, p), scale = about.system.sizes, size * about.scale
     bound = np.concatenate([size * about.reach, size * about.push])
     whole = about.whole.mid / scale[:, None] * np.concatenate([scale, bound[m:]])
     C = about.seen.mid * scale / bound[:m, None]
@@ -245,7 +251,7 @@ def _candidate(about: _AtRest, fall: float, size: float, samples: np.ndarray, ma
     within = [cp.bmat([[P, c[:, None]], [c[None], np.ones((1, 1))]]) >> 0 for c in C]
     away = (about.system.start - about.rest) / scale
     problem = cp.Problem(
-        cp.Minimize(cp.quad_form(away, P) + 1e-3 * cp.trace(P)),
+        cp.Minimize(size**2 * cp.quad_form(away, P) + 1e-3 * cp.trace(P)),
         [P >> 1e-7 * np.eye(n), form + form.T << 0, rules, *within],
     )
     with warnings.catch_warnings(action="ignore"):
@@ -341,7 +347,7 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
     scales = np.array([factor_of(system.loop.scale, system.roles.inputs[i]) for i in system.moving])
     widths = np.sqrt(np.diag(np.linalg.inv(N))) * (1 - 1e-6) / abs(scales)
     names = [system.roles.inputs[i] for i in system.moving]
-    start, fastest = system.start - about.rest, -math.log(about.radius) / system.loop.period
+    start, fastest = system.start - about.rest, -math.log(max(about.radius, 1e-300)) / system.loop.period
     return StepCertificate(
         system,
         P,

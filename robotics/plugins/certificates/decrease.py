@@ -15,8 +15,6 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import compiled_only, kernel
-from robotics.laws.rules.of_reference import GIVEN
 from fuzzy.compiled.intervals import (
     add,
     cosine,
@@ -32,6 +30,8 @@ from fuzzy.compiled.intervals import (
     wider,
     work_size,
 )
+from fuzzy.compiled.jit import compiled_only, kernel
+from robotics.laws.rules.of_reference import GIVEN
 from robotics.plugins.certificates.loopcolumns import LevelColumns, LoopColumns
 
 # What may be in the way: no rule fires; the heading error is π; V is too great; a limit is met
