@@ -194,8 +194,7 @@ def step(
         every = {f"{fis.name} at {value:g}": found[fis.name] for value, found in there.items()}
         save_figure(plot_step_response(responses | every), plot)
     proven = _certified(fis, chosen, wanted, roles, points) if certify else {}
-    missing = [name for name, found in proven.items() if "certified" not in found]
-    failed = bool(missing) or (proof is not None and not proof.holds)
+    failed = any("failed" in said for said in proven.values()) or (proof is not None and not proof.holds)
     if json:
         pid_gains = {} if rival is None else {"pid": asdict(rival)}
         print_json(
@@ -221,8 +220,8 @@ def step(
             print(f"{name}: {done.stopped}")
     for sentence in clipping(fis, responses[[*responses][tune > 0]], roles_of(fis, roles)):
         print(sentence)
-    for name, found in proven.items():
-        print(f"\n{name}\n" + "\n".join(f"- {sentence}" for sentence in found.get("certified", found.get("failed"))))
+    for name, said in proven.items():
+        print(f"\n{name}\n" + "\n".join(f"- {line}" for line in said.get("certified") or said["failed"]))
     raise typer.Exit(failed)
 
 
@@ -323,7 +322,7 @@ def _certified(
         found = certify_step(fis, plant, loop if value is None else loop_at(loop, value), roles)
         where = "" if value is None else f" at {value:g}"
         if isinstance(found, Failure):
-            said = {"failed": sentences(found), **found._asdict()}
+            said = {"failed": sentences(found), "box": dict(found.box), "direction": dict(found.direction)}
         else:
             names = ("P", "rest", "fall", "rate", "fastest", "end", "start", "widths", "boxes")
             said = {"certified": sentences(found), "states": found.system.states}
