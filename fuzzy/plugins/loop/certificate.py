@@ -31,7 +31,7 @@ from fuzzy.plugins.loop.sampledloop import Ball, SampledLoop, ball, sampled_loop
 from fuzzy.shown import shown
 from fuzzy.system import Sugeno
 
-END = 1e-6  # of the region's V: where it ends
+_END = 1e-6  # of the region's V: where it ends
 MOST_STATES = 40
 _SIZES = (4.0, 2.0, 1.2, 0.7, 0.3, 0.1, 0.03)  # of the inputs' greatest in the step response
 _SHARES = {1: (0.98, 0.9, 0.8, 0.5, 0.25)}  # of the rate at rest, by the number of inputs: near it boxes are many
@@ -44,7 +44,7 @@ _DEADBEAT = 0.05  # the least radius of a loop that is asked for
 _INFLATED = 1e-7  # of M, which verification needs
 
 
-class Failure(NamedTuple):
+class NotCertified(NamedTuple):
     """Why a loop is not certified."""
 
     why: str
@@ -93,7 +93,7 @@ class StepCertificate:
 
 def certify_step(
     fis: Sugeno, plant: Any, loop: Loop | None = None, roles: Mapping[str, str] | None = None
-) -> StepCertificate | Failure:
+) -> StepCertificate | NotCertified:
     """Certify the closed loop of a rule base and a linear plant: that it converges, from where, and how fast.
 
     Args:
@@ -110,9 +110,11 @@ def certify_step(
     """
     system = sampled_loop(fis, plant, loop or Loop(), roles_of(fis, roles))
     about = _about_rest(system)
-    if isinstance(about, Failure):
+    if isinstance(about, NotCertified):
         return about
-    found: StepCertificate | Failure = Failure("no quadratic function falls at the samples, however near to its rest")
+    found: StepCertificate | NotCertified = NotCertified(
+        "no quadratic function falls at the samples, however near to its rest"
+    )
     for size in _SIZES:
         other = _certified(about, size, _SLOW)
         if isinstance(other, StepCertificate):
@@ -121,13 +123,13 @@ def certify_step(
                 each for each in faster if isinstance(each, StepCertificate) and each.start <= max(1, other.start)
             )
             return next(as_large, other)
-        found = other if other.box or not isinstance(found, Failure) else found
+        found = other if other.box or not isinstance(found, NotCertified) else found
     return found
 
 
-def sentences(found: StepCertificate | Failure) -> list[str]:
+def sentences(found: StepCertificate | NotCertified) -> list[str]:
     """What is proven, or what fails, in sentences."""
-    if isinstance(found, Failure):
+    if isinstance(found, NotCertified):
         box = ", ".join(f"{role} {shown(a)} to {shown(b)}" for role, (a, b) in found.box.items())
         way = ", ".join(f"{name} {shown(value)}" for name, value in found.direction.items())
         return [found.why + (f", at {box}" if box else ""), *([f"worst there in the direction {way}"] if way else [])]
@@ -161,7 +163,7 @@ class _AtRest(NamedTuple):
     radius: float  # of the loop linearised at rest: the greatest |eigenvalue|
 
 
-def _about_rest(system: SampledLoop) -> _AtRest | Failure:
+def _about_rest(system: SampledLoop) -> _AtRest | NotCertified:
     """A loop about its rest, which is looked for from where its step response ends."""
     (n, m, p), rows = system.sizes, system.rows
     if n > MOST_STATES:
@@ -179,7 +181,7 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
     found = [root(lambda z: np.nan_to_num(system.advance(z) - z, nan=1e6), z, tol=1e-14).x for z in guesses[::-1]]
     rests = [z for z in (*found, guesses[-1]) if abs(system.advance(z) - z).max() <= 1e-9 * max(1.0, abs(z).max())]
     if not rests:
-        return Failure("no state was found in which the loop rests")
+        return NotCertified("no state was found in which the loop rests")
     rest, C, B = rests[0], rows.mid[n : n + m, :n], rows.mid[:n, n : n + p]
     q = C @ rest + rows.mid[n : n + m, -1]
     v, step = system.rules(q), np.array([np.ptp(system.fis.inputs[i].universe) for i in system.moving])
@@ -188,7 +190,7 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
     linear = rows.mid[:n, :n] + B @ slopes @ C
     radius = float(abs(np.linalg.eigvals(linear)).max()) if np.isfinite(linear).all() else math.inf
     if not radius < 1 - 1e-9:
-        return Failure(
+        return NotCertified(
             f"about its rest the loop does not settle: the greatest eigenvalue of its sampled model is {radius:.6g}"
         )
     away = [system.start - rest]
@@ -204,18 +206,18 @@ def _about_rest(system: SampledLoop) -> _AtRest | Failure:
     return _AtRest(system, rest, q, blur, v, scale, reach, push, whole, seen, residual, radius)
 
 
-def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | Failure:
+def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | NotCertified:
     """A certificate of one size and rate, whose candidate learns from boxes that fail."""
     fall, m = max(about.radius, _DEADBEAT) ** (2 * share), len(about.q)
     rng = np.random.default_rng(0)
     unit = rng.normal(size=(_SAMPLES, m))
     unit /= np.linalg.norm(unit, axis=1)[:, None]
     delta = unit * np.geomspace(1e-3, 1, _SAMPLES)[:, None] * size * about.reach
-    found = Failure("no quadratic function falls at the samples, however near to its rest")
+    found = NotCertified("no quadratic function falls at the samples, however near to its rest")
     for _ in range(_ROUNDS):
         v = about.system.rules(about.q + delta) - about.v
         if not np.isfinite(v).all():
-            return Failure("no rule fires", _box(about, delta[~np.isfinite(v).all(axis=1)][:1].repeat(2, axis=0)))
+            return NotCertified("no rule fires", _box(about, delta[~np.isfinite(v).all(axis=1)][:1].repeat(2, axis=0)))
         P = _candidate(about, fall, size, np.hstack([delta, v]), _MARGIN * (1 - share) * (1 - about.radius**2))
         if P is None:
             return found
@@ -276,10 +278,10 @@ def positive(matrix: Ball) -> bool:
     return bool((np.diag(near.mid) - np.diag(near.rad) > off.sum(axis=1) - np.diag(off)).all())
 
 
-def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | tuple[Failure, np.ndarray]:
+def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | tuple[NotCertified, np.ndarray]:
     """The certificate that a P gives; or the box that fails, with the inputs there, for the next candidate."""
     system, (n, m, p) = about.system, about.system.sizes
-    nothing = Failure("no quadratic function falls at the samples, however near to its rest"), np.empty((0, m))
+    nothing = NotCertified("no quadratic function falls at the samples, however near to its rest"), np.empty((0, m))
     S = about.whole.T @ ball(P) @ about.whole
     S = S.plus(Ball(fall * np.pad(P, (0, p)), 4e-16 * abs(np.pad(P, (0, p)))), -1)  # V(k+1) - μ V(k) by [ζ; v]
     lift = Ball(
@@ -328,7 +330,7 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
         at = float(carried @ about.rest)
         room += 1e-9 * (room + abs(at))
         limits = (system.loop.low - at + room, system.loop.high - at - room)
-    most = (1 - fall) * END
+    most = (1 - fall) * _END
     count, failed = _searched(about, M, N, whole, most, limits)
     if failed is not None:
         low, high = failed
@@ -339,7 +341,7 @@ def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | t
         v = system.rules(about.q + middle) - about.v
         state = worst[:n] @ np.concatenate([middle, v])
         direction = dict(zip(system.states, (state / max(np.sqrt(state @ P @ state), 1e-300)).tolist(), strict=True))
-        return Failure(_why(about, low, high, limits), _box(about, np.stack([low, high])), direction), more
+        return NotCertified(_why(about, low, high, limits), _box(about, np.stack([low, high])), direction), more
     fall, most = fall * (1 + 2e-9), most * (1 + 2e-9) + 2 * shift
     end = most / (1 - fall)
     if not end < 1:

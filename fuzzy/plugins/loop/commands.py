@@ -314,20 +314,20 @@ def _certified(
     fis: "Sugeno", plant: Any, loop: "Loop", roles: dict[str, str], points: tuple[float, ...]
 ) -> dict[str, dict[str, Any]]:
     """What is proven of the loop, at each operating point, and why not: by what a reader is told."""
-    from fuzzy.plugins.loop.certificate import Failure, certify_step, sentences
+    from fuzzy.plugins.loop.certificate import NotCertified, certify_step, sentences
     from fuzzy.plugins.loop.scheduledrules import loop_at
 
     proven: dict[str, dict[str, Any]] = {}
     for value in points or (None,):
         found = certify_step(fis, plant, loop if value is None else loop_at(loop, value), roles)
         where = "" if value is None else f" at {value:g}"
-        if isinstance(found, Failure):
+        if isinstance(found, NotCertified):
             said = {"failed": sentences(found), "box": dict(found.box), "direction": dict(found.direction)}
         else:
             names = ("P", "rest", "fall", "rate", "fastest", "end", "start", "widths", "boxes")
             said = {"certified": sentences(found), "states": found.system.states}
             said |= {name: getattr(found, name) for name in names}
-        proven[f"{'Not certified' if isinstance(found, Failure) else 'Certified'}{where}"] = said
+        proven[f"{'Not certified' if isinstance(found, NotCertified) else 'Certified'}{where}"] = said
     return proven
 
 

@@ -134,7 +134,7 @@ def bell(z, a, b):
     return 1 / (1 + np.minimum(np.abs(np.minimum(z, 0) / a) ** (2 * b), 1e300))
 
 
-PARTS = {
+TERM_PARTS = {
     "linsmf": lambda x, a, b: [ramp(x, a, b)],
     "linzmf": lambda x, a, b: [1 - ramp(x, a, b)],
     "trimf": lambda x, a, b, c: [ramp(x, a, b), ramp(-x, -c, -b)],
@@ -153,7 +153,7 @@ PARTS = {
 
 def degree(x, kind, n):
     """The degrees of a term over intervals: the product of its parts, or their difference."""
-    ends = [PARTS[kind](e, *n) for e in x.ends]
+    ends = [TERM_PARTS[kind](e, *n) for e in x.ends]
     low, high = ([pick(p, q) for p, q in zip(*ends, strict=True)] for pick in (np.minimum, np.maximum))
     low, high = (low[0] - high[1], high[0] - low[1]) if kind == "dsigmf" else (math.prod(low), math.prod(high))
     if kind in ("gaussmf", "gauss2mf", "gbellmf", "sigmf"):  # relative accuracy, which tails need

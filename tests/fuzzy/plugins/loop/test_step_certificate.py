@@ -13,7 +13,7 @@ from fuzzy.commands.application import main
 from fuzzy.membership import Trapezoid
 from fuzzy.membershipfunction import as_number
 from fuzzy.plugins.designer.starts.control import rule_table
-from fuzzy.plugins.loop.certificate import Failure, StepCertificate, certify_step, positive
+from fuzzy.plugins.loop.certificate import NotCertified, StepCertificate, certify_step, positive
 from fuzzy.plugins.loop.controller import LoopError, RuleController, Scale, roles_of
 from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
 from fuzzy.plugins.loop.plantfile import PLANT_EXAMPLES
@@ -38,7 +38,7 @@ def example(name, kind="pd", **changed):
     return rule_table(kind, 5), given.plant, replace(loop, **changed)
 
 
-def size_at_end(system, plant, z, level, steps=400):
+def size_at_end(system, plant, z, level, steps=150):
     """V along the loop as it is simulated sample by sample, from states z."""
     loop, moving = system.loop, plant.sampled(system.loop.period)
     named = dict(zip(system.states, z.tolist(), strict=True))
@@ -139,7 +139,7 @@ def test_a_gain_beyond_the_delay_margin_is_never_certified(samples):
     loop = Loop(sample_time=period, duration=20.0)
     for factor, limit in ((1.001, math.inf), (1.5, 0.5)):
         limited = replace(loop, low=-limit, high=limit)
-        assert isinstance(certify_step(proportional(factor * margin), plant, limited), Failure)
+        assert isinstance(certify_step(proportional(factor * margin), plant, limited), NotCertified)
     assert isinstance(certify_step(proportional(0.5 * margin), plant, loop), StepCertificate)
 
 
@@ -181,7 +181,7 @@ def broken(rng):
     return replace(fis, outputs=[replace(out, terms=terms)], rules=rules or fis.rules[:1]), scale
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [6, pytest.param(120, marks=pytest.mark.long)])
 def test_no_broken_rule_base_is_certified_that_simulation_refutes(count):
     rng, certified = np.random.default_rng(4), 0
     plants = [TransferFunction([1], [1, 1], 0.2), TransferFunction([1], [1, 0.4, 1]), TransferFunction([1], [1, -1])]
@@ -191,8 +191,8 @@ def test_no_broken_rule_base_is_certified_that_simulation_refutes(count):
         found = certify_step(fis, plant, Loop(sample_time=0.1, duration=20.0, scale=scale, low=-20, high=20))
         if isinstance(found, StepCertificate):
             certified += 1
-            holds(found, plant, 3, rng)
-    assert count < 200 or certified > 0
+            holds(found, plant, 2, rng)
+    assert count < 100 or certified > 20
 
 
 def test_a_python_plant_that_says_it_is_linear_is_certified_as_its_transfer_function():
@@ -211,7 +211,7 @@ def test_a_python_plant_that_says_it_is_linear_is_certified_as_its_transfer_func
 def test_a_hole_in_the_rules_is_named_with_its_box():
     fis, plant, loop = example("integrating")
     found = certify_step(replace(fis, rules=fis.rules[:12]), plant, loop)
-    assert isinstance(found, Failure)
+    assert isinstance(found, NotCertified)
     assert found.why
 
 
