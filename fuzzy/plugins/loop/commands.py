@@ -121,11 +121,11 @@ def step(
     Example:
       fuzzy new fuzzy-pd -o pd.fis
       fuzzy step pd.fis --plant '1; 1 1 0' --scale Kde=0.8 --scale Ku=4 --limits -4,4
+      fuzzy step pd.fis --plant '1; 1 1 0' --scale Ku=4 --limits -4,4 --certify
       fuzzy step pd.fis --plant motor --disturbance 8,0.5 --plot step.png
       fuzzy new fuzzy-pi terms=5 -o pi.fis
       fuzzy step pi.fis --plant '2; 3 1; 0.8' --limits -1,1 --from-pid --tune 40 -o tuned.fis
       fuzzy step tuned.fis --c controller
-      fuzzy step tuned.fis --certify
       fuzzy example mixing
       fuzzy step mixing.fis
       fuzzy step mixing.fis --operating '10,0.5 30,4' --from-pid -o scheduled.fis
