@@ -188,10 +188,15 @@ def _about_rest(system: SampledLoop) -> _AtRest | NotCertified:
     near = np.diag(1e-6 * step)
     slopes = ((system.rules(q + near) - system.rules(q - near)) / (2e-6 * step[:, None])).T  # (p, m)
     linear = rows.mid[:n, :n] + B @ slopes @ C
-    radius = float(abs(np.linalg.eigvals(linear)).max()) if np.isfinite(linear).all() else math.inf
+    if not np.isfinite(linear).all():
+        return NotCertified("no rule fires about the loop's rest")
+    values, modes = np.linalg.eig(linear)
+    worst = int(abs(values).argmax())
+    radius = float(abs(values[worst]))
     if not radius < 1 - 1e-9:
         return NotCertified(
-            f"about its rest the loop does not settle: the greatest eigenvalue of its sampled model is {radius:.6g}"
+            f"about its rest the loop does not settle: the greatest eigenvalue of its sampled model is {radius:.6g}",
+            direction=dict(zip(system.states, modes[:, worst].real.tolist(), strict=True)),
         )
     away = [system.start - rest]
     for _ in range(min(system.loop.steps, 2000)):
