@@ -41,6 +41,7 @@ _MARGIN = 0.4  # of what V falls more at rest than is asked: boxes need it, to b
 _SAMPLES, _ROUNDS = 400, 3  # of a candidate; counter-examples are added
 _BOXES, _PIECE = 200_000, 4096
 _DEADBEAT = 0.05  # the least radius of a loop that is asked for
+_NO_FUNCTION = "no quadratic function falls at the samples, however near to its rest"
 _INFLATED = 1e-7  # of M, which verification needs
 
 
@@ -112,9 +113,7 @@ def certify_step(
     about = _about_rest(system)
     if isinstance(about, NotCertified):
         return about
-    found: StepCertificate | NotCertified = NotCertified(
-        "no quadratic function falls at the samples, however near to its rest"
-    )
+    found = NotCertified(_NO_FUNCTION)
     for size in _SIZES:
         other = _certified(about, size, _SLOW)
         if isinstance(other, StepCertificate):
@@ -123,7 +122,7 @@ def certify_step(
                 each for each in faster if isinstance(each, StepCertificate) and each.start <= max(1, other.start)
             )
             return next(as_large, other)
-        found = other if other.box or not isinstance(found, NotCertified) else found
+        found = other if other.box else found
     return found
 
 
@@ -218,7 +217,7 @@ def _certified(about: _AtRest, size: float, share: float) -> StepCertificate | N
     unit = rng.normal(size=(_SAMPLES, m))
     unit /= np.linalg.norm(unit, axis=1)[:, None]
     delta = unit * np.geomspace(1e-3, 1, _SAMPLES)[:, None] * size * about.reach
-    found = NotCertified("no quadratic function falls at the samples, however near to its rest")
+    found = NotCertified(_NO_FUNCTION)
     for _ in range(_ROUNDS):
         v = about.system.rules(about.q + delta) - about.v
         if not np.isfinite(v).all():
@@ -286,7 +285,7 @@ def positive(matrix: Ball) -> bool:
 def _verified(about: _AtRest, P: np.ndarray, fall: float) -> StepCertificate | tuple[NotCertified, np.ndarray]:
     """The certificate that a P gives; or the box that fails, with the inputs there, for the next candidate."""
     system, (n, m, p) = about.system, about.system.sizes
-    nothing = NotCertified("no quadratic function falls at the samples, however near to its rest"), np.empty((0, m))
+    nothing = NotCertified(_NO_FUNCTION), np.empty((0, m))
     S = about.whole.T @ ball(P) @ about.whole
     S = S.plus(Ball(fall * np.pad(P, (0, p)), 4e-16 * abs(np.pad(P, (0, p)))), -1)  # V(k+1) - μ V(k) by [ζ; v]
     lift = Ball(
