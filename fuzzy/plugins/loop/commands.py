@@ -103,6 +103,10 @@ def step(
         ),
     ] = None,
     number: Annotated[Literal["double", "float"], option("With --c, its numbers.")] = "double",
+    certify: Annotated[
+        bool,
+        option("Prove from where, and how fast, the loop converges: over boxes, not from samples. For a linear plant."),
+    ] = False,
     plot: Annotated[Path | None, option("Draw output and control: .png, .pdf or .svg.", "PICTURE")] = None,
     json: Json = False,
 ) -> None:
@@ -117,6 +121,7 @@ def step(
     Example:
       fuzzy new fuzzy-pd -o pd.fis
       fuzzy step pd.fis --plant '1; 1 1 0' --scale Kde=0.8 --scale Ku=4 --limits -4,4
+      fuzzy step pd.fis --plant '1; 1 1 0' --scale Ku=4 --limits -4,4 --certify
       fuzzy step pd.fis --plant motor --disturbance 8,0.5 --plot step.png
       fuzzy new fuzzy-pi terms=5 -o pi.fis
       fuzzy step pi.fis --plant '2; 3 1; 0.8' --limits -1,1 --from-pid --tune 40 -o tuned.fis
@@ -188,13 +193,16 @@ def step(
 
         every = {f"{fis.name} at {value:g}": found[fis.name] for value, found in there.items()}
         save_figure(plot_step_response(responses | every), plot)
+    proven = _certified(fis, chosen, wanted, roles, points) if certify else {}
+    failed = any("failed" in said for said in proven.values()) or (proof is not None and not proof.holds)
     if json:
         pid_gains = {} if rival is None else {"pid": asdict(rival)}
         print_json(
             {"plant": str(chosen), **pid_gains, **told, "responses": {n: _data(r) for n, r in responses.items()}}
             | ({"points": {v: {n: _data(r) for n, r in rs.items()} for v, rs in there.items()}} if points else {})
+            | ({"certificates": proven} if certify else {})
         )
-        raise typer.Exit(proof is not None and not proof.holds)
+        raise typer.Exit(failed)
     for value, found in there.items():
         print(f"operating variable {value:g}:")
         _print(found)
@@ -212,7 +220,9 @@ def step(
             print(f"{name}: {done.stopped}")
     for sentence in clipping(fis, responses[[*responses][tune > 0]], roles_of(fis, roles)):
         print(sentence)
-    raise typer.Exit(proof is not None and not proof.holds)
+    for name, said in proven.items():
+        print(f"\n{name}\n" + "\n".join(f"- {line}" for line in said.get("certified") or said["failed"]))
+    raise typer.Exit(failed)
 
 
 def _begun(
@@ -298,6 +308,27 @@ def _written(
     proof = prove_controller(files, fis, loop, known)
     told["proof"] = asdict(proof)
     return proof
+
+
+def _certified(
+    fis: "Sugeno", plant: Any, loop: "Loop", roles: dict[str, str], points: tuple[float, ...]
+) -> dict[str, dict[str, Any]]:
+    """What is proven of the loop, at each operating point, and why not: by what a reader is told."""
+    from fuzzy.plugins.loop.certificate import NotCertified, certify_step, sentences
+    from fuzzy.plugins.loop.scheduledrules import loop_at
+
+    proven: dict[str, dict[str, Any]] = {}
+    for value in points or (None,):
+        found = certify_step(fis, plant, loop if value is None else loop_at(loop, value), roles)
+        where = "" if value is None else f" at {value:g}"
+        if isinstance(found, NotCertified):
+            said = {"failed": sentences(found), "box": dict(found.box), "direction": dict(found.direction)}
+        else:
+            names = ("P", "rest", "fall", "rate", "fastest", "end", "start", "widths", "boxes")
+            said = {"certified": sentences(found), "states": found.system.states}
+            said |= {name: getattr(found, name) for name in names}
+        proven[f"{'Not certified' if isinstance(found, NotCertified) else 'Certified'}{where}"] = said
+    return proven
 
 
 def _tell(told: dict[str, Any]) -> None:

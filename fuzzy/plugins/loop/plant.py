@@ -106,7 +106,7 @@ class TransferFunction:
 
     def sampled(self, sample_time: float) -> "SampledTransferFunction":
         """The transfer function under a zero-order hold of ``sample_time`` [s], exactly."""
-        return held_inputs(*_state_space(self.numerator, self.denominator), self.dead_time, sample_time)
+        return held_inputs(*state_space(self.numerator, self.denominator), self.dead_time, sample_time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ def held_inputs(
     a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float, dead_time: float, sample_time: float
 ) -> SampledTransferFunction:
     """The states dx/dt = A x + b u, y = c x + d u, sampled, with u held and ``dead_time`` [s] late."""
-    whole, part = _split(dead_time, sample_time)
+    whole, part = split_dead_time(dead_time, sample_time)
     moved, older = _held(a, b, part)
     rest, newer = _held(a, b, sample_time - part)
     return SampledTransferFunction(rest @ moved, rest @ older, newer, c, d, whole, np.zeros(len(a)))
@@ -153,6 +153,7 @@ class FunctionPlant:
         initial: The state at the start (states,); zeros by default.
         dead_time: The delay of the input [s].
         substeps: Steps of the integration for each sample.
+        linear: Whether dx/dt = A x + B u and y = C x, which a certificate needs; it is checked there.
         name: What messages and pictures call it.
         operating: Values of the operating variable v that the responses are of; then it is derivative(x, u, t, v).
         gains: (Kp, Ki, Kd) of the PID at each of these.
@@ -167,6 +168,7 @@ class FunctionPlant:
     initial: Sequence[float] | None = None
     dead_time: float = 0.0
     substeps: int = 4
+    linear: bool = False
     name: str = field(default="plant", compare=False)
     operating: Sequence[float] = ()
     gains: Sequence[Sequence[float]] = ()
@@ -176,6 +178,8 @@ class FunctionPlant:
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value <= most:
                 raise PlantError(f"{self.name}: {name} must be a whole number from 1 to {most}, got {quoted(value)}")
+        if not isinstance(self.linear, bool):
+            raise PlantError(f"{self.name}: linear must be True or False, got {quoted(self.linear)}")
         start = (0.0,) * self.states if self.initial is None else _coefficients(self.initial, "initial", strip=False)
         if len(start) != self.states:
             raise PlantError(f"{self.name}: initial must have {self.states} numbers, one a state, got {len(start)}")
@@ -204,7 +208,7 @@ class FunctionPlant:
         """The plant with its input held between samples, ``sample_time`` [s] apart. Raises PlantError."""
         if self.operating:
             raise PlantError(f"{self.name}: {NEEDS_OPERATING}").about("operating")
-        whole, part = _split(self.dead_time, sample_time)
+        whole, part = split_dead_time(self.dead_time, sample_time)
         return SampledFunction(self, whole, part, sample_time - part, np.array(self.initial, dtype=float))
 
 
@@ -300,7 +304,7 @@ def _dead_time(value: Any) -> float:
     return time
 
 
-def _split(dead_time: float, sample_time: float) -> tuple[int, float]:
+def split_dead_time(dead_time: float, sample_time: float) -> tuple[int, float]:
     """A dead time as whole samples and the rest [s]."""
     samples = dead_time / sample_time
     whole = math.floor(samples + _WHOLE)
@@ -308,7 +312,8 @@ def _split(dead_time: float, sample_time: float) -> tuple[int, float]:
     return whole, part * sample_time if part > _WHOLE else 0.0
 
 
-def _state_space(numerator: Any, denominator: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def state_space(numerator: Any, denominator: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """A (n, n), B (n,), C (n,) and D of a transfer function without dead time, in the controller canonical form."""
     if len(denominator) == 1:  # a mere gain has no state
         return np.zeros((0, 0)), np.zeros(0), np.zeros(0), numerator[0] / denominator[0]
     a, b, c, d = tf2ss(numerator, denominator)

@@ -2,8 +2,8 @@
 
 A .toml file has the keys of :class:`fuzzy.plugins.loop.plant.TransferFunction`, or a table [[point]] with these for
 each operating point, its value ``at`` and, where known, ``gains`` = [Kp, Ki, Kd]; a .py file has a function
-``plant(x, u, t)``, and may have ``states``, ``output(x)``, ``initial``, ``dead_time`` and ``substeps``, see TEMPLATE;
-with ``operating`` = [points] and ``gains`` = [[Kp, Ki, Kd], ...] the function ``plant(x, u, t, v)``.
+``plant(x, u, t)``, and may have ``states``, ``output(x)``, ``initial``, ``dead_time``, ``substeps`` and ``linear``, see
+TEMPLATE; with ``operating`` = [points] and ``gains`` = [[Kp, Ki, Kd], ...] the function ``plant(x, u, t, v)``.
 """
 
 import re
@@ -20,7 +20,7 @@ from fuzzy.plugins.loop.scheduledplant import ScheduledTransferFunction
 from fuzzy.quantity import UNPRINTABLE, unprintable
 
 TEMPLATE = Path(__file__).with_name("template.txt").read_text(encoding="utf-8")
-_OPTIONAL = ("states", "initial", "dead_time", "substeps", "operating", "gains")
+_OPTIONAL = ("states", "initial", "dead_time", "substeps", "linear", "operating", "gains")
 _KEYS = ("numerator", "denominator", "dead_time")
 
 Plant = TransferFunction | ScheduledTransferFunction | FunctionPlant

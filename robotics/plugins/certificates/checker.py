@@ -17,20 +17,19 @@ import numpy as np
 FORMAT = "fuzzyfleet loop certificate 2"
 LIBRARY, BOXES, PIECE = 2e-15, 3_000_000, 4096  # relative error of cos, exp ...; the most boxes; how many at once
 _NEAR, _STEP, _CELL, _LEAST, _PARTS = 0.75, 0.9, 1.12, 0.004, (6, 10, 10)
-QUANTITIES = ("x_err", "y_err", "heading_err", "target_v", "target_w")
 
 
-class RefutedError(ValueError):
+class RefutedError(Exception):
     """A certificate that does not hold, or cannot be read. The message says what fails."""
 
 
 class Boxes:
-    """Intervals (n,)."""
+    """Intervals (..., n)."""
 
     __array_ufunc__ = None  # a number of NumPy leaves its product with a Boxes to the Boxes
 
     def __init__(self, low, high):
-        self.low, self.high = np.asarray(low, float), np.asarray(high, float)
+        self.low, self.high = self.ends = np.asarray(low, float), np.asarray(high, float)
 
     def __add__(self, other):
         other = of(other)
@@ -56,9 +55,9 @@ class Boxes:
         return Boxes(self.low[place], self.high[place])
 
     @property
-    def ends(self):
-        """Both."""
-        return self.low, self.high
+    def width(self):
+        """high − low at most."""
+        return (self.high - self.low) * (1 + 1e-15) + 1e-300
 
     @property
     def size(self):
@@ -72,7 +71,7 @@ class Boxes:
 
     def cos(self):
         """The cosine, of angles within ±4π."""
-        low, high = np.minimum(np.cos(self.low), np.cos(self.high)), np.maximum(np.cos(self.low), np.cos(self.high))
+        low, high = np.sort([np.cos(self.low), np.cos(self.high)], axis=0)
         for n in range(-4, 5):
             holds = (self.low <= n * math.pi + 1e-14) & (n * math.pi - 1e-14 <= self.high)
             low, high = np.where(holds & (n % 2 == 1), -1, low), np.where(holds & (n % 2 == 0), 1, high)
@@ -80,22 +79,22 @@ class Boxes:
 
     def sin(self):
         """The sine."""
-        return (self - Boxes(np.nextafter(math.pi / 2, 0), np.nextafter(math.pi / 2, 2))).cos()
-
-    def hull(self, other):
-        """What holds both."""
-        return Boxes(np.minimum(self.low, other.low), np.maximum(self.high, other.high))
+        return (self - about(math.pi / 2)).cos()
 
     def within(self, other):
         """What both have in common; a point of the other where that is nothing, which no trajectory meets."""
         low, high = np.maximum(self.low, other.low), np.minimum(self.high, other.high)
-        point = np.minimum(low, other.high)
-        return Boxes(np.where(low <= high, low, point), np.where(low <= high, high, point))
+        return Boxes(*(np.where(low <= high, end, np.minimum(low, other.high)) for end in (low, high)))
 
 
 def of(x):
     """A number as an interval."""
     return x if isinstance(x, Boxes) else Boxes(x, x)
+
+
+def about(x):
+    """The real number whose rounded value is x."""
+    return Boxes(np.nextafter(x, -np.inf), np.nextafter(x, np.inf))
 
 
 def wide(by):
@@ -104,7 +103,7 @@ def wide(by):
     return Boxes(-by, by)
 
 
-# The rule base: thirteen membership functions, by their values at the ends and at what lies between ----------------
+# The rule base: thirteen membership functions, each of one or two parts that only rise or only fall ---------------
 
 
 def ramp(x, a, b):
@@ -123,63 +122,50 @@ def sigmoid(x, a, c):
     return 1 / (1 + np.exp(np.clip(-a * (x - c), -700, 700)))
 
 
-def two_sided(left, right, a, b, c, d):
-    """Two halves of bells, each at a place of its own."""
-    p, q = np.minimum(left - b, 0) / a, np.maximum(right - d, 0) / c
-    return np.exp(np.maximum(-0.5 * p * p, -700)) * np.exp(np.maximum(-0.5 * q * q, -700))
+def gauss(z, a):
+    """Half a Gaussian: 1 for z >= 0."""
+    return np.exp(np.maximum(-0.5 * (np.minimum(z, 0) / a) ** 2, -700))
 
 
-RISING = {"linsmf": ramp, "smf": spline, "sigmf": sigmoid}
-FALLING = {"linzmf": lambda x, a, b: 1 - ramp(x, a, b), "zmf": lambda x, a, b: spline(-x, -b, -a)}
-BUMPS = {  # the function, and the places between which it is greatest
-    "trimf": (lambda x, a, b, c: np.minimum(ramp(x, a, b), ramp(-x, -c, -b)), lambda a, b, c: (b, b)),
-    "trapmf": (lambda x, a, b, c, d: np.minimum(ramp(x, a, b), ramp(-x, -d, -c)), lambda a, b, c, d: (b, c)),
-    "gaussmf": (lambda x, a, b: np.exp(np.maximum(-0.5 * ((x - b) / a) ** 2, -700)), lambda a, b: (b, b)),
-    "gbellmf": (lambda x, a, b, c: 1 / (1 + np.minimum(np.abs((x - c) / a) ** (2 * b), 1e300)), lambda a, b, c: (c, c)),
+def bell(z, a, b):
+    """Half a bell: 1 for z >= 0."""
+    if not b > 0:
+        raise RefutedError("gbellmf: its power must be above 0")
+    return 1 / (1 + np.minimum(np.abs(np.minimum(z, 0) / a) ** (2 * b), 1e300))
+
+
+TERM_PARTS = {
+    "linsmf": lambda x, a, b: [ramp(x, a, b)],
+    "linzmf": lambda x, a, b: [1 - ramp(x, a, b)],
+    "trimf": lambda x, a, b, c: [ramp(x, a, b), ramp(-x, -c, -b)],
+    "trapmf": lambda x, a, b, c, d: [ramp(x, a, b), ramp(-x, -d, -c)],
+    "smf": lambda x, a, b: [spline(x, a, b)],
+    "zmf": lambda x, a, b: [spline(-x, -b, -a)],
+    "pimf": lambda x, a, b, c, d: [spline(x, a, b), spline(-x, -d, -c)],
+    "gaussmf": lambda x, a, b: [gauss(x - b, a), gauss(b - x, a)],
+    "gauss2mf": lambda x, a, b, c, d: [gauss(x - b, a), gauss(d - x, c)],
+    "gbellmf": lambda x, a, b, c: [bell(x - c, a, b), bell(c - x, a, b)],
+    "sigmf": lambda x, a, c: [sigmoid(x, a, c)],
+    "psigmf": lambda x, a, b, c, d: [sigmoid(x, a, b), sigmoid(x, c, d)],
+    "dsigmf": lambda x, a, b, c, d: [sigmoid(x, a, b), sigmoid(x, c, d)],
 }
 
 
 def degree(x, kind, n):
-    """The degrees of a term over intervals."""
-    if kind in RISING or kind in FALLING:
-        ends = [{**RISING, **FALLING}[kind](e, *n) for e in x.ends]
-        low, high = np.minimum(*ends), np.maximum(*ends)
-    elif kind in BUMPS:
-        function, top = BUMPS[kind]
-        if kind == "gbellmf" and not n[1] > 0:
-            raise RefutedError("gbellmf: its power must be above 0")
-        first, last = top(*n)
-        ends = [function(e, *n) for e in x.ends]
-        low, high = np.minimum(*ends), np.where((x.low <= last) & (x.high >= first), 1.0, np.maximum(*ends))
-    elif kind == "gauss2mf":
-        a, b, c, d = n
-        # Each side at the end that is worst for it, and at the one that is best
-        low = two_sided(x.low, x.high, abs(a), b, abs(c), d)
-        high = two_sided(x.high, x.low, abs(a), b, abs(c), d)
-    elif kind in ("pimf", "dsigmf", "psigmf"):
-        one, two = (spline, lambda x, a, b: spline(-x, -b, -a)) if kind == "pimf" else (sigmoid, sigmoid)
-        p, q = sorted_ends(one, x, n[:2]), sorted_ends(two, x, n[2:])
-        low, high = (p[0] - q[1], p[1] - q[0]) if kind == "dsigmf" else (p[0] * q[0], p[1] * q[1])
-    else:
-        raise RefutedError(f"no membership function {kind!r} is known")
+    """The degrees of a term over intervals: the product of its parts, or their difference."""
+    ends = [TERM_PARTS[kind](e, *n) for e in x.ends]
+    low, high = ([pick(p, q) for p, q in zip(*ends, strict=True)] for pick in (np.minimum, np.maximum))
+    low, high = (low[0] - high[1], high[0] - low[1]) if kind == "dsigmf" else (math.prod(low), math.prod(high))
     if kind in ("gaussmf", "gauss2mf", "gbellmf", "sigmf"):  # relative accuracy, which tails need
         return Boxes(np.clip(low * (1 - 2e-12), 0, 1), np.clip(high * (1 + 2e-12) + 1e-300, 0, 1))
-    return Boxes(
-        np.where(low < 1, np.clip(low - 2e-12, 0, 1), 1.0), np.where(high > 0, np.clip(high + 2e-12, 0, 1), 0.0)
-    )
-
-
-def sorted_ends(function, x, n):
-    """The least and the greatest value of a monotone function."""
-    ends = [function(e, *n) for e in x.ends]
-    return np.minimum(*ends), np.maximum(*ends)
+    low, high = np.where(low < 1, low - 2e-12, 1), np.where(high > 0, high + 2e-12, 0)
+    return Boxes(np.clip(low, 0, 1), np.clip(high, 0, 1))
 
 
 def mean(low, high, y, sign):
     """A bound of the weighted mean of y (rules, n) from above (1) or below (-1) [Karnik & Mendel 2001]."""
-    y = np.where(high > 0, sign * y, -np.inf)
-    top = y.max(0)
-    y = np.where(high > 0, y, top)
+    top = np.where(high > 0, sign * y, -np.inf).max(0)
+    y = np.where(high > 0, sign * y, top)
     bound = (high * y).sum(0) / np.maximum(high.sum(0), 1e-300)
     for _ in range(10):
         w = np.where(y > bound, high, low)
@@ -190,52 +176,36 @@ def mean(low, high, y, sign):
     return sign * np.where(holds, np.minimum(bound, top), top)
 
 
+def fires(rule, rules, degrees):
+    """How much a rule fires."""
+    w, method = of(1.0), rules["or" if rule["or"] else "and"]
+    for i, t, power, negated in rule["clauses"]:
+        p = degrees[i][t]
+        if power != 1:
+            p = Boxes(p.low**power * (1 - LIBRARY), np.minimum(p.high**power * (1 + LIBRARY), 1))
+        p = 1 - p if negated != rule["or"] else p  # "or" by De Morgan
+        w = Boxes(*map(np.minimum, w.ends, p.ends)) if method in ("max", "min") else w * p
+    w = (1 - w if rule["or"] else w) * rule["weight"]
+    return np.maximum(w.low, 0), np.where(w.high > 0, np.maximum(w.high, 1e-290), 0)
+
+
 def infer(rules, x):
     """The outputs of the rule base over intervals ``x`` of its inputs, and where it may have none."""
     if rules["clip"]:
         x = [Boxes(*(np.clip(e, i["low"], i["high"]) for e in v.ends)) for v, i in zip(x, rules["inputs"], strict=True)]
     degrees = [[degree(v, *t) for t in i["terms"]] for v, i in zip(x, rules["inputs"], strict=True)]
-    low, high = [], []
-    for rule in rules["rules"]:
-        parts = []
-        for i, t, power, negated in rule["clauses"]:
-            w = degrees[i][t]
-            w = (
-                Boxes(np.clip(w.low**power - LIBRARY, 0, 1), np.clip(w.high**power * (1 + LIBRARY), 0, 1))
-                if power != 1
-                else w
-            )
-            parts.append(1 - w if negated else w)
-        if rules["or" if rule["or"] else "and"] in ("max", "min"):
-            pick = np.maximum if rule["or"] else np.minimum
-            w = Boxes(pick.reduce([p.low for p in parts]), pick.reduce([p.high for p in parts]))
-        else:
-            w = of(1.0)
-            for p in parts:
-                w = w * (1 - p if rule["or"] else p)
-            w = 1 - w if rule["or"] else w
-        w = w * rule["weight"]
-        low.append(np.broadcast_to(np.clip(w.low, 0, None), x[0].low.shape))
-        high.append(np.broadcast_to(np.where(w.high > 0, np.maximum(w.high, 1e-290), 0), x[0].low.shape))
+    fired = np.array([np.broadcast_arrays(*fires(r, rules, degrees), x[0].low)[:2] for r in rules["rules"]])
     found, hole = {}, np.zeros_like(x[0].low, bool)
     for o, name in enumerate(rules["outputs"]):
-        taking = [r for r, rule in enumerate(rules["rules"]) if rule["then"][o] is not None]
-        weak, strong = np.array([low[r] for r in taking]), np.array([high[r] for r in taking])
+        taking = [rule["then"][o] is not None for rule in rules["rules"]]
+        weak, strong = fired[taking].swapaxes(0, 1)
         hole |= ~(weak.sum(0) > 1e-280)
-        numbers = np.array([rules["rules"][r]["then"][o] for r in taking], float)  # a constant, and slopes
-        base = numbers[np.argmax(weak + strong, axis=0), 1:]  # (n, inputs): what the rules' slopes are taken beside
-        ys, common = [], of(0.0)
-        for row in numbers:
-            y = of(row[0])
-            for i, v in enumerate(x):
-                slope = row[1 + i] - base[:, i]
-                y = y + Boxes(np.nextafter(slope, -np.inf), np.nextafter(slope, np.inf)) * v
-            ys.append(y)
-        for i, v in enumerate(x):
-            common = common + base[:, i] * v
-        tops = np.array([np.broadcast_to(y.high, strong[0].shape) for y in ys])
-        bottoms = np.array([np.broadcast_to(y.low, strong[0].shape) for y in ys])
-        found[name] = Boxes(mean(weak, strong, bottoms, -1), mean(weak, strong, tops, 1)) + common
+        numbers = np.array([rule["then"][o] for rule in rules["rules"] if rule["then"][o] is not None], float)
+        base = numbers[np.argmax(weak + strong, axis=0)]  # (n, 1 + inputs): what the rules' slopes are taken beside
+        y, common = of(numbers[:, :1] + np.zeros_like(weak)), of(0.0)  # (rules, n): a constant, and slopes
+        for i, v in enumerate(x, 1):
+            y, common = y + about(numbers[:, i, None] - base[:, i]) * v, common + base[:, i] * v
+        found[name] = Boxes(mean(weak, strong, y.low, -1), mean(weak, strong, y.high, 1)) + common
     return found, hole
 
 
@@ -253,15 +223,14 @@ def ask(d, v_r, w_r, z):
     if d["rules"] is None:
         out = {"dv": k["kx"] * x_err, "bend": k["ky"] * y_err + k["kpsi"] * sin}
     else:
-        known = dict(zip(QUANTITIES, (x_err, y_err, psi, target, w_r + dw), strict=True))
+        known = {"x_err": x_err, "y_err": y_err, "heading_err": psi, "target_v": target, "target_w": w_r + dw}
         out, hole = infer(d["rules"], [known[i["quantity"]] for i in d["rules"]["inputs"]])
         bad = bad | hole
     a = out.get("dv", of(0.0)) - target * (1 - cos)
-    v = target + a
+    v, a = target + a, a + dv
     least, catch = np.maximum(np.maximum(v.low, -v.high), 0), k["catch_up"]
     speed = Boxes(np.maximum(target.low, np.minimum(least, catch)), np.maximum(target.high, np.minimum(v.size, catch)))
-    b = out.get("dw", of(0.0)) + speed * out.get("bend", of(0.0))
-    a, b = a + dv, b + dw
+    b = out.get("dw", of(0.0)) + speed * out.get("bend", of(0.0)) + dw
     fast, turning = (v_r + a).size, (w_r + b).size
     bad = bad | (fast > k["v_max"]) | (turning > k["w_max"])
     return a, b, bad | ~(fast + k["half_axle"] * turning < k["wheel_limit"] * (1 - 1e-12))
@@ -273,10 +242,11 @@ def turns(k, v_r, w_r, a, b):
     return 1.0 * np.any([(e.low <= slow) & (e.high >= -slow) for e in (v + rim, v - rim)], axis=0)
 
 
-def driven(k, kind, share, turning, a, b, width):
-    """What the wheels do, of what is asked for: over a period ("error") or at any time of it ("ripple")."""
-    by = [share * w + k[f"{n}_{kind}"] + turning * k[f"{n}_reversal"] for n, w in zip("vw", width, strict=True)]
-    return a + wide(by[0] * (1 + 1e-14)), b + wide(by[1] * (1 + 1e-14))
+def driven(k, kind, turning, told, every):
+    """What the wheels do, of what they are told: over a period ("error") or at any time of it ("ripple")."""
+    share = k["share" if kind == "error" else "overshoot"]
+    by = [share * e.width + k[f"{n}_{kind}"] + turning * k[f"{n}_reversal"] for n, e in zip("vw", every, strict=True)]
+    return [e + wide(n * (1 + 1e-14)) for e, n in zip(told, by, strict=True)]
 
 
 def references(k, v_r, bend):
@@ -321,9 +291,7 @@ def moved(d, v_r, w_r, a, b, inst, z):
     heading, speed = psi + Boxes(0.0, t) * -inst[1], v_r + inst[0]
 
     def bent(factor):
-        middle = (factor.low + factor.high) / 2
-        radius = (factor.high - factor.low) / 2 * (1 + 1e-15) + 1e-300
-        return middle * (b + wide((inst[1].high - inst[1].low) / 4)) + wide(radius * inst[1].size)
+        return sum(factor.ends) / 2 * (b + wide(inst[1].width / 4)) + wide(factor.width / 2 * inst[1].size)
 
     x = v_r * (1 - psi.cos()) - a * psi.cos() - t / 2 * bent(speed * heading.sin())
     y = (v_r + a) * psi.sin() - t / 2 * bent(speed * heading.cos())
@@ -332,170 +300,138 @@ def moved(d, v_r, w_r, a, b, inst, z):
     return [t * (x + t / 2 * (w_r * dy)), t * (y - t / 2 * (w_r * dx)), -t * b]
 
 
-def turned(d, w_r, z, moves):
-    """The change with the rotation by ω_r."""
+def grown(d, w_r, z, moves):
+    """V of the changes, with the rotation by ω_r."""
     t = d["loop"]["period"]
-    return [moves[0] + t * (w_r * z[1]), moves[1] - t * (w_r * z[0]), moves[2]]
+    return level(d["V"], [moves[0] + t * (w_r * z[1]), moves[1] - t * (w_r * z[0]), moves[2]]).high
 
 
 def change(d, v_r, w_r, z, c, table):
     """By how much V may grow in a period, with V <= c before, and where that cannot be said."""
     k, f, every = d["loop"], d["V"], (Boxes(table[:, 0], table[:, 1]), Boxes(table[:, 2], table[:, 3]))
-    width, steps, bad = [e.high - e.low for e in every], int(k["memory"]), np.zeros(len(c), bool)
-    hulls, turning = [every] * (steps + 2), turns(k, v_r, w_r, *every)
-    ages = [int(n) for n in k["last"][: int(k["groups"])]]
+    bad, s, turning = np.zeros(len(c), bool), z[2] + f["m"] * z[1], turns(k, v_r, w_r, *every)
+    steps, prompt, last = int(k["memory"]), int(k["prompt"]), [int(n) for n in k["last"][: int(k["groups"])]]
+    weights = [list(zip(k[name], last, strict=False)) for name in ("v_weight", "w_weight")]
+    hulls = [every] * 3000  # of the commands since n periods, which are enclosed from the oldest on
 
     def average(n):
-        told = [hulls[min(n + age, steps + 1)] for age in ages]
-        return [sum((w * h[i] for w, h in zip(k[f"{axis}_weight"], told, strict=False)), of(0.0))
-                for i, axis in enumerate("vw")]  # fmt: skip
-
-    def at_any_time(n, turning):
-        hull = hulls[min(n, steps + 1)]
-        return driven(k, "ripple", k["overshoot"], turning, *hull, [e.high - e.low for e in hull])
+        return [sum((w * hulls[n + age][i] for w, age in weights[i]), of(0.0)) for i in range(2)]
 
     for n in range(steps, -1, -1):
         past, hulls[n] = z, hulls[n + 1]
         if n:
-            mean_b = driven(k, "error", k["share"], turning, *average(n), width)[1]
-            past = earlier(d, v_r, w_r, at_any_time(n + int(k["prompt"]), turning), mean_b, z, c, n)
+            mean_b = driven(k, "error", turning, average(n), every)[1]
+            past = earlier(d, v_r, w_r, driven(k, "ripple", turning, *[hulls[n + prompt]] * 2), mean_b, z, c, n)
         *asked, wrong = ask(d, v_r, w_r, past)
-        hulls[n], bad = tuple(a.within(h) for a, h in zip(asked, hulls[n + 1], strict=True)), bad | wrong
-    turning = turns(k, v_r, w_r, *hulls[min(int(k["turning"]), steps + 1)])
-    a, b = driven(k, "error", k["share"], turning, *average(0), width)
-    moves = moved(d, v_r, w_r, a, b, at_any_time(int(k["prompt"]), turning), z)
-    s, ds = z[2] + f["m"] * z[1], moves[2] + f["m"] * moves[1]
-    first = f["a"] * (z[0] * moves[0]) + f["b"] * (z[1] * moves[1]) + s * ds
-    skew = Boxes(np.nextafter(f["a"] - f["b"], -1e9), np.nextafter(f["a"] - f["b"], 1e9)) * z[1] - f["m"] * s
-    first = first + k["period"] * (w_r * z[0] * skew)
-    return (2 * first + level(f, turned(d, w_r, z, moves))).high, bad
+        hulls[n], bad = [a.within(h) for a, h in zip(asked, hulls[n + 1], strict=True)], bad | wrong
+    turning = turns(k, v_r, w_r, *hulls[int(k["turning"])])
+    a, b = driven(k, "error", turning, average(0), every)
+    moves = moved(d, v_r, w_r, a, b, driven(k, "ripple", turning, *[hulls[prompt]] * 2), z)
+    first = f["a"] * (z[0] * moves[0]) + f["b"] * (z[1] * moves[1]) + s * (moves[2] + f["m"] * moves[1])
+    first = first + k["period"] * (w_r * z[0] * (about(f["a"] - f["b"]) * z[1] - f["m"] * s))
+    return (2 * first + grown(d, w_r, z, moves)).high, bad
 
 
 def tabulate(d, v_r, w_r, levels):
     """What the law asks for all over V <= c (levels, 4), and by how much √V then grows in a period (levels,)."""
-    f, table, growth = d["V"], [], []
+    f, k, table, growth = d["V"], d["loop"], [], []
     for c in levels:
         most = reach(f, np.array([c]))
         edges = [np.linspace(m.low[0], m.high[0], n + 1) for m, n in zip(most, _PARTS, strict=True)]
-        lows, highs = (np.stack(np.meshgrid(*(e[s] for e in edges), indexing="ij")).reshape(3, -1)
-                       for s in (slice(None, -1), slice(1, None)))  # fmt: skip
-        z = [Boxes(np.nextafter(a, -np.inf), np.nextafter(b, np.inf)) for a, b in zip(lows, highs, strict=True)]
-        inside = level(f, z).low <= c
-        a, b, _ = ask(d, v_r, w_r, [e[inside] for e in z])
-        a, b = (Boxes(e.low.min(keepdims=True), e.high.max(keepdims=True)) for e in (a, b))
-        table.append([a.low[0], a.high[0], b.low[0], b.high[0]])
-        widths = [e.high - e.low for e in (a, b)]
-        inst = driven(d["loop"], "ripple", d["loop"]["overshoot"], turns(d["loop"], v_r, w_r, a, b), a, b, widths)
-        moves = turned(d, w_r, most, moved(d, v_r, w_r, *inst, inst, most))
-        growth.append(float(np.sqrt(level(f, moves).high[0]) * (1 + 1e-14)))
+        low, high = (np.reshape(np.meshgrid(*(e[s] for e in edges)), (3, -1)) for s in (slice(-1), slice(1, None)))
+        z = Boxes(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+        asked = ask(d, v_r, w_r, z[:, level(f, z).low <= c])[:2]
+        asked = [Boxes(e.low.min(keepdims=True), e.high.max(keepdims=True)) for e in asked]
+        table.append([end[0] for e in asked for end in e.ends])
+        inst = driven(k, "ripple", turns(k, v_r, w_r, *asked), asked, asked)
+        growth.append(math.sqrt(grown(d, w_r, most, moved(d, v_r, w_r, *inst, inst, most))[0]) * (1 + 1e-14))
     return np.array(table), np.array(growth)
 
 
 def falls(d, boxes, levels, table, growth):
-    """Over which boxes (n, 5, 2) V is at most μ ν w after a period, for all w."""
-    f, z = d["V"], [Boxes(*boxes[:, i].T) for i in range(3)]
-    v_r, inner, v = Boxes(*boxes[:, 3].T), f["inner"], level(f, z)
-    v_r, w_r = references(d["loop"], v_r, Boxes(*boxes[:, 4].T))
-    goal = f["fall"] * f["share"] * (1 - 1e-15)
-    v = Boxes(v.low, np.minimum(v.high, f["share"] * f["outer"]))
-    near = np.maximum(np.minimum(v.high / _NEAR, levels[0]), inner)
+    """Over which boxes of X, Y, ψ, v_r, curvature (5, n) V is at most μ ν w after a period, for all w."""
+    f, z, v = d["V"], boxes[:3], level(d["V"], boxes)
+    v_r, w_r = references(d["loop"], boxes[3], boxes[4])
+    end, goal = f["share"] * f["inner"], f["fall"] * f["share"] * (1 - 1e-15)
+    most = np.minimum(v.high, f["share"] * f["outer"])
+    near = np.maximum(np.minimum(most / _NEAR, levels[0]), f["inner"])
     n = np.searchsorted(-levels, -near, side="right") - 1  # the least level that is not below
-    grown, bad = change(d, v_r, w_r, z, levels[n], table[n])
-    grown *= 1 + np.sign(grown) * 1e-15
-    down = grown <= -(1 - f["fall"]) * v.high * (1 + 1e-14)
-    good = ~bad & (down | (v.high + grown <= f["fall"] * np.maximum(v.low, f["share"] * inner) * (1 - 1e-14)))
-    w = np.full(len(boxes), levels[0])  # from the greatest w down, where V is much less and may grow
-    while (open_ := np.flatnonzero(good & (w > near))).size:
-        n = np.searchsorted(-levels, -w[open_], side="right") - 1
-        following = np.append(levels[1:], inner)[n]
-        far = (np.sqrt(v.high[open_]) + growth[n]) ** 2 * (1 + 1e-13) <= goal * following
-        w[open_[far]] = following[far]
-        left, m = open_[~far], n[~far]
-        if left.size:
-            part = [e[left] for e in z]
-            grown, bad = change(d, v_r[left], w_r[left], part, levels[m], table[m])
-            w[left] = (v.high[left] + grown) / goal * (1 + 1e-14)
-            good[left] = ~bad & (w[left] <= np.maximum(near[left], following[~far]))
+    by, bad = change(d, v_r, w_r, z, levels[n], table[n])
+    by *= 1 + np.sign(by) * 1e-15
+    down = by <= -(1 - f["fall"]) * most * (1 + 1e-14)
+    good = ~bad & (down | (most + by <= f["fall"] * np.maximum(v.low, end) * (1 - 1e-14)))
+    w = np.full(len(most), levels[0])  # from the greatest w down, where V is much less and may grow
+    while (left := np.flatnonzero(good & (w > near))).size:
+        n = np.searchsorted(-levels, -w[left], side="right") - 1
+        w[left] = following = np.append(levels[1:], f["inner"])[n]
+        slow = (np.sqrt(most[left]) + growth[n]) ** 2 * (1 + 1e-13) > goal * following
+        left, n = left[slow], n[slow]
+        by, bad = change(d, v_r[left], w_r[left], z[:, left], levels[n], table[n])
+        w[left] = (most[left] + by) / goal * (1 + 1e-14)
+        good[left] = ~bad & (w[left] <= np.maximum(near[left], following[slow]))
     return good
 
 
 def check(data):
-    """Raise RefutedError unless a certificate, as its file holds it, is true; return how many boxes it took."""
+    """Raise RefutedError unless a certificate, a file's bytes or what it holds, is true; return what it holds."""
     try:
-        return _check(data)
+        data = json.loads(data) if isinstance(data, bytes) else data
+        _check(data)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        if isinstance(error, RefutedError):
-            raise
         raise RefutedError(f"the certificate cannot be read: {error!r}") from None
+    return data
 
 
 def _check(data):
-    k, f = data["loop"], data["V"]
+    k, f, groups = data["loop"], data["V"], int(data["loop"]["groups"])
     numbers = np.array([*f.values(), *(n for v in k.values() for n in (v if isinstance(v, list) else [v]))], float)
-    if data["format"] != FORMAT or not np.isfinite(numbers).all():
-        raise RefutedError("the file is no certificate of this format")
     signed = {"v_weight", "w_weight", "kx", "ky", "kpsi", "last"}
-    if min(v for n, v in k.items() if n not in signed) < 0 or not 0 < k["speed_low"] <= k["speed_high"]:
-        raise RefutedError("a number of the loop is out of its range")
-    groups, period, past = int(k["groups"]), k["period"], int(k["memory"]) + int(k["window"])
-    if not (0 < period <= 0.5 and groups > 0 and min(k["last"]) >= 0 and k["memory"] >= 1):
-        raise RefutedError("a number of the loop is out of its range")
-    if max(abs(sum(k[n][:groups]) - 1) for n in ("v_weight", "w_weight")) > 1e-12:
-        raise RefutedError("the weights of the commands must be 1 in all")
-    if not (min(f["a"], f["b"], f["inner"]) > 0 and f["inner"] < f["outer"] and 0 < f["fall"] < 1):
-        raise RefutedError("V must be positive, inner < outer, and fall below 1")
-    if not 0 < f["share"] <= f["fall"] ** past:
-        raise RefutedError("the share must be at most fall to the power of the samples that are remembered")
+    for holds, wrong in (
+        (data["format"] == FORMAT and np.isfinite(numbers).all(), "the file is no certificate of this format"),
+        (min(v for n, v in k.items() if n not in signed) >= 0, "a number of the loop is below 0"),
+        (0 < k["speed_low"] <= k["speed_high"] and 0 < k["period"] <= 0.5, "speeds or period are out of range"),
+        (groups > 0 and min(k["last"]) >= 0 and k["memory"] >= 1, "what is remembered is out of range"),
+        (max(k["memory"], k["prompt"], k["turning"], *k["last"]) <= 1000, "more is remembered than can be checked"),
+        (all(abs(sum(k[n][:groups]) - 1) <= 1e-12 for n in ("v_weight", "w_weight")), "weights must be 1 in all"),
+        (min(f["a"], f["b"]) > 0 and 0 < f["inner"] < f["outer"] and 0 < f["fall"] < 1, "V is out of its range"),
+        (0 < f["share"] <= f["fall"] ** (int(k["memory"]) + int(k["window"])), "share is above fall^(what counts)"),
+    ):
+        if not holds:
+            raise RefutedError(wrong)
     count = math.ceil(math.log(f["inner"] / f["outer"]) / math.log(_STEP))
     levels = f["outer"] * (f["inner"] / f["outer"]) ** (np.arange(count + 1) / count)
-    levels[0] = f["outer"]
     cells = max(1, math.ceil(math.log(k["speed_high"] / k["speed_low"]) / math.log(_CELL)))
     speeds = np.linspace(k["speed_low"], k["speed_high"], cells + 1)
-    return sum(_prove(data, a, b, levels) for a, b in itertools.pairwise(speeds))
+    for slowest, fastest in itertools.pairwise(speeds):
+        _prove(data, slowest, fastest, levels)
 
 
 def _prove(data, slowest, fastest, levels):
     """Branch and bound over errors, v_r in a cell and curvature."""
     f, bend = data["V"], data["loop"]["curvature"]
-    v_r = Boxes(np.array([slowest]), np.array([fastest]))
-    table, growth = tabulate(data, *references(data["loop"], v_r, Boxes(-bend, bend)), levels)
+    v_r, most = Boxes(np.array([slowest]), np.array([fastest])), f["share"] * f["outer"]
+    about_levels = levels, *tabulate(data, *references(data["loop"], v_r, Boxes(-bend, bend)), levels)
     whole = np.array([m.high[0] for m in reach(f, np.array([f["outer"]]))])
-    stack, count = [np.array([[*((-w, w) for w in whole), (slowest, fastest), (-bend, bend)]])], 0
-    while stack:
-        boxes = stack.pop()
-        if len(boxes) > PIECE:
-            stack.append(boxes[PIECE:])
-            boxes = boxes[:PIECE]
-        v = level(f, [Boxes(*boxes[:, i].T) for i in range(3)])
-        boxes, size = boxes[v.low <= f["share"] * f["outer"]], v.high[v.low <= f["share"] * f["outer"]]
-        count += len(boxes)
-        good = falls(data, boxes, levels, table, growth) if len(boxes) else np.zeros(0, bool)
-        boxes, size = boxes[~good], np.sqrt(np.maximum(size[~good], f["share"] * f["inner"]) / f["outer"])
-        if not len(boxes):
-            continue
-        scale = np.column_stack([size[:, None] * whole, 2 * boxes[:, 3, 1], np.full(len(boxes), 16.0)])
-        sides = (boxes[..., 1] - boxes[..., 0]) / scale
-        axis, rows = sides.argmax(axis=1), np.arange(len(boxes))
+    boxes, count = np.array([[*-whole, slowest, -bend], [*whole, fastest, bend]])[..., None], 0  # (2, 5, n)
+    while boxes.size:
+        boxes, rest = boxes[..., -PIECE:], boxes[..., :-PIECE]
+        boxes = boxes[..., level(f, Boxes(*boxes)).low <= most]
+        count += boxes.shape[2]
+        boxes = boxes[..., ~falls(data, Boxes(*boxes), *about_levels)]
+        size = np.sqrt(np.maximum(level(f, Boxes(*boxes)).high, f["share"] * f["inner"]) / f["outer"])
+        sides = (boxes[1] - boxes[0]) / [*size * whole[:, None], 2 * boxes[1, 3], np.full(len(size), 16.0)]
+        axis, n = sides.argmax(axis=0), np.arange(len(size))
         # Where it does not fall in the middle of a box no splitting helps
-        middles = np.repeat(boxes[:: max(1, len(boxes) // 200)].mean(axis=2)[..., None], 2, axis=2)
-        inside = level(f, [Boxes(*middles[:, i].T) for i in range(3)]).high <= f["share"] * f["outer"]
-        wrong = middles[inside & ~falls(data, middles, levels, table, growth)]
-        if count > BOXES or len(wrong) or (sides[rows, axis] < _LEAST).any():
-            where = (wrong if len(wrong) else boxes[sides[rows, axis].argsort()])[0].mean(axis=1).round(4).tolist()
-            raise RefutedError(f"V is not seen to fall at X, Y, ψ, v_r, curvature = {where}")
+        middles = boxes.mean(axis=0)[:, :: max(1, len(size) // 200)]
+        wrong = middles[:, (level(f, of(middles)).high <= most) & ~falls(data, of(middles), *about_levels)]
+        if count > BOXES or wrong.size or (sides[axis, n] < _LEAST).any():
+            where = wrong[:, 0] if wrong.size else boxes[..., sides[axis, n].argmin()].mean(axis=0)
+            raise RefutedError(f"V is not seen to fall at X, Y, ψ, v_r, curvature = {where.round(4).tolist()}")
         first, second = boxes.copy(), boxes.copy()
-        first[rows, axis, 1] = second[rows, axis, 0] = boxes[rows, axis].mean(axis=1)
-        stack.append(np.concatenate([first, second]))
-    return count
+        first[1, axis, n] = second[0, axis, n] = boxes[:, axis, n].mean(axis=0)
+        boxes = np.concatenate([rest, first, second], axis=2)
 
 
 def check_file(path):
     """Check the certificate in a file; returns what it says. Raises RefutedError, or OSError."""
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise RefutedError(f"the certificate cannot be read: {error}") from None
-    if not isinstance(data, dict):
-        raise RefutedError("the file is no certificate of this format")
-    check(data)
-    return data
+    return check(Path(path).read_bytes())

@@ -15,9 +15,7 @@ import math
 
 import numpy as np
 
-from fuzzy.compiled.jit import compiled_only, kernel
-from robotics.laws.rules.of_reference import GIVEN
-from robotics.plugins.certificates.intervals import (
+from fuzzy.compiled.intervals import (
     add,
     cosine,
     down,
@@ -32,6 +30,8 @@ from robotics.plugins.certificates.intervals import (
     wider,
     work_size,
 )
+from fuzzy.compiled.jit import compiled_only, kernel
+from robotics.laws.rules.of_reference import GIVEN
 from robotics.plugins.certificates.loopcolumns import LevelColumns, LoopColumns
 
 # What may be in the way: no rule fires; the heading error is π; V is too great; a limit is met

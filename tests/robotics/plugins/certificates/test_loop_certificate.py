@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fuzzy.compiled.intervals import ranges
 from fuzzy.compiled.packed import packed
 from fuzzy.inference import infer_quietly
 from fuzzy.membership import FUNCTIONS
@@ -20,7 +21,6 @@ from robotics.plugins.certificates.badge import badge
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, write_certificate
 from robotics.plugins.certificates.checker import Boxes, RefutedError, check, check_file, infer
-from robotics.plugins.certificates.intervals import ranges
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT, SearchEffort, certify_loop
