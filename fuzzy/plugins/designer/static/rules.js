@@ -92,11 +92,6 @@ export function render({ model, el }) {
   // Where the table has room, one line of headings for all rules; each choice has its own name all the same.
   const headings = element("div", { class: "fd-headings" });
   const frame = element("div", { class: "fd-sheet" }, headings, list);
-  // A rule's tools stay in sight while its row is moved sideways.
-  let aside = 0;
-  frame.addEventListener("scroll", () => {
-    if (frame.scrollLeft !== aside) frame.style.setProperty("--fd-aside", `${(aside = frame.scrollLeft)}px`);
-  });
   const count = element("p", { class: "fd-note" });
   const problem = problemLine(model, root);
   const bar = element(
@@ -349,14 +344,20 @@ export function render({ model, el }) {
     for (const [part, tool] of Object.entries(tools)) tool.dataset.part = part;
     const text = sentence(own),
       table = cells(own);
+    // Over the row itself, and only while one points at the dots or is in it by keyboard: it hides no other rule.
+    const more = element("button", { type: "button", class: "fd-more-of", tabindex: -1 }, "⋯");
+    const dots = element(
+      "div",
+      { class: "fd-dots" },
+      more,
+      element("div", { class: "fd-tools" }, weight.node, ...Object.values(tools)),
+    );
     const node = element(
       "div",
       { class: "fd-rule" },
-      element("div", { class: "fd-switch" }, element("label", {}, picked, number), on, share),
+      element("div", { class: "fd-switch" }, element("label", {}, picked, number), on, share, dots),
       text.node,
       table.node,
-      // Below the row's right end, where it hides nothing of the row: under the pointer, or with the focus.
-      element("div", { class: "fd-tools" }, weight.node, ...Object.values(tools)),
     );
     node.addEventListener(
       "keydown",
@@ -401,12 +402,13 @@ export function render({ model, el }) {
         "aria-posinset": asTable ? null : at + 1,
         "aria-setsize": asTable ? null : ids.length,
       });
-      for (const part of [node.firstChild, text.node, node.lastChild]) put(part, { role: asTable ? "cell" : null });
+      for (const part of [node.firstChild, text.node]) put(part, { role: asTable ? "cell" : null });
       text.node.hidden = asTable && !rule.problem;
       table.node.hidden = !asTable || rule.unread;
       text.show(rule, n);
       if (asTable) table.show(rule, n, design);
       weight.show(rule.weight, id);
+      put(more, { "aria-label": `tools of rule ${n}` });
       put(weight.input, { "aria-label": `weight of rule ${n}`, "aria-valuemin": 0, "aria-valuemax": 1 });
       for (const [part, tool] of Object.entries(tools))
         put(tool, { "aria-label": `${words[part]} rule ${n}`, title: `${words[part]} rule ${n}` });
@@ -504,7 +506,7 @@ export function render({ model, el }) {
     const wide = [...inputs.map((v) => column(v, 136, 96)), 68, ...outputs.map((v) => column(v, 104, 42))];
     const columns = wide.map((px, i) => (i === inputs.length ? `${px}px` : `minmax(${px}px, 1fr)`));
     root.style.setProperty("--columns", columns.join(" "));
-    root.style.setProperty("--least", `${wide.reduce((a, b) => a + b, 0) + 8 * wide.length + 112}px`);
+    root.style.setProperty("--least", `${wide.reduce((a, b) => a + b, 0) + 8 * wide.length + 138}px`);
     const head = (text) => element("span", { class: "fd-head", title: text }, text);
     put(headings, { role: "row", "aria-rowindex": 1 });
     const named = (text) => put(head(text), { role: "columnheader" });

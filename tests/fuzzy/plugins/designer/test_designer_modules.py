@@ -289,7 +289,7 @@ def test_the_tree_is_walked_with_the_keys(bench: Bench) -> None:
 def test_rules_are_moved_copied_weighed_and_deleted(bench: Bench) -> None:
     bench.show("rules")
     page, first = bench.page, bench.texts()
-    page.locator(".fd-rule").first.hover()  # the tools are there under the pointer, or with the focus
+    page.get_by_role("button", name="tools of rule 1").hover()
     page.get_by_role("button", name="move down rule 1").click()
     bench.settled()
     assert bench.texts() == [first[1], first[0], first[2]]
@@ -299,7 +299,7 @@ def test_rules_are_moved_copied_weighed_and_deleted(bench: Bench) -> None:
     bench.settled()
     assert bench.texts() == [first[1], first[2], first[0]]
     page.keyboard.press("Alt+ArrowUp")
-    page.locator(".fd-rule").first.hover()
+    page.get_by_role("button", name="tools of rule 1").hover()
     page.get_by_role("button", name="copy rule 1").click()
     bench.settled()
     assert bench.texts() == [first[1], first[1], first[0], first[2]]
