@@ -275,4 +275,5 @@ def where(failure: Failure) -> str:
     """Where a proof ends, in words."""
     names = ("X", "Y", "ψ", "v_r", "curvature")
     places = (f"{n} {a:.3g} to {b:.3g}" for n, (a, b) in zip(names, failure.box, strict=True))
-    return f"{failure.why} at {', '.join(places)}, where it may grow by {100 * failure.growth:.2g} % in a period"
+    change = "may grow by" if failure.growth > 0 else "is only sure to fall by"
+    return f"{failure.why} at {', '.join(places)}, where it {change} {100 * abs(failure.growth):.2g} % in a period"

@@ -23,7 +23,7 @@ from robotics.plugins.certificates.certificatefile import _rules, contents, writ
 from robotics.plugins.certificates.checker import Boxes, RefutedError, check, check_file, infer
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
-from robotics.plugins.certificates.regions import QUICK_EFFORT, SearchEffort, certify_loop
+from robotics.plugins.certificates.regions import QUICK_EFFORT, Failure, SearchEffort, certify_loop, where
 from robotics.plugins.certificates.starts import follow, simulate_starts, wheels_in_region
 from robotics.plugins.certificates.wheels import differences, measure_wheels
 from robotics.simulation.scenario.robots import load_robot
@@ -266,3 +266,8 @@ def test_what_is_certified_of_other_gains_and_fewer_rules_holds_in_simulation():
             certified += 1
             assert simulate_starts(found, ETSRO, 300, duration=3.0).greatest.max() <= 1 + 1e-9
     assert certified > 0
+
+
+@pytest.mark.parametrize(("growth", "says"), [(0.01, "may grow by 1 %"), (-0.0006, "is only sure to fall by 0.06 %")])
+def test_where_a_proof_ends_is_told_in_words(growth, says):
+    assert where(Failure(np.zeros((5, 2)), growth, "no")).endswith(f"where it {says} in a period")
