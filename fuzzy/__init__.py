@@ -28,9 +28,9 @@ Close the loop with one's own plant:
     scheduled over an operating variable ScheduledTransferFunction, schedule_from_pids, pid_over_points;
     in C controller_code, write_controller, prove_controller
 Look and understand:
-    explain, check, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure, plot_rules_error,
-    save_figure, write_figures; style, for figures of one's own; MATLAB's names plotmf, plotfis, gensurf, ruleview;
-    editor, the designer in a notebook
+    explain, check, interpretability, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure,
+    plot_rules_error, save_figure, write_figures; style, for figures of one's own; MATLAB's names plotmf, plotfis,
+    gensurf, ruleview; editor, the designer in a notebook
 
 Each name is imported from its module when it is first used. What is wrong with an input is an InputError, a ValueError.
 """

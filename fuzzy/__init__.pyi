@@ -43,6 +43,8 @@ from fuzzy.insight.diagnosis import Finding as Finding
 from fuzzy.insight.diagnosis import check as check
 from fuzzy.insight.explanation import Explanation as Explanation
 from fuzzy.insight.explanation import explain as explain
+from fuzzy.insight.interpretability import Interpretability as Interpretability
+from fuzzy.insight.interpretability import interpretability as interpretability
 from fuzzy.insight.surfacegrid import Surface as Surface
 from fuzzy.insight.surfacegrid import surface as surface
 from fuzzy.language import RuleError as RuleError

@@ -81,7 +81,7 @@ def test_passive_safety_in_lockstep_acts_as_without_ros(tmp_path, monkeypatch):
     scenario = tmp_path / "odometry.toml"
     text = (files("robotics.data") / "scenarios" / "three-cross.toml").read_text(encoding="utf-8")
     scenario.write_text(re.sub(r"\[sensing\]\n(?:.+\n)*", "", text), encoding="utf-8")  # by odometry
-    said = []
+    said: list[str] = []
     monkeypatch.setattr("fuzzyfleet_ros.controllernode.Controller.get_logger", lambda self: Said(said))
     run = drive_team(tmp_path, str(scenario), "fuzzy:safe=yes", 24)
     told = replace(load_scenario(scenario), duration=24.0)
