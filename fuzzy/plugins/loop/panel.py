@@ -146,7 +146,7 @@ class StepSession(ChosenLoop, PanelSession):
         variables = [v.name for v in (*self.present.inputs, *self.present.outputs)]
         if name not in variables or (role != "" and role not in (*INPUT_ROLES, *OUTPUT_ROLES)):
             raise LoopError(f"{name!r} cannot be {role!r}")
-        roles = {v: r for v, r in self.choice["roles"].items() if v in variables}
+        roles = {v: r for v, r in self._chosen()["roles"].items() if v in variables}
         self._keep({"roles": {**roles, name: role}}, f"{name} is {role or 'nothing'}")
 
     def _do_template(self, _: dict[str, Any]) -> None:
@@ -161,7 +161,7 @@ class StepSession(ChosenLoop, PanelSession):
         """Take the scale factors with which the rules act as the PID does."""
         factors, deviation, rules = await self._asked(begun)
         if rules is not None:
-            text = kept_text({**self.choice, **factors})
+            text = kept_text({**self._chosen(), **factors})
             self.bench.document.replace(replace(rules, loop=text), "rules of the PIDs")
             return
         self._keep(factors, "scale factors of the PID")
@@ -206,7 +206,7 @@ class StepSession(ChosenLoop, PanelSession):
     def _keep(self, settings: Mapping[str, Any], what: str) -> None:
         """Make a choice an edit of the design; ``what`` it is called."""
         self.widget.forget("choice")  # with an undo right behind it the loop is as it was, and the field is not
-        before, text = self.present, kept_text({**self.choice, **settings})
+        before, text = self.present, kept_text({**self._chosen(), **settings})
         self.bench.document.apply({"edit": "loop", "text": text, "what": what[:100]})
         if self.present == before:  # no edit: what was refused before is forgotten all the same
             self.simulate()
@@ -233,7 +233,7 @@ class StepSession(ChosenLoop, PanelSession):
             self.widget.update(response=None)
 
     def _task(self) -> StepTask:
-        chosen, fis = self.choice, self.present
+        chosen, fis = self._chosen(), self.present
         roles = self.roles(fis, chosen["roles"])
         if not fis.rules:
             raise LoopError(f"{fis.name} has no rule in force: nothing is controlled")

@@ -7,7 +7,6 @@ from typing import Any
 from fuzzy.figures.figureset import SetPicture
 from fuzzy.system import Sugeno
 from robotics.laws.catalogue import label
-from robotics.plugins.designer.tryout import TryoutTrial, run_design, settled
 from robotics.plugins.designer.uses import TryoutError, uses_of
 from robotics.show.figures.controllers import plot_paths
 
@@ -22,6 +21,8 @@ def path_pictures(fis: Sugeno, chosen: Mapping[str, Any]) -> list[SetPicture]:
         uses_of(fis, file)
     except TryoutError:
         return []
+    from robotics.plugins.designer.tryout import TryoutTrial, run_design, settled  # the simulator: only for robots
+
     trial = settled(fis, chosen.get("trial") or TryoutTrial(), file)
     run = run_design(fis, trial).run
     caption = f"{label(trial.law)} by {fis.name} on {trial.scenario}, seed {trial.seed}: paths and cross-track errors."

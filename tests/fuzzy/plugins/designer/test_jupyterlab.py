@@ -96,12 +96,15 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     accept = question.locator("button.jp-mod-accept").last
     page.add_locator_handler(question, lambda: accept.click(), no_wait_after=True)  # again, where it stays
     peak, running = page.get_by_text("the peak is [0.0, 0.5, 1.2]"), page.locator(".jp-InputPrompt", has_text="*")
-    for _ in range(60):  # before the kernel is there nothing is run, and one that is chosen anew forgets what runs
-        if peak.count() == 0 == running.count():
+    idle = 0
+    for _ in range(90):  # before the kernel is there nothing is run, and one that is chosen anew forgets what ran
+        idle = 0 if running.count() else idle + 1
+        if idle and peak.count() and handle.count():
+            break
+        if idle == 4 or (idle and peak.count() == 0):
             page.locator(".lm-MenuBar-item", has_text="Run").click()
             page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
-        elif running.count() == 0:
-            break
+            idle = 0
         page.wait_for_timeout(2000)
     page.remove_locator_handler(question)
     handle.wait_for()

@@ -146,9 +146,10 @@ def test_an_undo_right_behind_an_edit_finds_it_done_and_the_field_is_told(tmp_pa
         bench = _Bench(Document(tmp_path / "pi.fis"))
         session = StepSession(bench)
         await session.opening
-        for value in ("2", "3"):
-            session.heard({"do": "choose", "name": "numerator", "value": value})
-        assert kept_settings(bench.document.design.system.loop)["numerator"] == "3"
+        for name, value in (("numerator", "3"), ("denominator", "3 1 0"), ("Kp", 2.0)):
+            session.heard({"do": "choose", "name": name, "value": value})
+        kept = kept_settings(bench.document.design.system.loop)
+        assert (kept["numerator"], kept["denominator"], kept["Kp"]) == ("3", "3 1 0", 2.0)  # no edit loses another
         session.changed()
         session.heard({"do": "choose", "name": "dead_time", "value": 0.7})
         bench.document.undo()
