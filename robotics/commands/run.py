@@ -38,6 +38,7 @@ def run_(
         str | None,
         option("Another robot than the scenario's, with its own sensors.", "NAME|FILE.toml", autocompletion=robots),
     ] = None,
+    plant: Annotated[str, option("Other physics: mujoco, or mujoco:friction=0.3,...", "--plant", "NAME")] = "",
     metric: Metric = None,
     starts: Annotated[
         str | None,
@@ -57,6 +58,7 @@ def run_(
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
       robotics run lyapunov-sine --starts 0.5,0.5,3.14 --seeds 200
       robotics run fuzzy-off-path --robot pioneer-3dx
+      robotics run lyapunov-sine --controller lyapunov --plant mujoco:friction=0.3
     """
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import chosen_metrics, own_metrics, with_named
@@ -81,6 +83,8 @@ def run_(
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         kept: dict[str, Any] = {"message_ages": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
-        run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
+        run = simulate(
+            setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance, plant=plant
+        )
         page = files.write(run, begin)
     print_run(run, page, json, metrics=own, first=chosen_metrics(setting.metrics, setting.kind), noise=noises(setting))
