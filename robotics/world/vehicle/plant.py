@@ -641,8 +641,9 @@ def _slide(z, width, step):  # type: ignore[no-untyped-def]
             gain_r = (v - lane.was_v) + half * (w - lane.was_w)  # a times the step
             gain_l = (v - lane.was_v) - half * (w - lane.was_w)
             most = step / max(robot.longitudinal_slip, 1e-12)
-            lost_r = robot.longitudinal_slip * min(max(gain_r, -most), most) * abs(v + half * w)
-            lost_l = robot.longitudinal_slip * min(max(gain_l, -most), most) * abs(v - half * w)
+            mean_v, mean_w = (v + lane.was_v) / 2, (w + lane.was_w) / 2
+            lost_r = robot.longitudinal_slip * min(max(gain_r, -most), most) * abs(mean_v + half * mean_w)
+            lost_l = robot.longitudinal_slip * min(max(gain_l, -most), most) * abs(mean_v - half * mean_w)
             outwards = min(max(robot.lateral_slip * v * w, -1.0), 1.0) * abs(v) * step
             turn = (lost_l - lost_r) / (2 * half)
             dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, -(lost_r + lost_l) / 2, -outwards, turn)
