@@ -38,10 +38,10 @@ class Mujoco(Ground):
             raise PhysicsError('mujoco moves masses by motors: plant = "dynamic" is accepted in the scenario')
         if setting.world is not None and (setting.world.motion is not None or setting.world.runs > 1):
             raise PhysicsError("mujoco: an obstacle moves by itself; obstacles at rest are accepted")
-        return Bodies(mujoco_module(), self, setting, body).move
+        return MujocoWorlds(mujoco_module(), self, setting, body).move
 
 
-class Bodies:
+class MujocoWorlds:
     """One world a run, of one model."""
 
     def __init__(self, module: Any, ground: Ground, setting: Setting, body: PlantLanes) -> None:

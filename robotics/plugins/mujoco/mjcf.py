@@ -20,8 +20,11 @@ CLEARANCE = 5e-4  # m: castors hang so far above the floor while the robot stand
 CASTOR_PLACE = 0.4  # of the length, before and behind the axle
 CASTOR_RADIUS = 0.3  # of the wheels'
 # Contacts settle within two of the least steps that they are stable with, and sink in by 0.1 mm under a robot's weight
-SETTLING = 0.004  # s
-TALL = 0.2  # m: obstacles
+CONTACT_TIME = 0.004  # s
+# Of castors: their force begins at 0 where they touch (MuJoCo's impedance). As stiff as wheels, a castor that drags
+# leaves the floor and comes back every few steps
+SOFTLY = "0 0.95 0.001"
+HEIGHT_OF_OBSTACLES = 0.2  # m: obstacles
 THIN = 0.005  # m: half the thickness of edges and walls
 _LIGHT = 0.01  # of the body: a wheel's mass where the robot's file leaves it out, for a moving body needs one
 _FLOOR, _SOLID = 1, 2  # bits of what collides with what
@@ -57,7 +60,7 @@ def scene(robots: tuple[Robot, ...], obstacles: Geometry | None, ground: Ground,
     return f"""<mujoco>
   <option timestep="{ground.step!r}" gravity="{gravity}" integrator="implicitfast" cone="elliptic" impratio="10"/>
   <default>
-    <geom solref="{_numbers(SETTLING, 1)}" contype="{_SOLID}" conaffinity="{_SOLID}" density="0"/>
+    <geom solref="{_numbers(CONTACT_TIME, 1)}" contype="{_SOLID}" conaffinity="{_SOLID}" density="0"/>
   </default>
   <worldbody>
     <light pos="0 0 5"/>
@@ -94,7 +97,7 @@ def _body(i: int, robot: Robot, ground: Ground) -> str:
     castors = [
         f"""
       <geom type="sphere" size="{small!r}" pos="{_numbers(x, 0, small + CLEARANCE - r)}" contype="0"
-        conaffinity="{_FLOOR}" priority="1" {ball}/>"""
+        conaffinity="{_FLOOR}" priority="1" solimp="{SOFTLY}" {ball}/>"""
         for x in (-CASTOR_PLACE * robot.length, CASTOR_PLACE * robot.length)
     ]
     return f"""
@@ -122,16 +125,16 @@ def _obstacles(found: Geometry, ground: Ground) -> list[str]:
         found.circles[0].tolist(), found.bodies[0, : found.counts[0]].tolist(), strict=False
     ):
         share = f'mass="{ground.obstacle_mass / max(edges, 1)!r}" conaffinity="{touched}"'
-        geoms = [] if edges else [f'<geom type="cylinder" size="{_numbers(radius, TALL / 2)}" {share}/>']
+        geoms = [] if edges else [f'<geom type="cylinder" size="{_numbers(radius, HEIGHT_OF_OBSTACLES / 2)}" {share}/>']
         for ax, ay, bx, by in found.segments[0, first : first + edges].tolist():
             turn = np.arctan2(by - ay, bx - ax)
             geoms.append(
                 f'<geom type="box" pos="{_numbers((ax + bx) / 2 - x, (ay + by) / 2 - y, 0)}" '
                 f'euler="{_numbers(0, 0, np.degrees(turn))}" '
-                f'size="{_numbers(hypot(bx - ax, by - ay) / 2, THIN, TALL / 2)}" {share}/>'
+                f'size="{_numbers(hypot(bx - ax, by - ay) / 2, THIN, HEIGHT_OF_OBSTACLES / 2)}" {share}/>'
             )
         joint = "<freejoint/>" if moved else ""
-        made.append(f'\n    <body pos="{_numbers(x, y, TALL / 2)}">{joint}{"".join(geoms)}</body>')
+        made.append(f'\n    <body pos="{_numbers(x, y, HEIGHT_OF_OBSTACLES / 2)}">{joint}{"".join(geoms)}</body>')
     return made
 
 

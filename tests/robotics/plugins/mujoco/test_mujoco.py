@@ -117,7 +117,7 @@ class TestDriven:
         for plant in ("", "mujoco:friction=3"):
             run = replayed(ETSRO, held(v, w, 4.0), latency=0.1, plant=plant)
             ends.append([run[name][0, 0, -1] for name in ("x", "y", "heading")])
-            assert np.abs(run["v"][0, 0, :2]).max() < 1e-3  # the latency is two periods
+            assert np.abs(run["v"][0, 0, :2]).max() < 5e-3  # of latency, in which it sits down on its castor
         assert ends[1] == pytest.approx(ends[0], rel=0.02, abs=0.004)
 
     def test_it_rolls_down_a_slope_as_a_body_on_wheels(self):
@@ -128,6 +128,13 @@ class TestDriven:
         run = simulate(scenario, Coast(), plant=f"mujoco:slope={slope},castor_friction=0")
         force = robot.mass * GRAVITY * sin(slope) - 2 * robot.friction_torque / robot.wheel_radius
         assert run["v"][0, 0, -1] / 1.0 == pytest.approx(-force / robot.effective_mass, rel=0.02)
+
+    def test_a_castor_that_drags_stays_on_the_floor(self):
+        """A steady drive is steady: as stiff as a wheel, the castor bounced, and the speed went by 5 % up and down."""
+        robot = ETSRO.changed(mass_offset=-0.034)
+        run = replayed(robot, held(0.3, 0.0, 3.0), plant="mujoco:castor_friction=0.2")
+        assert np.ptp(run["v"][0, 0, -20:]) < 1e-3
+        assert run["v"][0, 0, -1] == pytest.approx(0.3, rel=5e-3)
 
     def test_on_ice_it_speeds_up_no_faster_than_friction_allows(self):
         """a <= μ g; the wheels turn ahead of the floor, and what odometry tells is wrong by it."""

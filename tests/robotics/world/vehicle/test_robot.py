@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robotics.simulation.scenario.robots import RobotModel, load_robot, robot_names
-from robotics.world.vehicle.robot import ALTERNATIVES, NEEDED, RULES, Robot, RobotError
+from robotics.world.vehicle.robot import ALTERNATIVES, IMPERFECTIONS, NEEDED, RULES, Robot, RobotError
 from robotics.world.vehicle.wheel_loop import MOTIONS, step_response
 from tests.robotics.world.vehicle.etsro import ETSRO
 
