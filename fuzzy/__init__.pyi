@@ -124,6 +124,8 @@ from fuzzy.plugins.mamdani.likeness import read_mamdani_original as read_mamdani
 from fuzzy.plugins.mamdani.scikitfuzzy import FromScikitFuzzy as FromScikitFuzzy
 from fuzzy.plugins.mamdani.scikitfuzzy import from_skfuzzy as from_skfuzzy
 from fuzzy.plugins.mamdani.system import Mamdani as Mamdani
+from fuzzy.plugins.tuning.data import TunedSystem as TunedSystem
+from fuzzy.plugins.tuning.data import tune as tune
 from fuzzy.rule import Clause as Clause
 from fuzzy.rule import Rule as Rule
 from fuzzy.system import Constant as Constant
@@ -131,5 +133,3 @@ from fuzzy.system import FuzzySystemError as FuzzySystemError
 from fuzzy.system import Linear as Linear
 from fuzzy.system import Sugeno as Sugeno
 from fuzzy.system import Variable as Variable
-from fuzzy.tuning.data import TunedSystem as TunedSystem
-from fuzzy.tuning.data import tune as tune

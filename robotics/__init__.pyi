@@ -39,6 +39,7 @@ from robotics.plugins.certificates.certificate import CertificateError as Certif
 from robotics.plugins.certificates.certificate import SectorModel as SectorModel
 from robotics.plugins.certificates.certificate import certify as certify
 from robotics.plugins.certificates.figures import plot_certificate as plot_certificate
+from robotics.plugins.films.notebook import player as player
 from robotics.plugins.learning.formationdata import FormationRecipe as FormationRecipe
 from robotics.plugins.learning.formationdata import checking_recipe as checking_recipe
 from robotics.plugins.learning.formationdata import formation_data as formation_data
@@ -84,7 +85,6 @@ from robotics.show.figures.run import plot_run as plot_run
 from robotics.show.figures.scenario import plot_scenario as plot_scenario
 from robotics.show.figures.team import plot_progress as plot_progress
 from robotics.show.figures.team import plot_team as plot_team
-from robotics.show.playback.notebook import player as player
 from robotics.show.report.plan import StudyError as StudyError
 from robotics.show.report.plan import StudyPlan as StudyPlan
 from robotics.show.report.plan import load_study as load_study

@@ -18,10 +18,10 @@ from fuzzy.figures.drawing import COLORS, style
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, YIELD
-from robotics.show.playback import animation
-from robotics.show.playback.animation import AnimationError, check_animation, frame_times, write_animation
+from robotics.plugins.films import animation
+from robotics.plugins.films.animation import AnimationError, check_animation, frame_times, write_animation
+from robotics.plugins.films.scene import Scene, set_scene, show_frame
 from robotics.show.playback.replay import replay
-from robotics.show.playback.scene import Scene, set_scene, show_frame
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run, load_run
 from robotics.simulation.scenario.reading import parse_scenario
