@@ -26,10 +26,11 @@ STAIRS = {
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
-        folds intervals pruning estimator plot commands plugins.designer
+        folds intervals pruning plot commands plugins.designer plugins.regressor
     """,
     "robotics": """
-        tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
+        tables world laws simulation measures studies show commands plugins.encounters plugins.predictive
+        plugins.arena plugins.stress
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
         plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify plugins.films
     """,
@@ -58,13 +59,14 @@ APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": (), "tuning": ()},
-    "anfis": {"designer": ()},
+    "anfis": {"designer": (), "regressor": ()},
     "robotics": {
         "ablation": ("stress",),
         "arena": (),
         "ccode": (),
         "certificates": (),
         "designer": ("learning",),
+        "encounters": (),
         "films": (),
         "identify": ("logs",),
         "learning": ("stress",),
@@ -75,7 +77,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "reinforcement": ("arena",),
         "stress": (),
         "tasks": ("arena", "stress"),
-        "thesis": ("learning", "stress"),
+        "thesis": ("encounters", "learning", "stress"),
     },
 }
 

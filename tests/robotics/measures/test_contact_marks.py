@@ -11,8 +11,8 @@ from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import contacts, judge
 from robotics.plugins.designer.tryout import TryoutTrial, choices, course_data, rival_data
+from robotics.plugins.encounters.avoidance import plot_avoidance
 from robotics.plugins.films.scene import set_scene, show_frame
-from robotics.show.figures.avoidance import plot_avoidance
 from robotics.show.figures.controllers import plot_paths
 from robotics.show.figures.run import plot_run
 from robotics.show.playback.player import player_data
