@@ -18,7 +18,7 @@ app = application(
         "look": "list scenario robot check plot explain",
         "run": "new run",
         "compare": "compare sweep study",
-        "tune": "tune",
+        "tune": "",
         "learn": "",
         "deploy": "",
         "more": "copy team",
