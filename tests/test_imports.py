@@ -77,7 +77,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "reinforcement": ("arena",),
         "stress": (),
         "tasks": ("arena", "stress"),
-        "thesis": ("encounters", "learning", "stress"),
+        "thesis": ("certificates", "encounters", "learning", "stress"),
         "tuning": (),
     },
 }
