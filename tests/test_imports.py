@@ -30,7 +30,7 @@ STAIRS = {
     """,
     "robotics": """
         tables world laws simulation measures studies show commands plugins.encounters plugins.predictive
-        plugins.arena plugins.stress plugins.tuning
+        plugins.arena plugins.stress plugins.tuning plugins.datasheets
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
         plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify plugins.films
     """,
@@ -65,6 +65,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "arena": (),
         "ccode": (),
         "certificates": (),
+        "datasheets": (),
         "designer": ("learning", "tuning"),
         "encounters": (),
         "films": (),

@@ -15,7 +15,7 @@ app = application(
     "robotics run lyapunov-sine --plot sine.png",
     program="robotics",
     commands={
-        "look": "list scenario robot check plot explain",
+        "look": "list scenario check plot explain",
         "run": "new run",
         "compare": "compare sweep study",
         "tune": "",

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from robotics.commands.application import main
-from robotics.show.figures.robot import drivable, plot_robot
+from robotics.plugins.datasheets.figures import drivable, plot_robot
 from robotics.simulation.scenario.robots import load_robot, robot_names
 from robotics.world.vehicle.plant import saturate, velocity_limits
 from robotics.world.vehicle.wheel_loop import step_response, tuned
