@@ -25,7 +25,8 @@ def data(seed, samples=300):
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("make", [partial(fuzzy.identify, method="subtractive"), partial(fuzzy.identify, mfs=3)])
 def test_the_inputs_that_matter_are_found_and_no_other(seed, make):
-    found = select_inputs(*data(seed), make)
+    x, y = data(seed)
+    found = select_inputs(x, y, make)
     assert found.chosen == (1, 4)
     assert [step.inputs[: k + 1] for k, step in enumerate(found.steps[:2])] == [(1,), (1, 4)]
     assert len(found.steps) <= 4  # two more, which made it no less
