@@ -48,6 +48,25 @@ def pages():
         yield importlib.import_module("pages")
 
 
+def test_stable_names_are_few_and_there_and_the_readme_uses_no_other(pages):
+    stable = pages.stable_names()
+    assert 100 < len(stable) <= 150
+    for name in stable:
+        package, _, short = name.partition(".")
+        assert short in importlib.import_module(package).__all__, name
+    root, missing = PAGES.parent.parent, set()
+    for page in (root / "README.md", root / "docs" / "start" / "everything.md"):
+        text = page.read_text(encoding="utf-8")
+        code = "\n".join(re.findall(r"```(?:python|\{code-cell\} python)\n(.*?)```", text, re.DOTALL))
+        used = set(re.findall(r"\b(?:fuzzy|anfis|robotics)\.[A-Za-z]\w*", code))
+        known = {n for n in used if n.partition(".")[2] in importlib.import_module(n.partition(".")[0]).__all__}
+        missing |= known - stable
+    assert missing == set()
+    for name in ("infer", "search_table"):
+        page = pages._page_of("fuzzy", fuzzy, name)
+        assert ("Provisional" in page) is (name == "search_table")
+
+
 def test_every_name_of_the_toolbox_has_a_line_and_leads_to_names_that_there_are():
     text = (PAGES / "matlab.md").read_text(encoding="utf-8")
     named = set(re.findall(r"\w+", " ".join(re.findall(r"`[^`]*`", text))))
