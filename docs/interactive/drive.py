@@ -1,16 +1,14 @@
 """The simulator's loop as WebAssembly: the page on which a rule base steers a robot, without Python behind it.
 
-The equations of laws, wheels, motors, body, encoders and pose sensor are those of the simulator, from Python to C by the
-translator of ``robotics export c``; ``drive.c`` is the loop around them. ``python docs/interactive/drive.py`` makes
-``drive.wasm`` anew where clang and wasm-ld are (Debian: apt install clang lld), which a change of these equations needs;
-tests compare it with the simulator. The site itself needs no compiler.
+The equations of laws, wheels, motors, body, encoders and pose sensor are those of the simulator, from Python to C by
+the translator of ``robotics export c``; ``drive.c`` is the loop around them. ``python docs/interactive/drive.py`` makes
+``drive.wasm`` anew where clang and wasm-ld are (Debian: apt install clang lld): a change of these equations needs it,
+and tests compare it with the simulator. The site itself needs no compiler.
 """
 
-import json
 import subprocess
 import tempfile
 from base64 import b64encode
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,11 +17,9 @@ from typing import Any
 import numpy as np
 
 import robotics
-from fuzzy.compiled import degrees, packed
+from fuzzy.compiled import packed
 from fuzzy.compiled.tables import KIND, NUMBERS
-from fuzzy.esmodule import composed
 from fuzzy.membership import Trapezoid, Triangle
-
 from fuzzy.plugins.ccode.numbertype import FLOATING
 from fuzzy.plugins.designer.design import design_of
 from fuzzy.plugins.designer.views import design_data, functions_data
@@ -44,6 +40,11 @@ MOST_LATE = 15  # steps of 10 ms: the latency that the page goes up to
 MOST_NUMBERS = 512  # of a packed rule base
 SEEDS = (1, 2, 3)
 PATHS = {"sine": "lyapunov-sine", "circle": "lyapunov-circle"}
+BASES = {"tracking": "tracking, 16 rules", "correcting": "correcting, 9 rules"}
+SLIDERS = {
+    "noise": {"words": "Noise of the pose", "unit": "mm, mrad", "max": 20, "step": 1},
+    "latency": {"words": "Latency", "unit": "ms", "max": 10 * MOST_LATE, "step": 10},
+}
 # Laws by their number in the module; those of rules drive by the rule base of that name
 LAWS = {"tracking": "fuzzy", "correcting": "fuzzy-correcting", "lyapunov": "lyapunov:lead=auto,smooth=0.2"}
 _DOUBLE = FLOATING["double"]
@@ -85,7 +86,9 @@ class _Real(Arithmetic):
     """Encoders may count beyond the whole numbers of C."""
 
     def called(self, name: str, arguments: Any) -> Any:
-        return CTerm(f"floor({self.real(arguments[0])})", "real") if name == "floor" else super().called(name, arguments)
+        return (
+            CTerm(f"floor({self.real(arguments[0])})", "real") if name == "floor" else super().called(name, arguments)
+        )
 
 
 def _constant(text: str, value: float) -> CTerm:
@@ -137,7 +140,10 @@ def plant_text(setting: Setting) -> str:
 
 def law_texts(setting: Setting) -> dict[str, str]:
     """The files of all laws, and ``laws.h``, which calls each of them."""
-    seen = {name: f"posture[{n}]" for n, name in enumerate(("x", "y", "heading"))} | {"v": "velocity[0]", "w": "velocity[1]"}
+    seen = {name: f"posture[{n}]" for n, name in enumerate(("x", "y", "heading"))} | {
+        "v": "velocity[0]",
+        "w": "velocity[1]",
+    }
     files, head, starts, steps = dict[str, str](), [], [], []
     for number, (name, specification) in enumerate(LAWS.items()):
         law: Any = as_law(specification)
@@ -149,7 +155,10 @@ def law_texts(setting: Setting) -> dict[str, str]:
         given = dict(seen)
         for n, (at, then) in enumerate(zip(("x", "y", "heading", "v", "w"), AIM_SYMBOLS, strict=False)):
             leads = n > 2 and float(np.ravel(law.knowledge_rows(setting)[0])[0]) > 0
-            given |= {f"at_{at}": f"early[k * STEPS + late][{n - 3}]" if leads else f"aims[k][{n}]", then: f"ahead[k][{n}]"}
+            given |= {
+                f"at_{at}": f"early[k * STEPS + late][{n - 3}]" if leads else f"aims[k][{n}]",
+                then: f"ahead[k][{n}]",
+            }
         inputs = ", ".join(f".{field} = {given[field]}" for field in sources.inputs)
         head += [f'#include "{name}.h"', f"static {name}_state {name}_now;"]
         starts.append(f"    if (law == {number}) {name}_init(&{name}_now);")
@@ -160,7 +169,14 @@ def law_texts(setting: Setting) -> dict[str, str]:
             f"        {name}_step(&{name}_now, &input, &output);",
             "        order[0] = output.v;\n        order[1] = output.w;\n    }",
         ]
-    calls = ["static void start(int law) {", *starts, "}", "static void step(int law, int k, double *order) {", *steps, "}"]
+    calls = [
+        "static void start(int law) {",
+        *starts,
+        "}",
+        "static void step(int law, int k, double *order) {",
+        *steps,
+        "}",
+    ]
     return files | {"laws.h": "\n".join([*head, *calls, ""])}
 
 
@@ -194,23 +210,26 @@ def _kept(values: Any) -> str:
 
 
 def rule_base(name: str) -> dict[str, Any]:
-    """A packaged rule base: its numbers for the module, where those of its terms are, the design and the file's text."""
+    """A packaged rule base: its numbers for the module, where its terms have theirs, the design and the file."""
     fis = load_rule_base(name)
-    numbers = packed.packed(fis)
+    numbers, second = packed.packed(fis), fis.inputs[1]
     header = packed.PackedColumns(numbers)
     kinds = {type(f) for variable in fis.inputs for f in variable.terms.values()}
     assert kinds <= {Triangle, Trapezoid}, kinds  # what drive.c knows
     assert header.clip
-    assert not (header.weighted_sum or header.and_min or header.logs or fis.structure.is_or.any())
+    assert header.weighted_sum == header.and_min == header.logs == fis.structure.is_or.max() == 0
     assert ((fis.structure.power == 1) | (fis.structure.term < 0)).all()
     terms = [(i, NUMBERS[type(f)], t) for i, v in enumerate(fis.inputs) for t, f in enumerate(v.terms.values())]
     return {
+        "title": BASES[name],
         "numbers": _kept(numbers),
         "at": {name: column.row for name, column in packed.PackedColumns.columns.items()},
         "terms": [(i, t) for i, _, t in sorted(terms)],
         "consequents": fis.structure.consequent.tolist(),
         "design": design_data(design_of(fis)),
         "text": rule_base_files()[name].read_text(encoding="utf-8"),
+        "point": [sum(v.universe) / 2 for v in fis.inputs],
+        "selected": {"kind": "input", "variable": second.name, "term": [*second.terms][len(second.terms) // 2]},
     }
 
 
@@ -227,6 +246,7 @@ def road(path: str) -> dict[str, Any]:
         return rows_at(setting.references.road, times[:, None])[:5, :, 0].T
 
     return {
+        "title": path,
         "start": setting.starts[0].tolist(),
         "aims": _kept(at(setting.times)),
         "ahead": _kept(at(setting.times + laws[0].look_ahead)),
@@ -251,10 +271,10 @@ def data() -> dict[str, Any]:
         "samples": setting.ticks + 1,
         "period": setting.period,
         "step": plant.STEP,
-        "late": MOST_LATE,
+        "sliders": SLIDERS,
         "paths": {path: road(path) for path in PATHS},
         "draws": {seed: drawn(seed) for seed in SEEDS},
-        "bases": {name: rule_base(name) for name in ("tracking", "correcting")},
+        "bases": {name: rule_base(name) for name in BASES},
         "functions": functions_data(),
     }
 

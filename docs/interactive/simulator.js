@@ -1,11 +1,15 @@
 // The simulator's loop as drive.py has compiled it, and how a design becomes the numbers that it reads.
 
 const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
-const floats = (text) => new Float64Array(bytes(text).buffer);
+const known = new Map(); // what was unpacked
+function floats(text) {
+  if (!known.has(text)) known.set(text, new Float64Array(bytes(text).buffer));
+  return known.get(text);
+}
 
 /** The numbers of a rule base, packed as drive.py did, with the parameters that a design has now. */
 export function packed({ numbers, at, terms, consequents }, { inputs, outputs }) {
-  const s = floats(numbers),
+  const s = floats(numbers).slice(),
     rules = consequents[0].length;
   terms.forEach(([i, t], k) => {
     inputs[i].terms[t].parameters.forEach((value, n) => (s[s[at["abcd"[n]]] + k] = value));
@@ -29,16 +33,14 @@ export async function simulator(data) {
   const { instance } = await WebAssembly.instantiate(bytes(data.module), { env: functions });
   const { memory, drive, ...places } = instance.exports;
   const put = (name, values) => new Float64Array(memory.buffer, places[name].value, values.length).set(values);
-  const of = new Map(); // what was unpacked
-  const unpacked = (text) => of.get(text) ?? of.set(text, floats(text)).get(text);
   put("parameters", data.robot);
   return {
-    aims: (path) => unpacked(data.paths[path].aims),
+    aims: (path) => floats(data.paths[path].aims),
     /** noise: m, and rad of the heading; latency: s. */
     drive(law, { path, seed, noise, latency }, numbers = null) {
       const road = data.paths[path];
-      for (const name of ["aims", "ahead", "early"]) put(name, unpacked(road[name]));
-      put("draws", unpacked(data.draws[seed]));
+      for (const name of ["aims", "ahead", "early"]) put(name, floats(road[name]));
+      put("draws", floats(data.draws[seed]));
       put("noise", [noise, noise, noise]);
       if (numbers) put("rules", numbers);
       drive(data.laws.indexOf(law), Math.round(latency / data.step), ...road.start);
