@@ -20,7 +20,7 @@ import {
   whenSized,
 } from "../../fuzzy/plugins/designer/static/chart.js";
 
-const LAWS = ["your rules", "the correcting rules as they come", "Lyapunov"];
+const LAWS = ["your rules", "correcting rules as they come", "Lyapunov"];
 const SETTLED = 10; // s: how far off the robot is from then on is told
 const KINDS = { i: "inputs", o: "outputs" };
 const ROBOT = "M12 0L-7 7L-3 0L-7 -7Z"; // px, driving to the right
@@ -174,7 +174,7 @@ export async function drive(el, data) {
       most = Math.max(...late),
       mean = late.reduce((sum, each) => sum + each, 0) / late.length,
       end = x.findIndex(Number.isNaN);
-    const after = `${said(mean, 3)} mm off on average, ${said(most, 3)} mm at most`;
+    const after = `${said(mean, 3)} mm, at most ${said(most, 3)} mm`;
     return { x, y, heading, off, most, words: end < 0 ? after : `stopped at ${said((end - 1) * data.period, 3)} s` };
   }
   let remembered = 0;
