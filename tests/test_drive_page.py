@@ -183,6 +183,9 @@ def test_what_is_dragged_drives(page_module: Any, browser: Any, tmp_path: Path, 
     page.wait_for_function(
         "(text) => !document.querySelector('.drive-key').innerText.includes(text)", arg=f"{before[0]} mm"
     )
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("parseFloat(document.querySelector('.drive-clock .drive-value').innerText) < 15")
+    page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="alpha", exact=True).click()
     drag(page, page.get_by_role("slider", name="Big negative: right foot", exact=True), (15, 0), release=True)
     page.get_by_role("slider", name="Latency").press("ArrowRight")

@@ -228,7 +228,8 @@ export async function drive(el, data) {
       [west, east, south, north] = bounds,
       perMetre = Math.min((width - 76) / (east - west), 240 / (north - south));
     const box = boxed(picture, Math.round((north - south) * perMetre) + 74, { held: width }),
-      x = scale(west, west + (box.right - box.left) / perMetre, box.left, box.right),
+      half = (box.right - box.left) / perMetre / 2,
+      x = scale((west + east) / 2 - half, (west + east) / 2 + half, box.left, box.right),
       y = scale(south, north, box.bottom, box.top);
     const map = layer(picture, box, x, y, ["x [m]", "y [m]"], ROBOT);
     if (!map.runs.length) put(map.aim, { d: line(ax.map(x), ay.map(y)) });
