@@ -22,10 +22,11 @@ Mamdani systems, and how near a Sugeno system comes:
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
-    step_response, plot_step_response, TransferFunction, FunctionPlant, PID, Scale; rule_table, Mac Vicar-Whelan's;
-    tuned_pid, a rival; in python-control to_nlsys, linear_controller, linearised, describing_function, plot_bode,
-    plot_describing_function; of a search plot_search, plot_front; from a PID to rules scale_from_pid, tune_loop;
-    scheduled over an operating variable ScheduledTransferFunction, schedule_from_pids, pid_over_points;
+    step_response, plot_step_response, certify_step, TransferFunction, FunctionPlant, PID, Scale;
+    rule_table, Mac Vicar-Whelan's; tuned_pid, a rival; in python-control to_nlsys, linear_controller, linearised,
+    describing_function, plot_bode, plot_describing_function; of a search plot_search, plot_front;
+    from a PID to rules scale_from_pid, tune_loop; scheduled over an operating variable ScheduledTransferFunction,
+    schedule_from_pids, pid_over_points;
     in C controller_code, write_controller, prove_controller
 Look and understand:
     explain, check, interpretability, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure,

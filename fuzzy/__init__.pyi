@@ -87,6 +87,7 @@ from fuzzy.plugins.ccode.writing import CFiles as CFiles
 from fuzzy.plugins.ccode.writing import write_c as write_c
 from fuzzy.plugins.designer.notebook import editor as editor
 from fuzzy.plugins.designer.starts.control import rule_table as rule_table
+from fuzzy.plugins.loop.certificate import certify_step as certify_step
 from fuzzy.plugins.loop.controller import PID as PID
 from fuzzy.plugins.loop.controller import LoopError as LoopError
 from fuzzy.plugins.loop.controller import Scale as Scale
