@@ -77,7 +77,7 @@ void drive(int law, int steps, double x, double y, double heading) {
     z[Y] = z[ODO_Y] = y;
     z[HEADING] = z[ODO_HEADING] = heading;
     counts[0] = counts[1] = 0.0;
-    start(law);
+    start();
     for (int k = 0; k < SAMPLES; k++) {
         const double dx = z[X] - aims[k][0], dy = z[Y] - aims[k][1];
         double *order = orders[k];

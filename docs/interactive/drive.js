@@ -23,6 +23,7 @@ import {
 const LAWS = ["your rules", "correcting rules as they come", "Lyapunov"];
 const SETTLED = 10; // s: how far off the robot is from then on is told
 const KINDS = { i: "inputs", o: "outputs" };
+const CROSS = "M0 -4V4M-4 0H4"; // px
 const ROBOT = "M12 0L-7 7L-3 0L-7 -7Z"; // px, driving to the right
 
 /** The text of a .fis file with the parameters of a design. */
@@ -73,8 +74,8 @@ export function linked(data, { design, ...state }) {
 /** Put the page into an element. */
 export async function drive(el, data) {
   const sim = await simulator(data);
-  const times = Float64Array.from({ length: data.samples }, (_, k) => k * data.period),
-    last = times.at(-1),
+  const time = Float64Array.from({ length: data.samples }, (_, k) => k * data.period),
+    last = time.at(-1),
     settled = Math.round(SETTLED / data.period);
   let state = stated(data, location.hash),
     model = null,
@@ -174,8 +175,9 @@ export async function drive(el, data) {
       most = Math.max(...late),
       mean = late.reduce((sum, each) => sum + each, 0) / late.length,
       end = x.findIndex(Number.isNaN);
-    const after = `${said(mean, 3)} mm, at most ${said(most, 3)} mm`;
-    return { x, y, heading, off, most, words: end < 0 ? after : `stopped at ${said((end - 1) * data.period, 3)} s` };
+    const after = `${said(mean, 3)} mm, at most ${said(most, 3)} mm`,
+      words = end < 0 ? after : `stopped at ${said((end - 1) * data.period, 3)} s`;
+    return { time, x, y, heading, off, most, words };
   }
   let remembered = 0;
   function paint() {
@@ -215,9 +217,9 @@ export async function drive(el, data) {
     }
     return layers.get(svg);
   }
-  function trace({ x, y, paths, runs: drawn }, xs, ys) {
+  function trace({ x, y, paths, runs: drawn }, across, up) {
     runs.forEach((each, n) => {
-      if (drawn[n] !== each) put(paths[n], { d: line(xs(each).map(x), ys(each).map(y)) });
+      if (drawn[n] !== each) put(paths[n], { d: line(each[across].map(x), each[up].map(y)) });
       drawn[n] = each;
     });
   }
@@ -233,21 +235,13 @@ export async function drive(el, data) {
       y = scale(south, north, box.bottom, box.top);
     const map = layer(picture, box, x, y, ["x [m]", "y [m]"], ROBOT);
     if (!map.runs.length) put(map.aim, { d: line(ax.map(x), ay.map(y)) });
-    trace(
-      map,
-      (each) => each.x,
-      (each) => each.y,
-    );
+    trace(map, "x", "y");
     const most = Math.max(20, ...runs.map((each) => each.most || 0)),
       power = 10 ** Math.floor(Math.log10(most)),
       high = [1, 2, 5, 10].map((m) => m * power).find((m) => m >= most);
     const own = boxed(chart, 190, { held: width }),
       [across, up] = [scale(0, last, own.left, own.right), scale(0, high, own.bottom, own.top)];
-    trace(
-      layer(chart, own, across, up, ["time [s]", "off the reference [mm]"], "M0 -4V4M-4 0H4"),
-      () => times,
-      (each) => each.off,
-    );
+    trace(layer(chart, own, across, up, ["time [s]", "off the reference [mm]"], CROSS), "time", "off");
     runs.forEach(({ words }, n) => say(told[n], `${LAWS[n]}: ${words}`));
     mark();
   }

@@ -86,9 +86,9 @@ class _Real(Arithmetic):
     """Encoders may count beyond the whole numbers of C."""
 
     def called(self, name: str, arguments: Any) -> Any:
-        return (
-            CTerm(f"floor({self.real(arguments[0])})", "real") if name == "floor" else super().called(name, arguments)
-        )
+        if name != "floor":
+            return super().called(name, arguments)
+        return CTerm(f"floor({self.real(arguments[0])})", "real")
 
 
 def _constant(text: str, value: float) -> CTerm:
@@ -140,10 +140,8 @@ def plant_text(setting: Setting) -> str:
 
 def law_texts(setting: Setting) -> dict[str, str]:
     """The files of all laws, and ``laws.h``, which calls each of them."""
-    seen = {name: f"posture[{n}]" for n, name in enumerate(("x", "y", "heading"))} | {
-        "v": "velocity[0]",
-        "w": "velocity[1]",
-    }
+    names = ("x", "y", "heading", "v", "w")
+    seen = dict(zip(names, [*(f"posture[{n}]" for n in range(3)), "velocity[0]", "velocity[1]"], strict=True))
     files, head, starts, steps = dict[str, str](), [], [], []
     for number, (name, specification) in enumerate(LAWS.items()):
         law: Any = as_law(specification)
@@ -153,15 +151,13 @@ def law_texts(setting: Setting) -> dict[str, str]:
             files[f"{base.name}.h"] = base.header
             head.append(f"int {base.name}_infer(const double *x, double *y) {{\n    infer(x, y);\n    return 0;\n}}")
         given = dict(seen)
-        for n, (at, then) in enumerate(zip(("x", "y", "heading", "v", "w"), AIM_SYMBOLS, strict=False)):
-            leads = n > 2 and float(np.ravel(law.knowledge_rows(setting)[0])[0]) > 0
-            given |= {
-                f"at_{at}": f"early[k * STEPS + late][{n - 3}]" if leads else f"aims[k][{n}]",
-                then: f"ahead[k][{n}]",
-            }
+        leads = float(np.ravel(law.knowledge_rows(setting)[0])[0]) > 0
+        for n, at in enumerate(names):
+            given[f"at_{at}"] = f"early[k * STEPS + late][{n - 3}]" if leads and n > 2 else f"aims[k][{n}]"
+            given[AIM_SYMBOLS[n]] = f"ahead[k][{n}]"
         inputs = ", ".join(f".{field} = {given[field]}" for field in sources.inputs)
         head += [f'#include "{name}.h"', f"static {name}_state {name}_now;"]
-        starts.append(f"    if (law == {number}) {name}_init(&{name}_now);")
+        starts.append(f"    {name}_init(&{name}_now);")
         steps += [
             f"    if (law == {number}) {{",
             f"        const {name}_input input = {{{inputs}}};",
@@ -169,15 +165,9 @@ def law_texts(setting: Setting) -> dict[str, str]:
             f"        {name}_step(&{name}_now, &input, &output);",
             "        order[0] = output.v;\n        order[1] = output.w;\n    }",
         ]
-    calls = [
-        "static void start(int law) {",
-        *starts,
-        "}",
-        "static void step(int law, int k, double *order) {",
-        *steps,
-        "}",
-    ]
-    return files | {"laws.h": "\n".join([*head, *calls, ""])}
+    step = "static void step(int law, int k, double *order) {"
+    lines = [*head, "static void start(void) {", *starts, "}", step, *steps, "}", ""]
+    return files | {"laws.h": "\n".join(lines)}
 
 
 def written(folder: Path) -> list[str]:
