@@ -36,6 +36,7 @@ from fuzzy.fitting.identification import identify as identify
 from fuzzy.fitting.search import SearchResult as SearchResult
 from fuzzy.fitting.search import search_clusters as search_clusters
 from fuzzy.fitting.search import search_table as search_table
+from fuzzy.fitting.selection import select_inputs as select_inputs
 from fuzzy.inference import Inference as Inference
 from fuzzy.inference import InferenceWarning as InferenceWarning
 from fuzzy.inference import infer as infer
