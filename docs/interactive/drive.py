@@ -188,6 +188,7 @@ def build(target: Path) -> Path:
         (folder / "math.h").write_text(_MATH, encoding="utf-8")
         exported = [f"-Wl,--export={name}" for name in _EXPORTS]
         subprocess.run(["clang", *_FLAGS, *exported, "-I.", *sources, "-o", target.resolve()], cwd=folder, check=True)
+    target.chmod(0o644)  # it is no program
     return target
 
 
