@@ -297,3 +297,10 @@ def test_figure_shows_region_bounds_and_trajectories(certificates):
     (bound,) = [line for line in decay.lines if line.get_color() == "black"]
     for line in decay.lines:
         assert np.all(y_of(line) <= y_of(bound) * (1 + 1e-9))
+
+
+def test_what_a_robot_has_that_no_proof_assumes_is_said():
+    assert broken(load_robot("etsro").robot) == ()
+    (said,) = broken(load_robot("etsro").robot.changed(lateral_slip=0.02, dead_band=0.01))
+    assert "it has dead_band 0.01 and lateral_slip 0.02" in said
+    assert "Its assumptions are broken." in said
