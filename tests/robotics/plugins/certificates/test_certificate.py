@@ -17,7 +17,9 @@ from robotics.plugins.certificates.certificate import (
     error_rates,
     try_out,
 )
+from robotics.plugins.certificates.commands import broken
 from robotics.plugins.certificates.figures import plot_certificate
+from robotics.simulation.scenario.robots import load_robot
 from tests.drawn import x_of, y_of
 from tests.robotics.world.vehicle.etsro import ETSRO
 
