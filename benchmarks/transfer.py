@@ -222,7 +222,7 @@ def draw(rows: list[dict[str, Any]], target: Path) -> None:
     titles = ("Rank correlation of 12 laws", "Regret of the law chosen [%]", "5 s ahead, off by [mm]")
     for ax, title in zip(axes, titles, strict=True):
         ax.set_title(title, fontsize="medium")
-        ax.set_xticks(range(3), ["identified", "its sizes\nof the sheet", "data sheet"])
+        ax.set_xticks(range(3), ["identified", "identified,\nsheet's sizes", "data sheet"])
         ax.set_xlim(-0.5, 2.5)
     axes[2].set_yscale("log")
     save_figure(figure, target)
