@@ -22,7 +22,7 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
@@ -57,7 +57,7 @@ LAZY_ROOMS = ("commands", "designer", "plugins")
 APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
-    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": ()},
+    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": (), "type2": ()},
     "anfis": {"designer": ()},
     "robotics": {
         "ablation": ("stress",),
