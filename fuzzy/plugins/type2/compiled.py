@@ -188,16 +188,17 @@ def _reduce(
             if system[takes_part + r] != 0.0:
                 for p in range(LANES):
                     z, least, most = rows[proposed + r, p], rows[firing + r, p], rows[firing + rules + r, p]
-                    of_low = most if z <= rows[low, p] else least
-                    of_high = most if z >= rows[high, p] else least
-                    rows[a, p] += z * of_low
+                    under, over = z - rows[low, p], z - rows[high, p]
+                    of_low = most if under < 0.0 else least
+                    of_high = most if over > 0.0 else least
+                    rows[a, p] += under * of_low
                     rows[b, p] += of_low
-                    rows[c, p] += z * of_high
+                    rows[c, p] += over * of_high
                     rows[d, p] += of_high
         closer = 0
         for p in range(LANES):
-            new_low = rows[a, p] / rows[b, p] if rows[b, p] > 0.0 else rows[low, p]
-            new_high = rows[c, p] / rows[d, p] if rows[d, p] > 0.0 else rows[high, p]
+            new_low = rows[low, p] + (rows[a, p] / rows[b, p] if rows[b, p] > 0.0 else 0.0)
+            new_high = rows[high, p] + (rows[c, p] / rows[d, p] if rows[d, p] > 0.0 else 0.0)
             closer |= (new_low < rows[low, p]) | (new_high > rows[high, p])
             rows[low, p] = new_low if new_low < rows[low, p] else rows[low, p]
             rows[high, p] = new_high if new_high > rows[high, p] else rows[high, p]
@@ -256,11 +257,11 @@ def _evaluate_point(
                 sum_, total = 0.0, 0.0
                 for r in range(rules):
                     if system[whole(header.takes_part) + place + r] != 0.0:
-                        z = work[proposed + r]
-                        near = z <= best if end == 0 else z >= best
+                        off = work[proposed + r] - best
+                        near = off < 0.0 if end == 0 else off > 0.0
                         w = work[firing + (rules if near else np.uint64(0)) + r]
-                        sum_, total = sum_ + z * w, total + w
-                new = sum_ / total if total > 0.0 else best
+                        sum_, total = sum_ + off * w, total + w
+                new = best + (sum_ / total if total > 0.0 else 0.0)
                 better = new < best if end == 0 else new > best
                 best = new if better else best
             answers[o, end] = np.nan if unknown else best if fires > 0.0 else system[whole(header.default) + o]

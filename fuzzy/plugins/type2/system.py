@@ -16,9 +16,9 @@ between them. "karnikmendel", "ekm", "iasc" and "eiasc" are MATLAB's names of fo
 2013]; one of them is computed, whatever the name, and kept in the file. "nietan" is another reduction: the average
 weighted by the mean of both bounds [Nie & Tan 2008], which MATLAB does not have.
 
-The ends are found by iteration: rules that propose no more than an average so far get their upper strength, the others
-their lower one, and the average anew. Each step brings it down until it is the least; it is exact, as are Karnik and
-Mendel's, and needs no order of the rules.
+The ends are found by iteration: rules that propose less than the average so far get their upper strength, the others
+their lower one, and the average is taken anew. Each step brings it down until it is the least. That is exact, as are
+Karnik and Mendel's steps, and needs no order of the rules.
 """
 
 from collections.abc import Mapping
@@ -280,10 +280,10 @@ def reduced(proposed: Array, lower: Array, upper: Array, reduction: str) -> tupl
     """The ends (...) of the type-reduced set, from what rules propose and their bounds (..., rules)."""
     xp = array_namespace(proposed)
 
-    def average(strength: Array, otherwise: Array) -> Array:
+    def average(strength: Array, about: Array) -> Array:
         total = xp.sum(strength, axis=-1)
-        known = total > 0
-        return xp.where(known, xp.sum(proposed * strength, axis=-1) / xp.where(known, total, 1.0), otherwise)
+        off = xp.sum((proposed - about[..., None]) * strength, axis=-1)  # of which weak rules are no rounding errors
+        return about + xp.where(total > 0, off / xp.where(total > 0, total, xp.ones_like(total)), xp.zeros_like(total))
 
     middle = average((lower + upper) / 2, xp.zeros_like(proposed[..., 0]))
     if reduction == "nietan":
@@ -292,7 +292,7 @@ def reduced(proposed: Array, lower: Array, upper: Array, reduction: str) -> tupl
     for sign in (1, -1):
         end, better = middle, True
         while better:
-            near = sign * (proposed - end[..., None]) <= 0
+            near = sign * (proposed - end[..., None]) < 0
             new = average(xp.where(near, upper, lower), end)
             closer = sign * (new - end) < 0
             end = xp.where(closer, new, end)
