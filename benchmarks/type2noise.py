@@ -7,8 +7,8 @@ rate; forwards they drive alike. They begin as the same rule base. Beyond the wi
 - type-2 moves the scale of the lower functions of both (the lag stays 0), reduced as Karnik and Mendel do.
 
 For every cell (noise, latency, raw or filtered) each is tuned by CMA-ES with the same evaluations, seeds and paths, and
-then driven on other paths with other seeds. Told is the ratio of the cost, type-2 by type-1, with a 95 % interval over these
-paths (Student's t on its logarithm): each path is one number, the mean over its seeds and, of the logarithm, the searches.
+then driven on other paths with other seeds. Told is the ratio of the cost, type-2 by type-1, with a 95 % interval over
+these paths (Student's t on its logarithm): a path is one number, the mean over seeds and, of logarithms, searches.
 
     python -m benchmarks.type2noise --seed 1 -o table.json
     python -m benchmarks.type2noise --seed 2 -o table.json   # adds a second search to each cell
@@ -203,7 +203,7 @@ def measured(cell: tuple[float, float, str], evaluations: int, seed: int) -> dic
 
 
 def summary(searches: list[dict[str, Any]]) -> dict[str, float]:
-    """The geometric mean costs of a cell on the unseen paths, their ratio with its 95 % interval over these, and failures."""
+    """The geometric mean costs of a cell on unseen paths, their ratio with its 95 % interval over these, failures."""
     one, two = np.log([each["unseen"] for each in searches]).mean(axis=0)  # (paths,)
     apart = two - one
     half = student.ppf(0.975, len(apart) - 1) * apart.std(ddof=1) / math.sqrt(len(apart))

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from fuzzy.commands.shared import FisFile, parsed, read_system, usage
-from fuzzy.plugins.type2.system import Reduction
+from fuzzy.plugins.type2.reduction import Reduction
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import print_json
 

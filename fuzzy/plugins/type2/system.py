@@ -24,7 +24,7 @@ Karnik and Mendel's steps, and needs no order of the rules.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from array_api_compat import array_namespace
@@ -41,10 +41,9 @@ from fuzzy.inference import (
 )
 from fuzzy.membershipfunction import Array, MembershipError, as_float, as_number, like
 from fuzzy.naming import check_known
+from fuzzy.plugins.type2.reduction import Reduction
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
-
-Reduction = Literal["karnikmendel", "ekm", "iasc", "eiasc", "nietan"]
 
 
 @dataclass(frozen=True)
