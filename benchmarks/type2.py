@@ -37,8 +37,9 @@ def main() -> None:
         "system                rules   one point: type-1, type-2 [us], ratio   many: type-1, type-2 [ns a point], ratio"
     )
     for name, fis in systems.items():
-        x = np.random.default_rng(0).uniform(*np.array([v.universe for v in fis.inputs]).T, (MANY, len(fis.inputs)))
-        both = [fuzzy.compile_sugeno(fis), fuzzy.compile_type2(fuzzy.to_type2(fis, 0.0, 0.8))]
+        low, high = np.array([v.universe for v in fis.inputs]).T
+        x = np.random.default_rng(0).uniform(low, high, (MANY, len(fis.inputs)))
+        both: list[Any] = [fuzzy.compile_sugeno(fis), fuzzy.compile_type2(fuzzy.to_type2(fis, 0.0, 0.8))]
         for compiled in both:
             compiled(x)
         one = least([lambda c=c, p=x[0]: c(p) for c in both], 20)  # type: ignore[misc]

@@ -38,7 +38,7 @@ from robotics.studies.tuning.tune import TESTING, tune
 from robotics.world.paths.posture import wrapped_compiled
 
 NOISES, LATENCIES, FILTERS = (0.0, 0.003, 0.010), (0.0, 0.05, 0.1), ("raw", "filtered")  # m and rad; s
-PATHS_TUNED, PATHS_UNSEEN, SEEDS_TUNED, SEEDS_UNSEEN = 3, 16, 2, 4
+PATHS_TUNED, PATHS_UNSEEN, SEEDS_TUNED, SEEDS_UNSEEN = 12, 16, 1, 4
 
 
 @kernel(nogil=True)
@@ -127,32 +127,30 @@ BOUNDS = {
 }
 
 
-Gains = namedtuple("Gains", list(BOUNDS))  # the law's, as compiled code reads them  # type: ignore[misc]
+Gains: Any = namedtuple("Gains", [*BOUNDS])  # type: ignore[misc]  # the law's, as compiled code reads them
 
 
 def check() -> None:
     """The law's rules are those of a system: AssertionError where they answer otherwise."""
     rng = np.random.default_rng(0)
-    for _ in range(20):
-        law = Rules(**{name: float(rng.uniform(max(b.low, 0.01), min(b.high, 0.9))) for name, b in BOUNDS.items()})
-        sides = {}
-        for name, a in (("y", law.a_y), ("psi", law.a_psi)):
-            middle, left, right = fuzzy.Triangle(-a, 0, a), fuzzy.LinearZ(-a, 0), fuzzy.LinearS(0, a)
-            sides[name] = fuzzy.Variable(name, (-3, 3), {"right": left, "on": middle, "left": right})
+    table = {"on on": "0", "on left": "p", "left on": "y", "left left": "s", "left right": "a"}
+    table |= {"on right": "-p", "right on": "-y", "right right": "-s", "right left": "-a"}
+    rules = [f"if y is {k.split()[0]} and psi is {k.split()[1]} then u is {v}" for k, v in table.items()]
+    for number in range(20):
+        kind = 1 + number % 2
+        law: Any = Gains(**{name: float(rng.uniform(max(b.low, 0.01), min(b.high, 0.9))) for name, b in BOUNDS.items()})
+        sides, scale = {}, {}
+        for name, a, p, q in (("y", law.a_y, law.p_y, law.q_y), ("psi", law.a_psi, law.p_psi, law.q_psi)):
+            scale[name] = {"on": 1 - p, "left": 1 - q, "right": 1 - q}
+            p, q = (p * a, q * a) if kind == 1 else (0.0, 0.0)
+            on, left, right = fuzzy.Trapezoid(-a, -p, p, a), fuzzy.LinearS(q, a), fuzzy.LinearZ(-a, -q)
+            sides[name] = fuzzy.Variable(name, (-3, 3), {"right": right, "on": on, "left": left})
         values = {"0": 0, "p": law.by_psi, "y": law.by_y, "s": law.same, "a": law.against}
         values |= {f"-{name}": -value for name, value in values.items()}
-        u = fuzzy.Variable("u", (-9, 9), values)
-        table = {"on on": "0", "on left": "p", "left on": "y", "left left": "s", "left right": "a"}
-        table |= {"on right": "-p", "right on": "-y", "right right": "-s", "right left": "-a"}
-        rules = [f"if y is {k.split()[0]} and psi is {k.split()[1]} then u is {v}" for k, v in table.items()]
-        scale = {
-            "y": {"on": 1 - law.p_y, "left": 1 - law.q_y, "right": 1 - law.q_y},
-            "psi": {"on": 1 - law.p_psi, "left": 1 - law.q_psi, "right": 1 - law.q_psi},
-        }
-        system = fuzzy.to_type2(fuzzy.Sugeno([*sides.values()], [u], rules), 0.0, scale)
+        fis = fuzzy.Sugeno([*sides.values()], [fuzzy.Variable("u", (-9, 9), values)], rules)
         x = rng.uniform(-1.2, 1.2, (50, 2))
-        gains = Gains(*(getattr(law, name) for name in BOUNDS))
-        assert np.allclose(system(x)[:, 0], [turn(2.0, *row, gains) for row in x.tolist()], atol=1e-12)
+        answers = (fis if kind == 1 else fuzzy.to_type2(fis, 0.0, scale))(x)[:, 0]
+        assert np.allclose(answers, [turn(float(kind), *row, law) for row in x.tolist()], atol=1e-12)
 
 
 def scenarios(count: int, seed: int, noise: float, latency: float, filtered: str) -> list[Scenario]:
@@ -224,12 +222,17 @@ def main() -> None:
     check()
     known = json.loads(options.output.read_text(encoding="utf-8"))["cells"] if options.output.exists() else []
     cells = {(each["noise_m"], each["latency_s"], each["pose"]): each for each in known}
-    for cell in product(NOISES, LATENCIES, FILTERS):
+    for cell in sorted(product(NOISES, LATENCIES, FILTERS), key=lambda cell: (cell[1] == LATENCIES[1], cell[0] == 0)):
         row = cells.setdefault(cell, dict(zip(("noise_m", "latency_s", "pose"), cell, strict=True)) | {"searches": []})
         row["searches"].append(measured(cell, options.evaluations, options.seed))
         row |= summary(row["searches"])
         print(*cell, {name: value for name, value in row.items() if name != "searches"}, flush=True)
-        said = {"evaluations": options.evaluations, "paths": PATHS_UNSEEN, "cells": list(cells.values())}
+        said = {
+            "evaluations": options.evaluations,
+            "paths_tuned": PATHS_TUNED,
+            "paths_unseen": PATHS_UNSEEN,
+            "cells": [cells[each] for each in sorted(cells)],
+        }
         options.output.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
 
 
