@@ -37,6 +37,7 @@ from fuzzy.fitting.identification import identify as identify
 from fuzzy.fitting.search import SearchResult as SearchResult
 from fuzzy.fitting.search import search_clusters as search_clusters
 from fuzzy.fitting.search import search_table as search_table
+from fuzzy.fitting.selection import select_inputs as select_inputs
 from fuzzy.inference import Inference as Inference
 from fuzzy.inference import InferenceWarning as InferenceWarning
 from fuzzy.inference import infer as infer
@@ -88,6 +89,7 @@ from fuzzy.plugins.ccode.writing import CFiles as CFiles
 from fuzzy.plugins.ccode.writing import write_c as write_c
 from fuzzy.plugins.designer.notebook import editor as editor
 from fuzzy.plugins.designer.starts.control import rule_table as rule_table
+from fuzzy.plugins.loop.certificate import certify_step as certify_step
 from fuzzy.plugins.loop.controller import PID as PID
 from fuzzy.plugins.loop.controller import LoopError as LoopError
 from fuzzy.plugins.loop.controller import Scale as Scale

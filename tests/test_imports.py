@@ -74,7 +74,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "reinforcement": ("arena",),
         "stress": (),
         "tasks": ("arena", "stress"),
-        "thesis": ("learning", "stress"),
+        "thesis": ("certificates", "learning", "stress"),
     },
 }
 
