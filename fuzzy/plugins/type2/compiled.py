@@ -71,6 +71,12 @@ class CompiledType2:
 def compile_type2(fis: Type2Sugeno) -> CompiledType2:
     """Lay a type-2 system out for the compiled inference; its first evaluation in an installation compiles for seconds.
 
+    Args:
+        fis: The system; parameters that are arrays are read now, and not again later.
+
+    Returns:
+        What is called as the system is, with the same numbers, sooner.
+
     Raises:
         FuzzySystemError: A membership function for which the compiled inference has no branch.
     """

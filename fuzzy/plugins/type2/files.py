@@ -34,6 +34,12 @@ _FORM = "[scale left-lag right-lag; ...], three numbers for each term"
 def read_type2(path: str | os.PathLike[str]) -> Type2Sugeno:
     """Read the interval type-2 system in a .fis file, as :func:`write_type2` writes it.
 
+    Args:
+        path: The file.
+
+    Returns:
+        The system.
+
     Raises:
         FisFileError: A text that is no such system, with the file and the line.
     """
@@ -112,7 +118,11 @@ def _number(value: object) -> str:
 
 
 def matlab_type2(fis: Type2Sugeno, file: str) -> str:
-    """A MATLAB script that makes MATLAB's own type-2 system of the .fis ``file`` of :func:`write_type2`.
+    """A MATLAB script that makes MATLAB's own type-2 system of a .fis file of :func:`write_type2`.
+
+    Args:
+        fis: The system.
+        file: The name of its file, as MATLAB's ``readfis`` is to find it.
 
     Raises:
         FuzzySystemError: "nietan", a type reduction that MATLAB does not have.

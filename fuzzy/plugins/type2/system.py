@@ -163,7 +163,7 @@ class Type2Sugeno:
 
     @property
     def rules(self) -> tuple[Rule, ...]:
-        """The rules."""
+        """The rules, those of the upper system."""
         return tuple(self.upper.rules)
 
     @property
@@ -176,7 +176,13 @@ class Type2Sugeno:
         return infer_type2(self, x).output
 
     def degrees(self, variable: str, term: str, x: Any) -> tuple[Array, Array]:
-        """The lower and the upper degrees of a term at ``x`` (...), in the unit of its input."""
+        """The lower and the upper degrees (...) of a term.
+
+        Args:
+            variable: The input, by its name.
+            term: Its term, by its name.
+            x: Places (...), in the unit of the input.
+        """
         x = as_float(x)
         i = [v.name for v in self.inputs].index(variable)
         upper, lower = self.inputs[i].terms[term](x), self.lower[variable][term]
@@ -208,6 +214,9 @@ def to_type2(
         scale: Likewise.
         reduction: The type reduction.
 
+    Returns:
+        The type-2 system.
+
     Raises:
         FuzzySystemError: Names that the system does not have.
         MembershipError: Numbers that are out of range.
@@ -230,12 +239,18 @@ def to_type2(
 def infer_type2(fis: Type2Sugeno, x: Any) -> Type2Inference:
     """Evaluate a type-2 system at a point or a batch of any shape, numpy or torch, and give every layer.
 
-    Warns and raises as :func:`fuzzy.infer` does. Gradients reach membership functions, lags, scales and consequents.
+    Warns as :func:`fuzzy.infer` does. Gradients reach membership functions, lags, scales and consequents.
     Firing strengths are products, not sums of logarithms: where all are below 1e-308 no rule fires.
 
     Args:
         fis: The system.
         x: The points (..., inputs), in the inputs' units.
+
+    Returns:
+        Bounds of firing strengths, proposals, intervals and outputs; arrays are of the library of ``x``.
+
+    Raises:
+        FuzzySystemError: A wrong number of inputs; also in place of a warning, if the system says so.
     """
     system, x = fis.upper, as_float(x)
     if x.ndim == 0 or x.shape[-1] != len(system.inputs):
