@@ -21,10 +21,11 @@ def by_every_choice(z: np.ndarray, least: np.ndarray, most: np.ndarray) -> tuple
     return averages.min(), averages.max()
 
 
-def test_500_systems_equal_the_extremes_over_every_choice_of_bounds():
+@pytest.mark.parametrize("count", [60, pytest.param(500, marks=pytest.mark.long)])
+def test_systems_equal_the_extremes_over_every_choice_of_bounds(count):
     rng = np.random.default_rng(40)
     fired = 0
-    for _ in range(500):
+    for _ in range(count):
         fis = drawn(rng)
         x = rng.uniform(0, 10, 2)
         least, most, z = bounds(fis, x)
@@ -39,7 +40,7 @@ def test_500_systems_equal_the_extremes_over_every_choice_of_bounds():
         assert float(found.low[0]) == pytest.approx(low, rel=1e-12, abs=1e-12)
         assert float(found.high[0]) == pytest.approx(high, rel=1e-12, abs=1e-12)
         assert float(found.output[0]) == pytest.approx((low + high) / 2, rel=1e-12, abs=1e-12)
-    assert fired > 350
+    assert fired > 0.7 * count
 
 
 def ends_by(step, z: np.ndarray, least: np.ndarray, most: np.ndarray) -> tuple[float, float]:
@@ -92,7 +93,7 @@ def eiasc(z, least, most):
 @pytest.mark.parametrize("step", [karnik_mendel, enhanced, iasc, eiasc])
 def test_the_four_ways_of_matlab_find_the_ends_that_are_computed(step):
     rng = np.random.default_rng(7)
-    for _ in range(300):
+    for _ in range(100):
         count = rng.integers(1, 12)
         z = rng.uniform(-3, 3, count)
         least, most = np.sort(rng.uniform(0.01, 1, (2, count)), axis=0)

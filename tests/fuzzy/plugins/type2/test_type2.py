@@ -99,7 +99,7 @@ def test_gradients_are_those_of_differences():
 
 
 @given(systems_with_points(shape=(70,), defuzzification="wtaver"))
-@settings(max_examples=cases(40), deadline=None)
+@settings(max_examples=cases(30), deadline=None)
 def test_compiled_code_gives_the_same_ends_in_blocks_and_point_by_point(drawing):
     fis, x = drawing
     x[3, 0] = np.nan
@@ -118,7 +118,7 @@ def test_compiled_code_gives_the_same_ends_in_blocks_and_point_by_point(drawing)
 
 def test_compiled_code_is_exact_where_strengths_are_not_small_differences():
     rng, looked_at = np.random.default_rng(2), 0
-    for _ in range(30):
+    for _ in range(10):
         fis = drawn(rng)
         x = rng.uniform(0, 10, (200, 2))
         with warnings.catch_warnings(action="ignore"):
@@ -129,7 +129,7 @@ def test_compiled_code_is_exact_where_strengths_are_not_small_differences():
         looked_at += sure.sum()
         assert ends[sure, :, 0] == pytest.approx(found.low[sure], rel=1e-12, abs=1e-12)
         assert ends[sure, :, 1] == pytest.approx(found.high[sure], rel=1e-12, abs=1e-12)
-    assert looked_at > 500
+    assert looked_at > 100
 
 
 def test_where_no_rule_fires_and_outside_it_says_what_type_1_says():
