@@ -12,6 +12,7 @@ these paths (Student's t on its logarithm): a path is one number, the mean over 
 
     python -m benchmarks.type2noise --seed 1 -o table.json
     python -m benchmarks.type2noise --seed 2 -o table.json   # adds a second search to each cell
+    python -m benchmarks.type2noise --paths 3 --runs 2 -o few.json
 """
 
 import argparse
@@ -38,7 +39,7 @@ from robotics.studies.tuning.tune import TESTING, tune
 from robotics.world.paths.posture import wrapped_compiled
 
 NOISES, LATENCIES, FILTERS = (0.0, 0.003, 0.010), (0.0, 0.05, 0.1), ("raw", "filtered")  # m and rad; s
-PATHS_TUNED, PATHS_UNSEEN, SEEDS_TUNED, SEEDS_UNSEEN = 12, 16, 1, 4
+PATHS_UNSEEN, SEEDS_UNSEEN = 16, 4
 
 
 @kernel(nogil=True)
@@ -178,21 +179,21 @@ timing = {{ x_rate = {rate} }}
     return found
 
 
-def tuned(kind: int, cell: tuple[float, float, str], evaluations: int, seed: int) -> Any:
+def tuned(kind: int, cell: tuple[float, float, str], options: argparse.Namespace) -> Any:
     """The law that a search finds in a cell."""
     space = LawSpace(Rules(kind=float(kind)), ("gains",), gains=list(BOUNDS), bounds=BOUNDS)
-    paths = scenarios(PATHS_TUNED, 1, *cell)
-    return tune(space, paths, runs=SEEDS_TUNED, evaluations=evaluations, seed=seed)
+    paths = scenarios(options.paths, 1, *cell)
+    return tune(space, paths, runs=options.runs, evaluations=options.evaluations, seed=options.seed)
 
 
-def measured(cell: tuple[float, float, str], evaluations: int, seed: int) -> dict[str, Any]:
+def measured(cell: tuple[float, float, str], options: argparse.Namespace) -> dict[str, Any]:
     """One search of each kind in a cell, and what each costs on the paths that were not tuned on."""
-    found = [tuned(kind, cell, evaluations, seed) for kind in (1, 2)]
+    found = [tuned(kind, cell, options) for kind in (1, 2)]
     unseen = scenarios(PATHS_UNSEEN, 2, *cell)
     seeds = range(TESTING, TESTING + SEEDS_UNSEEN)
     costs = costs_of(Cost(), unseen, [each.law for each in found], seeds).sum(axis=-1)
     return {
-        "seed": seed,
+        "seed": options.seed,
         "tuned": [round(each.after, 4) for each in found],
         "unseen": costs.mean(axis=-1).round(4).tolist(),
         "failed": (costs >= Cost().failed).sum(axis=(1, 2)).tolist(),
@@ -217,6 +218,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--evaluations", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--paths", type=int, default=12, help="that are tuned on")
+    parser.add_argument("--runs", type=int, default=1, help="on each of them")
     parser.add_argument("-o", "--output", type=Path, default=Path("type2noise.json"))
     options = parser.parse_args()
     check()
@@ -224,16 +227,12 @@ def main() -> None:
     cells = {(each["noise_m"], each["latency_s"], each["pose"]): each for each in known}
     for cell in sorted(product(NOISES, LATENCIES, FILTERS), key=lambda cell: (cell[1] == LATENCIES[1], cell[0] == 0)):
         row = cells.setdefault(cell, dict(zip(("noise_m", "latency_s", "pose"), cell, strict=True)) | {"searches": []})
-        row["searches"].append(measured(cell, options.evaluations, options.seed))
+        row["searches"].append(measured(cell, options))
         row |= summary(row["searches"])
         print(*cell, {name: value for name, value in row.items() if name != "searches"}, flush=True)
-        said = {
-            "evaluations": options.evaluations,
-            "paths_tuned": PATHS_TUNED,
-            "paths_unseen": PATHS_UNSEEN,
-            "cells": [cells[each] for each in sorted(cells)],
-        }
-        options.output.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+        said = {name: getattr(options, name) for name in ("evaluations", "paths", "runs")}
+        said |= {"cells": [cells[each] for each in sorted(cells)]}
+        options.output.write_text(json.dumps(said) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
