@@ -206,7 +206,7 @@ def to_type2(
 ) -> Type2Sugeno:
     """Make an interval type-2 system of a type-1 one, whose membership functions become the upper ones.
 
-    MATLAB's ``convertToType2`` with the same defaults. A lag of 0 and a scale of 1 leave every answer as it is.
+    MATLAB's ``convertToType2``. A lag of 0 and a scale of 1 leave every answer as it is.
 
     Args:
         system: The system.
