@@ -50,7 +50,7 @@ from fuzzy.renamed import redirect  # noqa: E402
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"fuzzy.{name}": f"fuzzy.plugins.{name}" for name in ("ccode", "designer", "loop", "mamdani")}
-    | {"fuzzy.hedges": "fuzzy.plugins.mamdani.hedges"}
+    | {"fuzzy.hedges": "fuzzy.plugins.mamdani.hedges", "fuzzy.tuning.data": "fuzzy.plugins.tuning.data"}
     | {f"fuzzy.files.{name}": f"fuzzy.plugins.mamdani.{name}" for name in ("fllfile", "flltext")}
     | {"fuzzy.designer.steppanel": "fuzzy.plugins.loop.panel", "fuzzy.designer.steptask": "fuzzy.plugins.loop.steptask"}
     | {"fuzzy.figures.step": "fuzzy.plugins.loop.stepfigure", "fuzzy.figures.frequency": "fuzzy.plugins.loop.frequency"}

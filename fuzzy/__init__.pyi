@@ -127,6 +127,8 @@ from fuzzy.plugins.mamdani.likeness import read_mamdani_original as read_mamdani
 from fuzzy.plugins.mamdani.scikitfuzzy import FromScikitFuzzy as FromScikitFuzzy
 from fuzzy.plugins.mamdani.scikitfuzzy import from_skfuzzy as from_skfuzzy
 from fuzzy.plugins.mamdani.system import Mamdani as Mamdani
+from fuzzy.plugins.tuning.data import TunedSystem as TunedSystem
+from fuzzy.plugins.tuning.data import tune as tune
 from fuzzy.plugins.type2.compiled import CompiledType2 as CompiledType2
 from fuzzy.plugins.type2.compiled import compile_type2 as compile_type2
 from fuzzy.plugins.type2.figures import plot_footprint as plot_footprint
@@ -145,5 +147,3 @@ from fuzzy.system import FuzzySystemError as FuzzySystemError
 from fuzzy.system import Linear as Linear
 from fuzzy.system import Sugeno as Sugeno
 from fuzzy.system import Variable as Variable
-from fuzzy.tuning.data import TunedSystem as TunedSystem
-from fuzzy.tuning.data import tune as tune

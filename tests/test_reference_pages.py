@@ -183,7 +183,8 @@ def test_every_figure_of_the_thesis_stands_once_with_pictures_and_commands_that_
     assert "| Fig 2.3: the push K/Q(S) over S | `law-switching` |" in pages.thesis_figures(PAGES / "thesisfigures.toml")
 
 
-def test_the_page_of_scenario_files_is_what_the_descriptions_say():
+def test_the_page_of_scenario_files_is_what_the_descriptions_say(monkeypatch):
+    monkeypatch.syspath_prepend(PAGES)
     text = (PAGES / "file-scenario.md").read_text(encoding="utf-8")
     made = module_in(PAGES / "scenariopage.py").page()
     assert text == made, "python docs/reference/scenariopage.py > docs/reference/file-scenario.md"

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from keypage import key_reference
 from metricformulas import FORMULAS
 
 PACKAGES = {
@@ -257,7 +258,6 @@ def _cell(text: str) -> str:
 def _files() -> dict[str, str]:
     """A page for each kind of file but scenarios and sweeps, which have one that is kept."""
     from robotics.commands.filekinds import FILE_KINDS
-    from robotics.tables.page import key_reference
 
     pages = {}
     for name, kind in FILE_KINDS.items():
