@@ -10,7 +10,8 @@ import fuzzy
 
 def drawn(rng: np.random.Generator, gaussian: bool = True) -> fuzzy.Type2Sugeno:
     """A system of two inputs and one output, "and" the product: triangles, and Gaussians without a lag."""
-    inputs, lower = [], {}
+    inputs: list[fuzzy.Variable] = []
+    lower: dict[str, dict[str, fuzzy.Lower]] = {}
     for name in ("x", "y"):
         terms: dict[str, Any] = {}
         lower[name] = {}

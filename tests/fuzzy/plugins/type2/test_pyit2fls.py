@@ -20,7 +20,8 @@ ANSWERS = Path(__file__).with_name("pyit2fls.json")  # a number for each of 60 s
 
 def problems() -> list[tuple[fuzzy.Type2Sugeno, np.ndarray]]:
     """Systems, and points at which rules fire."""
-    rng, found = np.random.default_rng(90), []
+    rng = np.random.default_rng(90)
+    found: list[tuple[fuzzy.Type2Sugeno, np.ndarray]] = []
     while len(found) < 60:
         fis = drawn(rng)
         x = rng.uniform(0, 10, (300, 2))

@@ -12,7 +12,7 @@ from tests.fuzzy.plugins.type2.drawn import drawn, lower_triangle
 from tests.fuzzy.random_systems import systems_with_points
 from tests.randomcases import cases
 
-TIPPER = fuzzy.read_fis(fuzzy.find_fis("tracking"))
+TRACKING = fuzzy.read_fis(fuzzy.find_fis("tracking"))
 
 
 def test_the_lower_function_of_a_triangle_is_a_triangle_with_its_feet_moved_inwards():
@@ -60,10 +60,11 @@ def test_without_lag_and_with_a_scale_of_1_it_answers_as_type_1(drawing):
 
 
 def test_the_packaged_tracking_rules_answer_as_type_1_to_1e_12():
-    x = np.random.default_rng(0).uniform(*np.array([v.universe for v in TIPPER.inputs]).T, (500, len(TIPPER.inputs)))
-    one = TIPPER(x)
+    low, high = np.array([v.universe for v in TRACKING.inputs]).T
+    x = np.random.default_rng(0).uniform(low, high, (500, len(TRACKING.inputs)))
+    one = TRACKING(x)
     for reduction in ("karnikmendel", "nietan"):
-        assert fuzzy.to_type2(TIPPER, 0, 1, reduction)(x) == pytest.approx(one, rel=1e-12, abs=1e-12)
+        assert fuzzy.to_type2(TRACKING, 0, 1, reduction)(x) == pytest.approx(one, rel=1e-12, abs=1e-12)
 
 
 def test_not_turns_the_bounds_round():
@@ -148,12 +149,12 @@ def test_where_no_rule_fires_and_outside_it_says_what_type_1_says():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: fuzzy.to_type2(TIPPER, scale=0), r"scale .* must lie in \(0, 1\], got 0"),
-        (lambda: fuzzy.to_type2(TIPPER, lag=1.0), r"one number or two in \[0, 1\)"),
-        (lambda: fuzzy.to_type2(TIPPER, lag=(0.1, 0.2, 0.3)), r"one number or two"),
-        (lambda: fuzzy.to_type2(TIPPER, lag={"nothing": 0.2}), "unknown input 'nothing'"),
-        (lambda: fuzzy.Type2Sugeno(TIPPER, {"nothing": {}}), "unknown input 'nothing'"),
-        (lambda: fuzzy.to_type2(TIPPER, reduction="km"), "unknown type reduction 'km'"),
+        (lambda: fuzzy.to_type2(TRACKING, scale=0), r"scale .* must lie in \(0, 1\], got 0"),
+        (lambda: fuzzy.to_type2(TRACKING, lag=1.0), r"one number or two in \[0, 1\)"),
+        (lambda: fuzzy.to_type2(TRACKING, lag=(0.1, 0.2, 0.3)), r"one number or two"),  # type: ignore[arg-type]
+        (lambda: fuzzy.to_type2(TRACKING, lag={"nothing": 0.2}), "unknown input 'nothing'"),
+        (lambda: fuzzy.Type2Sugeno(TRACKING, {"nothing": {}}), "unknown input 'nothing'"),
+        (lambda: fuzzy.to_type2(TRACKING, reduction="km"), "unknown type reduction 'km'"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_wrong_is_said(make, says):
@@ -173,12 +174,12 @@ def test_the_weighted_sum_and_two_lags_below_degree_1_are_refused():
 
 
 def test_the_footprint_is_filled_between_both_functions():
-    fis = fuzzy.to_type2(TIPPER, lag=0.3)
+    fis = fuzzy.to_type2(TRACKING, lag=0.3)
     figure = fuzzy.plot_footprint(fis)
-    assert len(figure.axes) == len(TIPPER.inputs)
+    assert len(figure.axes) == len(TRACKING.inputs)
     areas = figure.axes[0].collections
-    assert len(areas) == len(TIPPER.inputs[0].terms)
-    term = next(iter(TIPPER.inputs[0].terms))
-    corners = areas[0].get_paths()[0].vertices
-    low, high = fis.degrees(TIPPER.inputs[0].name, term, corners[:, 0])
+    assert len(areas) == len(TRACKING.inputs[0].terms)
+    term = next(iter(TRACKING.inputs[0].terms))
+    corners = np.asarray(areas[0].get_paths()[0].vertices)
+    low, high = fis.degrees(TRACKING.inputs[0].name, term, corners[:, 0])
     assert np.minimum(np.abs(corners[:, 1] - low), np.abs(corners[:, 1] - high)).max() < 1e-6

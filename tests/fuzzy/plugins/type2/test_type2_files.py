@@ -39,7 +39,7 @@ def test_a_type_1_reader_says_who_reads_it(tmp_path):
 
 
 TEXT = format_type2(drawn(np.random.default_rng(0)))
-ROWS = re.search(r"%! Lower=(.*)", TEXT)[1]  # type: ignore[index]
+ROWS = re.search(r"%! Lower=(.*)", TEXT)[1]
 
 
 @pytest.mark.parametrize(
