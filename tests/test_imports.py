@@ -34,6 +34,7 @@ STAIRS = {
         plugins.arena plugins.stress plugins.tuning plugins.datasheets
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
         plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify plugins.films
+        plugins.mujoco
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -41,7 +42,7 @@ STAIRS = {
         rules presets catalogue
     """,
     "robotics.simulation": """
-        scenario safety lanes steps channels observer opening layout run spans mode_changes recorder loop
+        scenario safety lanes steps physics channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
         statistics once standing outside clearance decisions progress tracking goals evidence explained arrival contacts
@@ -81,6 +82,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "learning": ("stress",),
         "shapes": (),
         "logs": ("learning",),
+        "mujoco": (),
         "predictive": (),
         "reactive": (),
         "reinforcement": ("arena",),
