@@ -19,6 +19,9 @@ Files, data and learning a start (the rest is in the package anfis):
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
     a FromScikitFuzzy comes back
+Interval type-2 systems, each term with a lower membership function:
+    to_type2, Type2Sugeno, Lower, infer_type2, a Type2Inference comes back; compile_type2, CompiledType2; read_type2,
+    write_type2, matlab_type2; plot_footprint
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:

@@ -19,6 +19,7 @@ from fuzzy.files.fisfile import FisFileError as FisFileError
 from fuzzy.files.fisfile import FisFileWarning as FisFileWarning
 from fuzzy.files.fisfile import MamdaniError as MamdaniError
 from fuzzy.files.fisfile import MamdaniSystem as MamdaniSystem
+from fuzzy.files.fisfile import Type2Error as Type2Error
 from fuzzy.files.fisfile import format_fis as format_fis
 from fuzzy.files.fisfile import parse_fis as parse_fis
 from fuzzy.files.fisfile import read_fis as read_fis
@@ -128,6 +129,17 @@ from fuzzy.plugins.mamdani.scikitfuzzy import from_skfuzzy as from_skfuzzy
 from fuzzy.plugins.mamdani.system import Mamdani as Mamdani
 from fuzzy.plugins.tuning.data import TunedSystem as TunedSystem
 from fuzzy.plugins.tuning.data import tune as tune
+from fuzzy.plugins.type2.compiled import CompiledType2 as CompiledType2
+from fuzzy.plugins.type2.compiled import compile_type2 as compile_type2
+from fuzzy.plugins.type2.figures import plot_footprint as plot_footprint
+from fuzzy.plugins.type2.files import matlab_type2 as matlab_type2
+from fuzzy.plugins.type2.files import read_type2 as read_type2
+from fuzzy.plugins.type2.files import write_type2 as write_type2
+from fuzzy.plugins.type2.system import Lower as Lower
+from fuzzy.plugins.type2.system import Type2Inference as Type2Inference
+from fuzzy.plugins.type2.system import Type2Sugeno as Type2Sugeno
+from fuzzy.plugins.type2.system import infer_type2 as infer_type2
+from fuzzy.plugins.type2.system import to_type2 as to_type2
 from fuzzy.rule import Clause as Clause
 from fuzzy.rule import Rule as Rule
 from fuzzy.system import Constant as Constant

@@ -66,14 +66,14 @@ def infer(fis: Sugeno, x: Any) -> Inference:
             f"{fis.name}: the last axis of the input must hold {len(fis.inputs)} values "
             f"({', '.join(v.name for v in fis.inputs)}), got shape {tuple(x.shape)}"
         )
-    x = _within_universe(fis, x)
+    x = within_universe(fis, x)
     logs = logarithmic(fis)
-    degrees = _memberships(fis, x, premise_parameters(fis, x), logs)
+    degrees = degrees_of(fis, x, premise_parameters(fis, x), logs)
     firing, weights = _log_firing(fis, degrees) if logs else _linear_firing(fis, degrees)
     if logs:
         with np.errstate(under="ignore"):
             degrees = array_namespace(x).exp(degrees)
-    memberships = tuple(degrees[..., a:b] for a, b in _columns(fis))
+    memberships = tuple(degrees[..., a:b] for a, b in columns_of(fis))
     with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest number outputs are infinite, as they tell
         outputs = rule_outputs(fis, x)
         output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
@@ -98,7 +98,8 @@ def infer_quietly(fis: Sugeno, x: Any) -> Inference:
         return infer(fis, x)
 
 
-def _within_universe(fis: Sugeno, x: Array) -> Array:
+def within_universe(fis: Sugeno, x: Array) -> Array:
+    """The points (..., inputs), clipped if the system says so; warns or raises as it says where any is outside."""
     if fis.out_of_range == "ignore":
         return x
     xp = array_namespace(x)
@@ -180,7 +181,7 @@ def premise_parameters(fis: Sugeno, x: Array) -> tuple[Array, ...]:
     )
 
 
-def _memberships(fis: Sugeno, x: Array, premises: Sequence[Array], logs: bool) -> Array:
+def degrees_of(fis: Sugeno, x: Array, premises: Sequence[Array], logs: bool) -> Array:
     """Layer 1: degrees (..., terms) of all inputs' terms, or their logarithms if ``logs``, with one call per kind."""
     xp = array_namespace(x)
     columns = []
@@ -213,7 +214,7 @@ def rule_weights(fis: Sugeno, x: Array, premises: Sequence[Array]) -> tuple[Arra
             broadcast over the samples.
     """
     logs = logarithmic(fis)
-    memberships = _memberships(fis, x, premises, logs)
+    memberships = degrees_of(fis, x, premises, logs)
     return _log_firing(fis, memberships) if logs else _linear_firing(fis, memberships)
 
 
@@ -281,18 +282,18 @@ def _asked(s: Structure, logs: Array) -> Array:
 
 def _linear_firing(fis: Sugeno, degrees: Array) -> tuple[Array, Array]:
     """Layers 2 and 3 from degrees (..., terms)."""
-    firing = _firing(fis, [degrees[..., a:b] for a, b in _columns(fis)])
+    firing = firing_strengths(fis, [degrees[..., a:b] for a, b in columns_of(fis)])
     return firing, _normalised(firing)
 
 
-def _columns(fis: Sugeno) -> list[tuple[int, int]]:
+def columns_of(fis: Sugeno) -> list[tuple[int, int]]:
     """Where each input's terms stand among all terms."""
     ends = np.cumsum([len(v.terms) for v in fis.inputs]).tolist()
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def _firing(fis: Sugeno, memberships: Sequence[Array]) -> Array:
-    """Layer 2: firing strengths (..., rules)."""
+def firing_strengths(fis: Sugeno, memberships: Sequence[Array]) -> Array:
+    """Layer 2: firing strengths (..., rules), from the degrees (..., terms) of each input's terms."""
     s = fis.structure
     x = memberships[0]
     xp = array_namespace(x)
@@ -375,18 +376,27 @@ def _defuzzified(
     total = xp.sum(share, axis=-2)  # (..., 1 or outputs)
     shape = (*x.shape[:-1], len(fis.outputs))
     fired = xp.broadcast_to(total > 0, shape)
-    # Of a degree that is not-a-number (0 · ∞ in a formula) neither that a rule fires can be said, nor that none does.
-    sums = xp.sum(xp.where(xp.isnan(x), x, xp.zeros_like(x)), axis=-1) + xp.sum(degrees, axis=-1)
-    known = xp.broadcast_to(~xp.isnan(sums)[..., None], shape)
     if fis.defuzzification == "wtsum":
         output = xp.sum(firing[..., None] * outputs, axis=-2)
     else:
         output = xp.sum(share * outputs, axis=-2)
         if not takes_part.all():
             output = output / xp.where(fired, xp.broadcast_to(total, shape), xp.ones_like(output))
+    return settled(fis, x, degrees, output, fired), fired
+
+
+def settled(fis: Sugeno, x: Array, degrees: Array, output: Array, fired: Array) -> Array:
+    """The outputs (..., outputs): where no rule ``fired`` what the system says, at unknown points not-a-number.
+
+    Warns, or raises, as :func:`infer` does.
+    """
+    xp = array_namespace(x)
+    # Of a degree that is not-a-number (0 · ∞ in a formula) neither that a rule fires can be said, nor that none does.
+    sums = xp.sum(xp.where(xp.isnan(x), x, xp.zeros_like(x)), axis=-1) + xp.sum(degrees, axis=-1)
+    known = xp.broadcast_to(~xp.isnan(sums)[..., None], fired.shape)
     missing = known & ~fired
     if bool(xp.any(missing)):
         say_no_rule_fires(fis, xp.any(xp.reshape(missing, (-1, len(fis.outputs))), axis=0))
         default = [v.midrange if fis.no_rule_fires == "midrange" else float("nan") for v in fis.outputs]
         output = xp.where(missing, like(x, default), output)
-    return xp.where(known, output, xp.nan), fired
+    return xp.where(known, output, xp.nan)

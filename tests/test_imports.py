@@ -22,7 +22,8 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.tuning plugins.designer plugins.loop
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.tuning plugins.designer
+        plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
@@ -59,7 +60,14 @@ LAZY_ROOMS = ("commands", "designer", "plugins")
 APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
-    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": (), "tuning": ()},
+    "fuzzy": {
+        "ccode": (),
+        "designer": ("mamdani",),
+        "loop": ("ccode", "designer"),
+        "mamdani": (),
+        "tuning": (),
+        "type2": (),
+    },
     "anfis": {"designer": (), "regressor": ()},
     "robotics": {
         "ablation": ("stress",),

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_system, stem_of, usage, values_of
+from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_either, stem_of, usage, values_of
 from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.terminal import print_json
 
@@ -46,7 +46,16 @@ def plot(
       fuzzy plot tipper.fis --all -o figures.zip
       fuzzy plot tracking
     """
-    fis = read_system(file)
+    import fuzzy
+
+    fis = read_either(file)
+    if isinstance(fis, fuzzy.Type2Sugeno):
+        if everything or only_fired or at or data is not None or kind != "memberships":
+            usage("of an interval type-2 system the memberships are drawn, with their footprint of uncertainty")
+        path = picture_path(output_file, file, kind)
+        fuzzy.save_figure(fuzzy.plot_footprint(fis, variable), path)
+        print_json({"file": str(path)}) if json else print(path)
+        return
     if everything:
         if variable is not None or only_fired or kind != "memberships":
             usage("--all draws everything; it goes with --at, --format, --data and -o only")

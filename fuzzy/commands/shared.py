@@ -11,6 +11,7 @@ from fuzzy.commands.completion import rule_bases
 from fuzzy.shell.options import argument, option
 
 if TYPE_CHECKING:
+    from fuzzy import Type2Sugeno
     from fuzzy.system import Sugeno
 
 T = TypeVar("T")
@@ -40,6 +41,19 @@ def read_system(file: Path) -> "Sugeno":
     if file == STDIN:
         return warned(parse_bytes(sys.stdin.buffer.read(), "standard input")).system
     return read_fis(find_fis(file))
+
+
+def read_either(file: Path) -> "Sugeno | Type2Sugeno":
+    """Read a system as :func:`read_system` does, or the interval type-2 system in a .fis file."""
+    import fuzzy
+    from fuzzy.files.packaged import find_fis
+
+    try:
+        return read_system(file)
+    except fuzzy.Type2Error:
+        if file == STDIN:
+            raise
+        return fuzzy.read_type2(find_fis(file))
 
 
 def usage(message: str) -> NoReturn:

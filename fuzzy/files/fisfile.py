@@ -27,6 +27,8 @@ from fuzzy.files.fislines import (
     HEDGES_NOTE,
     LINE_END,
     LOOP_NOTE,
+    LOWER_NOTE,
+    REDUCTION_NOTE,
     SYSTEM_NOTES,
     FileSection,
     FisLines,
@@ -49,6 +51,14 @@ _MOST_TERMS = 10_000  # of a variable
 _MOST_RULES = 100_000  # rules
 _LISTED = 1000  # characters of the list of terms that a message shows
 _DEFUZZIFICATIONS = ("wtaver", "wtsum")
+_TYPE_2 = (
+    "this is an interval type-2 system; only type-1 systems are read here. fuzzy.read_type2 in Python reads it, and "
+    "`fuzzy evaluate` and `fuzzy plot` take it"
+)
+_MATLABS_TYPE_2 = (
+    "this is MATLAB's own text of a type-2 system, whose format is not documented and not read. In MATLAB, write "
+    "convertToType1(fis); `fuzzy type2`, or fuzzy.to_type2 in Python, adds the lags and scales"
+)
 _CONSEQUENTS = ("constant", "linear")
 # Names may hold quotes, colons and brackets: the name begins at the first quote and ends at the last "':'type',[".
 _TERM = re.compile(r"'(?P<name>.*)'\s*:\s*'(?P<type>[^']*)'\s*,\s*\[(?P<parameters>[^\[\]]*)\]")
@@ -59,6 +69,10 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE | 
 
 class MamdaniError(FisFileError):
     """The error for a file that describes a Mamdani system where a Sugeno system is wanted."""
+
+
+class Type2Error(FisFileError):
+    """The error for a file that describes an interval type-2 system where a type-1 system is wanted."""
 
 
 class MamdaniSystem(NamedTuple):
@@ -89,6 +103,8 @@ class FisText(NamedTuple):
     changes: tuple[str, ...]  # of a Mamdani system, what became another thing, a sentence each
     warnings: tuple[str, ...]
     faults: tuple[FaultyRule, ...] = ()  # where such lines are left out
+    reduction: SectionLine | None = None  # of a type-2 system
+    lower: tuple[SectionLine | None, ...] = ()  # likewise, by input
 
 
 def read_fis(path: str | os.PathLike[str]) -> Sugeno:
@@ -108,6 +124,7 @@ def read_fis(path: str | os.PathLike[str]) -> Sugeno:
         FisFileError: A text that is no Sugeno system of MATLAB's, with the file and the line, or one of more than 1,000
             inputs or outputs, 10,000 terms of a variable or 100,000 rules.
         MamdaniError: A Mamdani system, which :func:`read_mamdani` reads.
+        Type2Error: An interval type-2 system, which ``fuzzy.read_type2`` reads.
     """
     name = os.fsdecode(path)
     return warned(parse_bytes(file_bytes(name), name)).system
@@ -142,7 +159,7 @@ def warned(read: FisText) -> FisText:
     return read
 
 
-def parse_bytes(data: bytes, name: str, mamdani: bool = False, lenient: bool = False) -> FisText:
+def parse_bytes(data: bytes, name: str, mamdani: bool = False, lenient: bool = False, type2: bool = False) -> FisText:
     """Read the bytes of a .fis file, in UTF-8 or in the Windows encoding of old MATLAB files.
 
     Raises FisFileError as :func:`read_fis` does.
@@ -152,16 +169,17 @@ def parse_bytes(data: bytes, name: str, mamdani: bool = False, lenient: bool = F
         name: What messages call the file.
         mamdani: Whether a Mamdani system is read as a Sugeno system, see :func:`read_mamdani`.
         lenient: Whether rules of a Sugeno system that cannot be read are left out, and told as ``faults``.
+        type2: Whether an interval type-2 system is read, as its upper system, with the lines of the others.
     """
-    return parse_original(data, name, mamdani, lenient)[0]
+    return parse_original(data, name, mamdani, lenient, type2)[0]
 
 
 def parse_original(
-    data: bytes, name: str, mamdani: bool = True, lenient: bool = False
+    data: bytes, name: str, mamdani: bool = True, lenient: bool = False, type2: bool = False
 ) -> tuple[FisText, MamdaniParts | None]:
     """What :func:`parse_bytes` reads of the same arguments, and a Mamdani system as the file describes it."""
     text, messages = decoded(data, name)
-    reader = _Reader(name, mamdani, lenient)
+    reader = _Reader(name, mamdani, lenient, type2)
     read = reader.read(text)
     return read._replace(warnings=(*messages, *read.warnings)), reader.original
 
@@ -203,13 +221,16 @@ class _Reader(FisLines):
 
     ``mamdani``: is a Mamdani system read as a Sugeno system? Then ``changes`` says what became another thing.
     ``lenient``: are wrong rules of a Sugeno system left out? Then ``faults`` has them.
+    ``type2``: is the upper system of an interval type-2 system read?
     """
 
     hedged = False  # does the file say that fractions in its rules are hedges?
 
-    def __init__(self, path: str, mamdani: bool = False, lenient: bool = False) -> None:
+    def __init__(self, path: str, mamdani: bool = False, lenient: bool = False, type2: bool = False) -> None:
         super().__init__(path)
-        self.mamdani, self.lenient = mamdani, lenient
+        self.mamdani, self.lenient, self.type2 = mamdani, lenient, type2
+        self.reduction: SectionLine | None = None
+        self.lower: tuple[SectionLine | None, ...] = ()
         self.faults: list[FaultyRule] = []
         self.changes: list[str] = []
         self.original: MamdaniParts | None = None
@@ -221,7 +242,8 @@ class _Reader(FisLines):
         if self.padded:
             terms = counted(len(self.padded), "term")
             self.warn(self.padded[0], f"zeros behind the parameters, as in MATLAB's old files, are left out of {terms}")
-        return FisText(system, tuple(self.changes), tuple(self.warnings), tuple(self.faults))
+        told = tuple(self.changes), tuple(self.warnings), tuple(self.faults)
+        return FisText(system, *told, self.reduction, self.lower)
 
     def _system(self, text: str) -> Sugeno:
         sections = self.sections(text)
@@ -233,6 +255,10 @@ class _Reader(FisLines):
         inputs = self._variables(sections, "Input", self._count(system, "NumInputs", _MOST_VARIABLES), None)
         count = self._count(system, "NumOutputs", _MOST_VARIABLES)
         outputs = self._variables(sections, "Output", count, None if mamdani else len(inputs))
+        self.lower = tuple(sections[f"Input{n}"].entries.get(LOWER_NOTE) for n in range(1, len(inputs) + 1))
+        self.reduction = system.entries.get(REDUCTION_NOTE)
+        if self.reduction and not self.type2:
+            raise Type2Error(self.path, self.reduction.line, f"{_TYPE_2}\n  {shortened(self.reduction.text)}")
         lines = sections["Rules"].rules if "Rules" in sections else []
         count = self._count(system, "NumRules", _MOST_RULES)
         if count != len(lines):
@@ -283,6 +309,8 @@ class _Reader(FisLines):
                 "fuzzy.read_mamdani in Python, makes one of it\n  " + shortened(at.text)
             )
             raise MamdaniError(self.path, at.line, reason)
+        if "type2" in kind.casefold().replace("-", ""):
+            raise Type2Error(self.path, at.line, f"{_MATLABS_TYPE_2}\n  {shortened(at.text)}")
         if kind.casefold() not in ("sugeno", "mamdani"):
             raise self.error(at, expected(kind, ("sugeno", "mamdani"), "type of system"))
         return kind.casefold() == "mamdani"

@@ -29,9 +29,12 @@ SYSTEM_NOTES = {
     "NoRuleFires": ("no_rule_fires", ("midrange", "nan", "error")),
     "OutOfRange": ("out_of_range", ("warn", "ignore", "clip", "error")),
 }
-_VARIABLE_NOTES = ("Unit",)
 LOOP_NOTE = "Loop"  # in [System]: Sugeno.loop
 HEDGES_NOTE = "Hedges"  # in [System] of what this program writes: fractions in rules are meant, and need no warning
+REDUCTION_NOTE = "TypeReduction"  # in [System] of an interval type-2 system
+LOWER_NOTE = "Lower"  # in an input of one: the scale and the two lags of each term
+_SYSTEM_NOTES = (*SYSTEM_NOTES, LOOP_NOTE, HEDGES_NOTE, REDUCTION_NOTE)
+_VARIABLE_NOTES = ("Unit", LOWER_NOTE)
 
 LINE_END = re.compile(r"\r\n|\r|\n")  # not splitlines(), which would also split names at rarer characters
 _MOST_WARNINGS = 20  # of one file; what follows is counted
@@ -150,7 +153,7 @@ class FisLines:
         raise self.error(at, expected(word, ("System", "Input1", "Output1", "Rules"), "section"))
 
     def _note(self, section: FileSection, word: str, at: SectionLine) -> None:
-        known = (*SYSTEM_NOTES, HEDGES_NOTE, LOOP_NOTE) if section.title == "[System]" else _VARIABLE_NOTES
+        known = _SYSTEM_NOTES if section.title == "[System]" else _VARIABLE_NOTES
         if section.title == "[Rules]" or word not in known:
             self.warn(at, f"a note that {section.title} does not know is skipped: {quoted(word)}")
         elif word in section.entries:
