@@ -29,9 +29,9 @@ STAIRS = {
         folds intervals pruning estimator plot commands plugins.designer
     """,
     "robotics": """
-        tables world laws simulation measures studies show commands plugins.predictive plugins.arena plugins.stress
-        plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify
+        tables world laws simulation measures studies show commands plugins.reactive plugins.predictive plugins.arena
+        plugins.stress plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs
+        plugins.reinforcement plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -69,7 +69,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "learning": ("stress",),
         "shapes": (),
         "logs": ("learning",),
-        "predictive": (),
+        "predictive": ("reactive",),
         "reactive": (),
         "reinforcement": ("arena",),
         "stress": (),
