@@ -57,10 +57,10 @@ def sample_around(robot, gain, memory, command, work, known, i, table, rules):  
 
 @dataclass(frozen=True, kw_only=True)
 class IntegralAround(AlongPath, PathIntegral):
-    """MPPI on range sensors: its samples over 2.8 s, what being in the middle of a disc costs, and what it looks at."""
+    """MPPI on range sensors: its samples over 2 s, what being in the middle of a disc costs, and what it looks at."""
 
     samples: int = whole(256, least=2, most=100_000, doc="The number of plans that are simulated in a period.")
-    steps: int = whole(28, least=5, most=1000, doc="The number of steps of the horizon.")
+    steps: int = whole(20, least=5, most=1000, doc="The number of steps of the horizon.")
     step: float = quantity(0.1, "s", above=0, most=1)
     x_scale: float = quantity(1.0, "m", above=0)  # to stand must cost less than to drive through
     y_scale: float = quantity(0.5, "m", above=0)
