@@ -22,7 +22,7 @@ from robotics.plugins.reactive.along import AlongMemory, AlongPath, around, look
 _AHEAD = AheadColumns.size
 
 
-class AroundMemory(AlongMemory):
+class SampledAroundMemory(AlongMemory):
     """What the law remembers: what it has seen, and its plan."""
 
     past = several(2 * PAST, "m/s, rad/s", "as those of SampledMemory")
@@ -71,7 +71,7 @@ class IntegralAround(AlongPath, PathIntegral):
 
     equation, sort_of_law = sample_around, "predictive"
     barred = EquationLaw.barred
-    remembers, works = AroundMemory, PathIntegral.works
+    remembers, works = SampledAroundMemory, PathIntegral.works
 
     @property
     def knows(self) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from robotics.plugins.reactive.orca import OrcaHeard, OrcaMessage, look_for_othe
 from robotics.world.radio.channel import predicted
 
 
-class AroundMemory(AlongMemory):
+class PlannedAroundMemory(AlongMemory):
     """What the law remembers: what it has seen, and its plan."""
 
     started = column("", "1: there is a plan")
@@ -86,7 +86,7 @@ class PredictiveAround(AlongPath, PredictiveControl):
 
     equation, sort_of_law = plan_around, "predictive"
     barred = EquationLaw.barred
-    remembers, works, says = AroundMemory, PredictiveControl.works, OrcaMessage
+    remembers, works, says = PlannedAroundMemory, PredictiveControl.works, OrcaMessage
 
     @property
     def knows(self) -> tuple[str, ...]:
