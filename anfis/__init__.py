@@ -28,4 +28,4 @@ from fuzzy.lazynames import lazy_names  # noqa: E402
 from fuzzy.renamed import redirect  # noqa: E402
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
-redirect({"anfis.designer": "anfis.plugins.designer"})
+redirect({"anfis.designer": "anfis.plugins.designer", "anfis.estimator": "anfis.plugins.regressor.estimator"})

@@ -3,7 +3,6 @@ from anfis.consequents import recursive_start as recursive_start
 from anfis.consequents import recursive_step as recursive_step
 from anfis.data import DataError as DataError
 from anfis.data import DataWarning as DataWarning
-from anfis.estimator import ANFISRegressor as ANFISRegressor
 from anfis.folds import CrossValidation as CrossValidation
 from anfis.folds import Fold as Fold
 from anfis.folds import cross_validate as cross_validate
@@ -17,6 +16,7 @@ from anfis.plot import plot_fit as plot_fit
 from anfis.plot import plot_premises as plot_premises
 from anfis.plot import plot_pruning as plot_pruning
 from anfis.plot import plot_training as plot_training
+from anfis.plugins.regressor.estimator import ANFISRegressor as ANFISRegressor
 from anfis.pruning import Pruned as Pruned
 from anfis.pruning import PruningStep as PruningStep
 from anfis.pruning import prune as prune

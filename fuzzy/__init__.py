@@ -15,17 +15,18 @@ Make a system and ask it:
 Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, read_fll, write_fll, parse_fll,
     format_fll, find_fis, packaged_fis_files, without_hedges; identify,
-    subtractive_clusters, fit_consequents, search_clusters, search_table; tune, a TunedSystem comes back
+    subtractive_clusters, fit_consequents, search_clusters, search_table, select_inputs; tune, a TunedSystem comes back
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
     a FromScikitFuzzy comes back
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:
-    step_response, plot_step_response, TransferFunction, FunctionPlant, PID, Scale; rule_table, Mac Vicar-Whelan's;
-    tuned_pid, a rival; in python-control to_nlsys, linear_controller, linearised, describing_function, plot_bode,
-    plot_describing_function; of a search plot_search, plot_front; from a PID to rules scale_from_pid, tune_loop;
-    scheduled over an operating variable ScheduledTransferFunction, schedule_from_pids, pid_over_points;
+    step_response, plot_step_response, certify_step, TransferFunction, FunctionPlant, PID, Scale;
+    rule_table, Mac Vicar-Whelan's; tuned_pid, a rival; in python-control to_nlsys, linear_controller, linearised,
+    describing_function, plot_bode, plot_describing_function; of a search plot_search, plot_front;
+    from a PID to rules scale_from_pid, tune_loop; scheduled over an operating variable ScheduledTransferFunction,
+    schedule_from_pids, pid_over_points;
     in C controller_code, write_controller, prove_controller
 Look and understand:
     explain, check, interpretability, surface, Surface; plot_memberships, plot_rules, plot_surface, plot_structure,
@@ -46,7 +47,7 @@ from fuzzy.renamed import redirect  # noqa: E402
 __getattr__, __dir__, __all__ = lazy_names(__name__)
 redirect(
     {f"fuzzy.{name}": f"fuzzy.plugins.{name}" for name in ("ccode", "designer", "loop", "mamdani")}
-    | {"fuzzy.hedges": "fuzzy.plugins.mamdani.hedges"}
+    | {"fuzzy.hedges": "fuzzy.plugins.mamdani.hedges", "fuzzy.tuning.data": "fuzzy.plugins.tuning.data"}
     | {f"fuzzy.files.{name}": f"fuzzy.plugins.mamdani.{name}" for name in ("fllfile", "flltext")}
     | {"fuzzy.designer.steppanel": "fuzzy.plugins.loop.panel", "fuzzy.designer.steptask": "fuzzy.plugins.loop.steptask"}
     | {"fuzzy.figures.step": "fuzzy.plugins.loop.stepfigure", "fuzzy.figures.frequency": "fuzzy.plugins.loop.frequency"}

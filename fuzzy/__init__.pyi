@@ -36,6 +36,7 @@ from fuzzy.fitting.identification import identify as identify
 from fuzzy.fitting.search import SearchResult as SearchResult
 from fuzzy.fitting.search import search_clusters as search_clusters
 from fuzzy.fitting.search import search_table as search_table
+from fuzzy.fitting.selection import select_inputs as select_inputs
 from fuzzy.inference import Inference as Inference
 from fuzzy.inference import InferenceWarning as InferenceWarning
 from fuzzy.inference import infer as infer
@@ -87,6 +88,7 @@ from fuzzy.plugins.ccode.writing import CFiles as CFiles
 from fuzzy.plugins.ccode.writing import write_c as write_c
 from fuzzy.plugins.designer.notebook import editor as editor
 from fuzzy.plugins.designer.starts.control import rule_table as rule_table
+from fuzzy.plugins.loop.certificate import certify_step as certify_step
 from fuzzy.plugins.loop.controller import PID as PID
 from fuzzy.plugins.loop.controller import LoopError as LoopError
 from fuzzy.plugins.loop.controller import Scale as Scale
@@ -124,6 +126,8 @@ from fuzzy.plugins.mamdani.likeness import read_mamdani_original as read_mamdani
 from fuzzy.plugins.mamdani.scikitfuzzy import FromScikitFuzzy as FromScikitFuzzy
 from fuzzy.plugins.mamdani.scikitfuzzy import from_skfuzzy as from_skfuzzy
 from fuzzy.plugins.mamdani.system import Mamdani as Mamdani
+from fuzzy.plugins.tuning.data import TunedSystem as TunedSystem
+from fuzzy.plugins.tuning.data import tune as tune
 from fuzzy.rule import Clause as Clause
 from fuzzy.rule import Rule as Rule
 from fuzzy.system import Constant as Constant
@@ -131,5 +135,3 @@ from fuzzy.system import FuzzySystemError as FuzzySystemError
 from fuzzy.system import Linear as Linear
 from fuzzy.system import Sugeno as Sugeno
 from fuzzy.system import Variable as Variable
-from fuzzy.tuning.data import TunedSystem as TunedSystem
-from fuzzy.tuning.data import tune as tune

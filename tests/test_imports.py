@@ -22,16 +22,17 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.loop
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.tuning plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
-        folds intervals pruning estimator plot commands plugins.designer
+        folds intervals pruning plot commands plugins.designer plugins.regressor
     """,
     "robotics": """
-        tables world laws simulation measures studies show commands plugins.reactive plugins.predictive plugins.arena
-        plugins.stress plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs
-        plugins.reinforcement plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify
+        tables world laws simulation measures studies show commands plugins.encounters plugins.reactive
+        plugins.predictive plugins.arena plugins.stress plugins.tuning plugins.datasheets
+        plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
+        plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify plugins.films
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -57,14 +58,17 @@ LAZY_ROOMS = ("commands", "designer", "plugins")
 APART = "plugins"  # a folder whose rooms stand on the stair one by one
 # The plug-ins of a plug-in: panels are made with the interface of the designer, and found by it.
 PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
-    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": ()},
-    "anfis": {"designer": ()},
+    "fuzzy": {"ccode": (), "designer": ("mamdani",), "loop": ("ccode", "designer"), "mamdani": (), "tuning": ()},
+    "anfis": {"designer": (), "regressor": ()},
     "robotics": {
         "ablation": ("stress",),
         "arena": (),
         "ccode": (),
         "certificates": (),
-        "designer": ("learning",),
+        "datasheets": (),
+        "designer": ("learning", "tuning"),
+        "encounters": (),
+        "films": (),
         "identify": ("logs",),
         "learning": ("stress",),
         "shapes": (),
@@ -74,7 +78,8 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "reinforcement": ("arena",),
         "stress": (),
         "tasks": ("arena", "stress"),
-        "thesis": ("learning", "stress"),
+        "thesis": ("certificates", "encounters", "learning", "stress"),
+        "tuning": (),
     },
 }
 

@@ -48,6 +48,44 @@ def pages():
         yield importlib.import_module("pages")
 
 
+def test_stable_names_are_few_and_there_and_the_readme_uses_no_other(pages):
+    stable = pages.stable_names()
+    assert 100 < len(stable) <= 150
+    for name in stable:
+        package, _, short = name.partition(".")
+        assert short in importlib.import_module(package).__all__, name
+    root, missing = PAGES.parent.parent, set()
+    for page in (root / "README.md", root / "docs" / "start" / "everything.md"):
+        text = page.read_text(encoding="utf-8")
+        code = "\n".join(re.findall(r"```(?:python|\{code-cell\} python)\n(.*?)```", text, re.DOTALL))
+        used = set(re.findall(r"\b(?:fuzzy|anfis|robotics)\.[A-Za-z]\w*", code))
+        known = {n for n in used if n.partition(".")[2] in importlib.import_module(n.partition(".")[0]).__all__}
+        missing |= known - stable
+    assert missing == set()
+    for name in ("infer", "search_table"):
+        page = pages._page_of("fuzzy", fuzzy, name)
+        assert ("Provisional" in page) is (name == "search_table")
+
+
+def test_every_claim_has_a_command_that_there_is():
+    rows = re.findall(r"^\| .*\|$", (PAGES / "claims.md").read_text(encoding="utf-8"), re.M)[2:]
+    assert len(rows) > 12
+    for row in rows:
+        commands = re.findall(r"`((?:fuzzy|anfis|robotics|python) [^`]*)`", row.split("|")[3])
+        assert commands, row
+        for program, *words in (command.split() for command in commands):
+            if program == "python":
+                file = words[0] if words[0] != "-m" else words[1].replace(".", "/") + ".py"
+                assert (PAGES.parent.parent / file).is_file(), file
+                continue
+            command: Any = typer.main.get_command(importlib.import_module(f"{program}.commands.application").app)
+            while (name := words[0] if words else "") in getattr(command, "commands", {}):
+                command, words = command.commands[name], words[1:]
+            known = {option for each in command.params for option in each.opts}
+            assert not hasattr(command, "commands")
+            assert {word for word in words if re.fullmatch(r"--?[a-z][\w-]*", word)} <= known, row
+
+
 def test_every_name_of_the_toolbox_has_a_line_and_leads_to_names_that_there_are():
     text = (PAGES / "matlab.md").read_text(encoding="utf-8")
     named = set(re.findall(r"\w+", " ".join(re.findall(r"`[^`]*`", text))))
@@ -145,7 +183,8 @@ def test_every_figure_of_the_thesis_stands_once_with_pictures_and_commands_that_
     assert "| Fig 2.3: the push K/Q(S) over S | `law-switching` |" in pages.thesis_figures(PAGES / "thesisfigures.toml")
 
 
-def test_the_page_of_scenario_files_is_what_the_descriptions_say():
+def test_the_page_of_scenario_files_is_what_the_descriptions_say(monkeypatch):
+    monkeypatch.syspath_prepend(PAGES)
     text = (PAGES / "file-scenario.md").read_text(encoding="utf-8")
     made = module_in(PAGES / "scenariopage.py").page()
     assert text == made, "python docs/reference/scenariopage.py > docs/reference/file-scenario.md"

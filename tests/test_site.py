@@ -245,6 +245,7 @@ def test_nothing_is_fetched_from_a_network(browser: Any) -> None:
         "tutorials/steering.html",
         "gallery/index.html",
         "interactive/memberships-and-rules.html",
+        "interactive/drive.html",
         "interactive/runs.html",
         "explanation/errata-chapter-2.html",
         "reference/made/fuzzy/Sugeno.html",

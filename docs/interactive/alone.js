@@ -127,17 +127,16 @@ function narrow(part) {
   for (const one of part.querySelectorAll('[aria-label^="name of "], [aria-label^="type of "]')) one.disabled = true;
 }
 
-/** Put both views into an element. */
-export function begin(el, values) {
+const VIEWS = { "Membership functions": terms, "Rules at the point": viewer };
+
+/** Put these views into an element. */
+export function begin(el, values, names = Object.keys(VIEWS)) {
   const model = modelOf(values);
-  for (const [name, view] of [
-    ["Membership functions", terms],
-    ["Rules at the point", viewer],
-  ]) {
+  for (const name of names) {
     const part = document.createElement("section");
     part.setAttribute("aria-label", name);
     el.append(part);
-    view.render({ model, el: part });
+    VIEWS[name].render({ model, el: part });
     const again = () => narrow(part);
     new MutationObserver(again).observe(part, { childList: true, subtree: true });
     again();

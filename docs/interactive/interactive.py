@@ -6,6 +6,7 @@ that they need, since a page that is opened from a disk may load no module besid
 
 import json
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,9 @@ from fuzzy.plugins.designer.views import design_data, functions_data
 from robotics.show.playback.player import player_fragment, player_script
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+import drive  # noqa: E402, beside this file
+
 STATIC = HERE.parent.parent / "fuzzy" / "plugins" / "designer" / "static"
 
 
@@ -74,14 +78,23 @@ def _json(value: object) -> str:
     return json.dumps(value).replace("</", "<\\/")
 
 
-def designer() -> str:
-    """The membership and rule views of a small system, as a part of a page."""
-    fis = system()
+def page(module: str, kind: str, call: str, data: object, more: str = "") -> str:
+    """A part of a page that a module of this folder fills, in the designer's looks and ``more``, with its data."""
     looks = themed((STATIC / "designer.css").read_text(encoding="utf-8")) + "\n.alone { margin-bottom: 1.5rem; }"
     looks += "\n.alone .fd input:disabled, .alone .fd select:disabled { opacity: 0.8; border-color: transparent; }"
-    start = f'entry.begin(document.getElementById("alone"), {_json(values(fis))});'
-    script = composed(HERE / "alone.js", start)
-    return f'<style>{looks}</style>\n<div id="alone" class="alone"></div>\n<script type="module">\n{script}</script>\n'
+    script = composed(HERE / module, f'entry.{call}(document.getElementById("part"), {_json(data)});')
+    part = f'<div id="part" class="{kind}"></div>'
+    return f'<style>{looks}\n{more}</style>\n{part}\n<script type="module">\n{script}</script>\n'
+
+
+def designer() -> str:
+    """The membership and rule views of a small system, as a part of a page."""
+    return page("alone.js", "alone", "begin", values(system()))
+
+
+def driving() -> str:
+    """A rule base that steers a robot, as a part of a page."""
+    return page("drive.js", "fd drive", "drive", drive.data(), (HERE / "drive.css").read_text(encoding="utf-8"))
 
 
 def runs() -> list[tuple[str, robotics.Run]]:
@@ -114,5 +127,9 @@ def write(folder: Path) -> None:
     """Write the fragments below ``folder``."""
     made = folder / "made"
     made.mkdir(exist_ok=True)
-    for name, text in (("designer.html", designer()), ("players.html", players(runs()))):
+    for name, text in (
+        ("designer.html", designer()),
+        ("drive.html", driving()),
+        ("players.html", players(runs())),
+    ):
         (made / name).write_text(text, encoding="utf-8")

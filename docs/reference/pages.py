@@ -15,10 +15,12 @@ import shutil
 import textwrap
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import typer
+from keypage import key_reference
 from metricformulas import FORMULAS
 
 PACKAGES = {
@@ -62,6 +64,13 @@ def _api() -> dict[str, str]:
     return pages
 
 
+@cache
+def stable_names() -> frozenset[str]:
+    """The names that ``stable.md`` lists, with their packages."""
+    text = (Path(__file__).parent / "stable.md").read_text(encoding="utf-8")
+    return frozenset(f"{package}.{name}" for package, name in re.findall(r"\]\(made/(\w+)/(\w+)\)", text))
+
+
 def groups(module: Any) -> list[tuple[str, list[str]]]:
     """The public names of a package, by the headings of its overview; those that it does not name come last."""
     left, found, title = set(module.__all__), [], ""
@@ -94,6 +103,8 @@ def _is_membership(thing: Any) -> bool:
 def _page_of(package: str, module: Any, name: str) -> str:
     thing, whole = getattr(module, name), f"{package}.{name}"
     rows = [_titled(whole, "="), f".. currentmodule:: {package}", ""]
+    if whole not in stable_names():
+        rows += [":doc:`Provisional <../../stable>`: it may change with any version.", ""]
     home = getattr(thing, "__module__", package).partition(".")[0]
     if home != package and home in PACKAGES:
         return "\n".join([*rows, f"The same as :doc:`{home}.{name} <../{home}/{name}>`.", ""])
@@ -247,7 +258,6 @@ def _cell(text: str) -> str:
 def _files() -> dict[str, str]:
     """A page for each kind of file but scenarios and sweeps, which have one that is kept."""
     from robotics.commands.filekinds import FILE_KINDS
-    from robotics.tables.page import key_reference
 
     pages = {}
     for name, kind in FILE_KINDS.items():

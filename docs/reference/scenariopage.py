@@ -7,9 +7,10 @@
 from pathlib import Path
 from string import Template
 
+from keypage import key_reference
+
 from robotics.show.report.keys import sweep_table
 from robotics.simulation.scenario.keys import scenario_table
-from robotics.tables.page import key_reference
 
 
 def page() -> str:

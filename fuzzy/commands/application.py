@@ -18,7 +18,7 @@ app = application(
         "run": "evaluate",
         "make": "example",
         "learn": "identify search",
-        "tune": "tune",
+        "tune": "",
         "more": "doctor",
     },
     version=partial(versions_with, "numpy"),

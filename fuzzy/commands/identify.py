@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from fuzzy.commands.datafile import SkipBad
+from fuzzy.commands.datafile import FoldsOrder, SkipBad
 from fuzzy.commands.samples import (
     Inputs,
     Order,
@@ -15,6 +15,7 @@ from fuzzy.commands.samples import (
     draw_search,
     sample_table,
     searched,
+    selected,
     setting_of,
 )
 from fuzzy.commands.shared import check_plot, parsed, usage
@@ -55,6 +56,11 @@ def identify(
     order: Order = 1,
     ridge: Ridge = 0.0,
     fit: Annotated[bool, option("Fit the consequents, or leave them 0.", "--fit/--no-fit")] = True,
+    select: Annotated[
+        bool, option("Take only the inputs that are needed, found one after the other by cross-validation.")
+    ] = False,
+    folds: Annotated[int | None, option("With --select: number of folds. [default: 5]", "K", min=2)] = None,
+    fold_order: FoldsOrder = "shuffled",
     plot: Plot = None,
     skip_bad: SkipBad = False,
     json: Json = False,
@@ -64,12 +70,14 @@ def identify(
     With --rules the settings of subtractive clustering are searched for the best system with that number of rules,
     as `fuzzy search` does. A header "speed [m/s]" names the column speed. The table's columns are separated by commas,
     semicolons or tabs; numbers have a decimal point or a decimal comma. Columns that are not used may hold anything.
-    Terms stand in the order of their places and are named by them: low, middle, high.
+    Terms stand in the order of their places and are named by them: low, middle, high. --select adds inputs while that
+    lowers the error of samples held back, and takes the fewest within one standard error of the least.
 
     \b
     Example:
       fuzzy example samples
       fuzzy identify samples.csv --inputs x,y --outputs v --method subtractive --radius 0.5 -o net.fis
+      fuzzy identify samples.csv --outputs v --select
     """
     import numpy as np
 
@@ -83,6 +91,10 @@ def identify(
     _only(method, "subtractive", {"radius": radius, **cluster.keywords, "rules": rules, "plot": plot})
     if rules is not None and any(value is not None for value in (radius, *cluster.keywords.values())):
         usage("--rules searches radius, squash, accept and reject: leave them out")
+    if select and (rules is not None or "," in (mfs or "")):
+        usage("--select makes a system of many sets of inputs: leave --rules out, and give --mfs one number")
+    if not select and (folds is not None or fold_order != "shuffled"):
+        usage("--folds and --fold-order say how --select judges: they go with it")
     if plot is not None and rules is None:
         usage("--plot draws the search: it goes with --rules")
     if rules is not None and not fit:
@@ -96,6 +108,11 @@ def identify(
         settings["mfs"] = counts[0] if len(counts) == 1 else counts
     if cluster.keywords:
         settings["options"] = cluster()
+    about = {name: value for name, value in settings.items() if value is not None}
+    selection = None
+    if select:
+        make = partial(identified, method=method, order=order, ridge=ridge, **about)  # type: ignore[arg-type]
+        selection, samples = selected(samples, make, folds or 5, fold_order)
     found = None
     if rules is not None:
         found = searched(samples, rules, order, ridge)
@@ -119,8 +136,15 @@ def identify(
         errors = {v.name: float(error) for v, error in zip(fis.outputs, rmse, strict=True)}
         setting = {} if found is None else {"setting": setting_of(found.best)}
         counted = {"samples": len(samples.x), "skipped": samples.skipped}
-        print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **counted, **setting})
+        chosen = {} if selection is None else {"inputs": [v.name for v in fis.inputs], "steps": selection}
+        print_json({"file": str(target), "rules": len(fis.rules), "rmse": errors, **counted, **setting, **chosen})
         return
+    for step in selection or ():
+        print(
+            f"{', '.join(step['inputs'])}: {shown(step['error'])} ± {shown(step['deviation'])} of the outputs' spread"
+        )
+    if selection is not None:
+        print(f"inputs: {', '.join(v.name for v in fis.inputs)}")
     if found is not None:
         print(", ".join(f"{name} {shown(value)}" for name, value in setting_of(found.best).items()))
     errors_text = ", ".join(

@@ -3,7 +3,7 @@
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from fuzzy.commands.datafile import columns_of, numbers, opened
 from fuzzy.commands.shared import parsed
@@ -11,6 +11,8 @@ from fuzzy.files.columnchoice import chosen_columns, names_of
 from fuzzy.shell.options import argument, option
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy as np
 
     from fuzzy.files.table import TableText
@@ -73,6 +75,27 @@ def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: 
         progress=progress if sys.stderr.isatty() else None,
         **samples.names,  # type: ignore[arg-type]
     )
+
+
+def selected(
+    samples: SampleTable, make: "Callable[[np.ndarray, np.ndarray], Sugeno]", folds: int, order: str
+) -> tuple[list[dict[str, Any]], SampleTable]:
+    """The steps of :func:`fuzzy.fitting.selection.select_inputs` with names, and the samples with the inputs chosen."""
+    from fuzzy.fitting.selection import select_inputs
+
+    def progress(done: int, total: int) -> None:
+        print(f"\rinput {done} of {total}", end="\r\033[K" if done == total else "", file=sys.stderr, flush=True)
+
+    found = select_inputs(
+        samples.x, samples.y, make, folds=folds, order=order, progress=progress if sys.stderr.isatty() else None
+    )
+    names = samples.names["input_names"]
+    steps = [
+        {"inputs": [names[k] for k in step.inputs], "error": step.error, "deviation": step.deviation}
+        for step in found.steps
+    ]
+    kept = {key: [of[k] for k in found.chosen] if key.startswith("input") else of for key, of in samples.names.items()}
+    return steps, samples._replace(x=samples.x[:, found.chosen], names=kept)
 
 
 def setting_of(trial: "Trial") -> dict[str, float]:

@@ -15,7 +15,7 @@ class FoldError(InputError):
     """The error for folds that cannot be made."""
 
 
-def fold_rows(samples: int, folds: int, order: FoldOrder = "shuffled", seed: int = 0) -> list[np.ndarray]:
+def fold_rows(samples: int, folds: int, order: FoldOrder | str = "shuffled", seed: int = 0) -> list[np.ndarray]:
     """The rows (held,) that each fold holds back: every row once, ascending, sizes that differ by 1 at most.
 
     With the order "blocks" they are contiguous, which a time series needs: of a shuffled one the neighbours in time of

@@ -15,10 +15,10 @@ app = application(
     "robotics run lyapunov-sine --plot sine.png",
     program="robotics",
     commands={
-        "look": "list scenario robot check plot explain animate",
+        "look": "list scenario check plot explain",
         "run": "new run",
         "compare": "compare sweep study",
-        "tune": "tune",
+        "tune": "",
         "learn": "",
         "deploy": "",
         "more": "copy team",

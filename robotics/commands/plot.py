@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import robotics
 from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 from fuzzy.shell.options import Json, argument, option
@@ -19,7 +20,7 @@ class Kind(NamedTuple):
     several: bool = False  # whether it shows several runs on one scenario beside each other
 
 
-PLOT_KINDS = {
+_KINDS = {
     "run": Kind("plot_run", "paths, errors, speeds and commands"),
     "paths": Kind("plot_paths", "paths from above, and errors across them with bands over the seeds", several=True),
     "errors": Kind("plot_errors", "errors of one robot in x, y and heading", ("robot",), several=True),
@@ -36,6 +37,8 @@ PLOT_KINDS = {
     "modes": Kind("plot_modes", "what robots were about: tracking, avoiding, yielding"),
     "rules": Kind("plot_rules_at", "which rules fired for one robot at one time", ("robot", "time", "task")),
 }
+# Those of plug-ins are there where these are
+PLOT_KINDS = {name: kind for name, kind in _KINDS.items() if kind.function in vars(robotics)["__all__"]}
 
 
 def plot(
@@ -83,7 +86,6 @@ def plot(
     if len(runs) > 1 and not about.several:
         raise InputError(f"the kind {kind} shows one run, got {len(runs)}")
 
-    import robotics
     from fuzzy.figures.drawing import check_picture, save_figure
     from robotics.simulation.run import load_run
 

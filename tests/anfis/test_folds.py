@@ -16,7 +16,7 @@ def test_the_errors_are_those_of_scikit_learn(order, seed):
     pytest.importorskip("sklearn")
     from sklearn.model_selection import KFold, cross_val_score
 
-    from anfis.estimator import ANFISRegressor
+    from anfis.plugins.regressor.estimator import ANFISRegressor
 
     rows = fold_rows(len(X), 3, order, seed)
     if order == "blocks":

@@ -33,7 +33,7 @@ MOVED = {
     "robotics.tuning.cost": "robotics.studies.tuning.cost",
     "robotics.arena.description": "robotics.plugins.arena.description",
     "robotics.figures.team": "robotics.show.figures.team",
-    "robotics.figures.sonar": "robotics.show.figures.modes",
+    "robotics.figures.sonar": "robotics.plugins.encounters.modes",
     "robotics.laws.preset": "robotics.laws.law",
     "robotics.playback.player": "robotics.show.playback.player",
     "robotics.report.study": "robotics.show.report.study",

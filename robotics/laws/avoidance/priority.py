@@ -26,9 +26,6 @@ class WhereaboutsColumns(Columns):
     v_y = column("m/s")
 
 
-WHEREABOUTS = WhereaboutsColumns.leaves()
-
-
 @without_refcounts
 def tell_whereabouts(where, robot):  # type: ignore[no-untyped-def]
     """Write a robot's place and velocity into its message, whose part ``where`` is as WhereaboutsColumns."""

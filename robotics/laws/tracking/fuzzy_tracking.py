@@ -48,7 +48,7 @@ from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
-from robotics.laws.equation import AimColumns, EquationLaw, equation, gain_columns
+from robotics.laws.equation import AimColumns, EquationLaw, equation
 from robotics.laws.knowledge import share_of
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
@@ -292,9 +292,6 @@ class FuzzyTracking(EquationLaw):
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The tracking rule base and λ(y_err)."""
         return self.tracking.system, self.turn.system
-
-
-Gain = gain_columns(FuzzyTracking)
 
 
 def rule_base_files() -> dict[str, Path]:

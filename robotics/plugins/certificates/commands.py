@@ -79,7 +79,9 @@ def certify(
         str, option("The robot whose limits count: a name, or a .toml file.", "NAME|FILE", autocompletion=robots)
     ] = "etsro",
     seed: Annotated[int, option("Seed of the simulated starts and references.", min=0)] = 0,
-    plot: Annotated[Path | None, option("Draw the region: .png, .pdf, .svg.", "PICTURE")] = None,
+    plot: Annotated[
+        Path | None, option("Draw the region: .png, .pdf, .svg; of a LAW beside simulated starts.", "PICTURE")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Certify the stability of the Lyapunov law, decay rate and region, or of parallel compensation, decay rate.
@@ -91,7 +93,7 @@ def certify(
     \b
     Example:
       robotics certify --speed 0.2 0.4 --turn 3.5 --plot region.png
-      robotics certify fuzzy-correcting:smooth=0 --speed 0.3 0.32 --curvature 0.2 --out loop.json
+      robotics certify fuzzy-correcting:smooth=0 --speed 0.3 0.32 --curvature 0.2 --out loop.json --plot loop.png
       robotics certify --verify loop.json
       robotics certify virtual-structure-virtual:gamma=0 --scenario outage-10s
     """
@@ -102,7 +104,8 @@ def certify(
         _certify_team(loop, scenario, json)
         return
     if loop is not None:
-        _certify_loop(loop, replace(assumed, speed_low=min(speed), speed_high=max(speed)), robot, quick, out, json)
+        assumed = replace(assumed, speed_low=min(speed), speed_high=max(speed))
+        _certify_loop(loop, assumed, robot, quick, out, plot, seed, json)
         return
     from robotics.plugins.certificates import certificate as theory
     from robotics.simulation.scenario.robots import load_robot
@@ -187,7 +190,16 @@ def _verify(path: Path, json: bool) -> None:
         print(f"{path}: the certificate of {data['law']} holds; it was checked without the search")
 
 
-def _certify_loop(law: str, assumed: "LoopModel", robot: str, quick: bool, out: Path | None, json: bool) -> None:
+def _certify_loop(
+    law: str,
+    assumed: "LoopModel",
+    robot: str,
+    quick: bool,
+    out: Path | None,
+    plot: Path | None,
+    seed: int,
+    json: bool,
+) -> None:
     from fuzzy.files.atomic import check_target
     from robotics.plugins.certificates.certificate import CertificateError
     from robotics.plugins.certificates.certificatefile import write_certificate
@@ -198,6 +210,7 @@ def _certify_loop(law: str, assumed: "LoopModel", robot: str, quick: bool, out: 
     from robotics.simulation.scenario.robots import load_robot
 
     check_target(out, ".json")
+    check_plot(plot)
     machine = load_robot(robot).robot
     loop = closed_loop(law, machine, assumed)
     found, failure = certify_loop(loop, QUICK_EFFORT if quick else FULL_EFFORT)
@@ -208,6 +221,11 @@ def _certify_loop(law: str, assumed: "LoopModel", robot: str, quick: bool, out: 
         raise CertificateError(f"{law}: not certified: {wrong}")
     if out is not None:
         write_certificate(found, out)
+    if plot is not None:
+        from fuzzy.figures.drawing import save_figure
+        from robotics.plugins.certificates.basins import basin_of, plot_basins
+
+        save_figure(plot_basins([basin_of(law, machine, assumed, found, seed=seed)]), plot)
     (x, y, heading), end = map(float, found.half_widths()), found.half_widths(found.ultimate)
     about = {"model": loop.model, "inner": end, "rate": rate(found.rate)}
     report: dict[str, Any] = {

@@ -31,13 +31,13 @@ from robotics.measures.registry import ALL_METRICS
 from robotics.plugins.designer.conditions import scenario_of
 from robotics.plugins.designer.moments import evenly, rounded_list
 from robotics.plugins.designer.uses import law_of, uses_of
+from robotics.plugins.tuning.unseen import compared
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.tuning.cost import COST_TERMS, Cost, Term
 from robotics.studies.tuning.file import load_tuning
 from robotics.studies.tuning.space import PARTS, LawSpace
 from robotics.studies.tuning.tune import TUNING, reached, tune, with_noise
-from robotics.studies.tuning.unseen import compared
 
 OFFERED_ENGINES = ("cmaes", "random")
 _UNSEEN = 50  # seeds with which before and after are compared

@@ -22,7 +22,7 @@ from fuzzy.shell.progress import progress_bar
 from fuzzy.shell.terminal import print_json
 from robotics.commands.completion import controllers, scenarios
 from robotics.simulation.scenario.description import ScenarioError
-from robotics.simulation.scenario.reading import scenario_from_table
+from robotics.simulation.scenario.reading import load_scenario, parse_scenario, scenario_from_table
 from robotics.tables.template import toml_value
 from robotics.tables.text import parse_table, read_text
 from robotics.world.paths.path import shapes
@@ -105,8 +105,6 @@ def formation(
     Example:
       robotics dataset formation --path eight:width=10 --followers 4 --save-scenario mine.toml -o mine.csv
     """
-    from robotics.simulation.scenario.reading import load_scenario
-
     given = {**recipe.keywords, **plan.keywords, **thesis.keywords}
     for name, value in {"scenario": scenario, "save_scenario": save_scenario, "formations": formations}.items():
         given |= {} if value is None else {name: value}
@@ -201,9 +199,6 @@ def _scenario_set(
 
 def _planned_scenario(plan: "FormationPlan", file: Path | None) -> "Scenario":
     """The scenario of a formation, saved if wished."""
-    from robotics.plugins.learning.commands_dataset_formation import formation_text
-    from robotics.simulation.scenario.reading import parse_scenario
-
     text = formation_text(plan)
     if file is not None:
         check_target(file, ".toml")

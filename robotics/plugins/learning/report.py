@@ -26,10 +26,10 @@ from robotics.measures.registry import headlines, measure_all
 from robotics.plugins.learning.datacard import Card, card_path, read_card
 from robotics.plugins.learning.datatable import DataTable, Samples
 from robotics.plugins.learning.figures import Fit, plot_search_and_epochs, plot_shares, plot_stages, rms
+from robotics.plugins.learning.formation_run import is_formation, plot_formation
 from robotics.plugins.learning.formationlearning import Errors, Learnt, columns_of, input_columns
 from robotics.plugins.learning.scatter import DRAWS, ScatterError, scatter
 from robotics.show.figures.drawing import seeds_as_text
-from robotics.show.figures.formation_run import is_formation, plot_formation
 from robotics.show.figures.run import plot_run
 from robotics.show.playback.player import player_fragment
 from robotics.show.report.chapter import Chapter, Film, Grid

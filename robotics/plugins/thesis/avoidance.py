@@ -13,6 +13,15 @@ from robotics.measures.arrival import ARRIVAL_SPREAD, together
 from robotics.measures.evidence import mean_of, rate_of
 from robotics.measures.leading import Lead, lead
 from robotics.measures.quantities import measured, runs_touched
+from robotics.plugins.encounters.avoidance import (
+    CRASH_ROWS,
+    HOW,
+    OBSTACLE_ROWS,
+    WHERE,
+    plot_avoidance,
+    plot_trajectories,
+)
+from robotics.plugins.encounters.meetings import plot_meetings
 from robotics.plugins.stress.outcome import StressOutcome
 from robotics.plugins.thesis import avoidance_runs
 from robotics.plugins.thesis.avoidance_runs import (
@@ -31,8 +40,6 @@ from robotics.plugins.thesis.claims import judged
 from robotics.plugins.thesis.figures import plot_turn
 from robotics.plugins.thesis.rows import TEXTS, film_of, run_columns
 from robotics.plugins.thesis.states import plot_states
-from robotics.show.figures.avoidance import CRASH_ROWS, HOW, OBSTACLE_ROWS, WHERE, plot_avoidance, plot_trajectories
-from robotics.show.figures.meetings import plot_meetings
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run

@@ -27,6 +27,7 @@ from robotics.plugins.learning import figures as plots
 from robotics.plugins.learning import formationdata
 from robotics.plugins.learning import formationlearning as learning
 from robotics.plugins.learning.datatable import DataTable
+from robotics.plugins.learning.formation_run import plot_formation
 from robotics.plugins.learning.formationdata import FormationRecipe, FormationRun
 from robotics.plugins.learning.formationlearning import FRESH, FreshErrors, Learnt
 from robotics.plugins.learning.report import fit_of, parameter_grid, setting_of
@@ -35,7 +36,6 @@ from robotics.plugins.thesis.claims import Needed, judged
 from robotics.plugins.thesis.driving import driven
 from robotics.plugins.thesis.experiment import Effort, Experiment
 from robotics.plugins.thesis.rows import TABLES, TEXTS
-from robotics.show.figures.formation_run import plot_formation
 from robotics.show.report.chapter import Chapter, Grid, Picture
 from robotics.show.report.wording import shown
 from robotics.simulation.run import Run

@@ -61,7 +61,7 @@ def test_a_toy_method_in_the_designer(toy):
 
 
 def test_a_toy_method_in_the_estimator(toy):
-    from anfis.estimator import ANFISRegressor
+    from anfis.plugins.regressor.estimator import ANFISRegressor
 
     found = ANFISRegressor("grid", method="halving", step=0.04, epochs=3).fit(X, Y)
     assert [row.step for row in found.training_.history] == HALVED

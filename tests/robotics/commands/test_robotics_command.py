@@ -188,10 +188,8 @@ def test_an_unwritable_folder_is_said(tiny, tmp_path, capsys):
         "run lyapunov-sine --save {}/x.npz",
         "run lyapunov-sine --table {}/x.csv",
         "check lyapunov-sine -o {}/x.svg",
-        "animate none.npz -o {}/x.html",
         "plot none.npz -o {}/x.pdf",
         "team -o {}/x.toml",
-        "robot etsro -o {}/x.png",
     ],
 )
 def test_a_place_for_no_file_is_refused_before_the_work(command, tmp_path, capsys, no_runs):

@@ -11,12 +11,12 @@ from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.measures.contacts import contacts, judge
 from robotics.plugins.designer.tryout import TryoutTrial, choices, course_data, rival_data
-from robotics.show.figures.avoidance import plot_avoidance
+from robotics.plugins.encounters.avoidance import plot_avoidance
+from robotics.plugins.films.scene import set_scene, show_frame
 from robotics.show.figures.controllers import plot_paths
 from robotics.show.figures.run import plot_run
 from robotics.show.playback.player import player_data
 from robotics.show.playback.replay import replay
-from robotics.show.playback.scene import set_scene, show_frame
 from robotics.show.report.page import write_report
 from robotics.show.report.summarytable import summary_table
 from robotics.simulation.loop import simulate

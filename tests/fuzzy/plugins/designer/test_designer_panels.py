@@ -756,7 +756,7 @@ def test_keys_on_widgets_stay_from_the_notebook(browser: Any) -> None:
     pytest.importorskip("anywidget")
     import robotics
     from fuzzy.plugins.designer.notebook import NotebookSession, editor
-    from robotics.show.playback.notebook import player
+    from robotics.plugins.films.notebook import player
 
     bench, fis = ModulePage(browser.new_page(), sheet=f"{STATIC}/designer.css"), system()
     page = bench.page
@@ -809,7 +809,7 @@ def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
     import robotics
     from fuzzy.esmodule import with_still
     from fuzzy.plugins.designer.notebook import editor
-    from robotics.show.playback.notebook import player
+    from robotics.plugins.films.notebook import player
 
     run = robotics.simulate(robotics.load_scenario("lyapunov-circle"), robotics.make_controller("lyapunov"), seeds=[3])
     told = ["Editor of small: 2 inputs, 1 output, 3 rules", "Player of Lyapunov on lyapunov-circle, seed 3"]
@@ -833,7 +833,7 @@ def test_a_saved_notebook_keeps_a_picture_and_a_sentence() -> None:
 def test_player_in_a_notebook(bench: ModulePage) -> None:
     pytest.importorskip("anywidget")
     import robotics
-    from robotics.show.playback.notebook import player
+    from robotics.plugins.films.notebook import player
 
     scenario = robotics.load_scenario("lyapunov-circle")
     run = robotics.simulate(scenario, robotics.make_controller("lyapunov"), seeds=[3])

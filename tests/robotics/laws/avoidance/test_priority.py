@@ -10,7 +10,6 @@ from robotics.laws.avoidance.priority import (
     BRAKING,
     CONE,
     MOVES,
-    WHEREABOUTS,
     WhereaboutsColumns,
     stops_for,
     tell_whereabouts,
@@ -36,7 +35,7 @@ class Others(NamedTuple):
 
 
 def others(seen: Observation) -> Others:
-    """The others' places by the values WHEREABOUTS of their messages; not-a-number before the first message."""
+    """The others' places by the WhereaboutsColumns of their messages; not-a-number before the first message."""
     heard = seen.heard
     dx = heard.now("x", by="v_x") - seen.x[:, :, None]
     dy = heard.now("y", by="v_y") - seen.y[:, :, None]
@@ -73,7 +72,7 @@ def crowd() -> Observation:
     x, y = rng.uniform(0.0, 1.5, (2, RUNS, ROBOTS))
     heading, v = rng.uniform(-4.0, 4.0, (RUNS, ROBOTS)), rng.uniform(-0.3, 0.3, (RUNS, ROBOTS))
     reference = Reference(*(np.zeros((RUNS, ROBOTS)) for _ in range(6)))
-    heard = Heard(WHEREABOUTS, values, age, hears)
+    heard = Heard(WhereaboutsColumns.leaves(), values, age, hears)
     return Observation(1.0, x, y, heading, v, np.zeros_like(v), reference, None, heard, None)
 
 

@@ -18,6 +18,7 @@ from robotics.commands.application import main
 from robotics.measures.formations import leads, place_error
 from robotics.plugins.learning.datatable import Samples
 from robotics.plugins.learning.figures import plot_search_and_epochs, plot_shares, plot_stages
+from robotics.plugins.learning.formation_run import plot_formation
 from robotics.plugins.learning.formationdata import FormationRecipe, checking_recipe, formation_data
 from robotics.plugins.learning.formationlearning import Errors, Learnt, learn_network
 from robotics.plugins.learning.report import (
@@ -29,7 +30,6 @@ from robotics.plugins.learning.report import (
     write_learning_report,
 )
 from robotics.show.figures.drawing import PlotError
-from robotics.show.figures.formation_run import plot_formation
 from robotics.simulation.run import Run
 from tests.drawn import faults_of, x_of, y_of
 from tests.robotics.show.report.test_report import Page

@@ -26,6 +26,7 @@ from robotics.measures.contacts import contacts
 from robotics.measures.quantities import MEASURED_QUANTITIES
 from robotics.measures.teams import nearest_distance
 from robotics.measures.tracking import Metric, cross_track_error
+from robotics.plugins.encounters.avoidance import CRASH_ROWS, HOW, WHERE, plot_avoidance, plot_trajectories
 from robotics.plugins.thesis import avoidance, avoidance_runs
 from robotics.plugins.thesis.avoidance import CHAPTER_FIGURES, chapter_of, side_by_side_picture, side_by_side_table
 from robotics.plugins.thesis.avoidance_runs import (
@@ -38,7 +39,6 @@ from robotics.plugins.thesis.avoidance_runs import (
     SIDE_BY_SIDE,
     runs_of,
 )
-from robotics.show.figures.avoidance import CRASH_ROWS, HOW, WHERE, plot_avoidance, plot_trajectories
 from robotics.show.figures.drawing import CONTACT
 from robotics.show.report.chapter import Chapter
 from robotics.simulation.loop import simulate

@@ -61,12 +61,15 @@ def test_the_tracking_chapter_judges_and_says_where_gains_come_from(tracking_res
     assert all(claim.source.startswith("thesis ") and claim.untested for claim in chapter.claims)
     assert verdicts["The law as printed"] == {"as printed": "does not hold"}
     assert verdicts["Fuzzy tracking on and off the path"]["corrected"] == "holds"
-    table, origins = chapter.tables
+    table, origins, proven = chapter.tables
     assert {"csm", "esm", "fuzzy", "lyapunov-thesis"} <= {row[1] for row in origins.rows}
     for grid in chapter.tables:
         assert {len(row) for row in grid.rows} == {len(grid.head)}
     assert len(table.rows) == 8  # each mode as printed, and here
-    assert len(chapter.pictures) == 4
+    assert len(chapter.pictures) == 5
+    certified = {row[0]: row[4].startswith("X ±") for row in proven.rows}
+    assert [law for law, found in certified.items() if found] == ["Fuzzy, correcting (smooth=0)", "Lyapunov"]
+    assert len(certified) == 6
 
 
 def test_fuzzy_against_nonlinear_is_judged_with_the_scenario_s_noise(tracking_results: dict[Any, Any]) -> None:

@@ -14,6 +14,8 @@ from fuzzy.inference import infer
 from robotics.commands.application import main
 from robotics.commands.plot import PLOT_KINDS
 from robotics.measures.clearance import clearances
+from robotics.plugins.encounters.distances import plot_distances
+from robotics.plugins.encounters.modes import plot_modes, plot_sonar
 from robotics.simulation.run import Run
 from robotics.world.sensing.carried import sensor_names
 from tests.drawn import x_of, y_of
@@ -122,7 +124,7 @@ def test_what_cannot_be_drawn_is_told_in_a_sentence(
 
 def test_distances_are_those_between_the_centers(folder: Path) -> None:
     run = run_of(folder, "team")
-    (ax,) = robotics.plot_distances(run, seed=5).axes
+    (ax,) = plot_distances(run, seed=5).axes
     named = {line.get_label(): line for line in ax.get_lines()}
     x, y = run["x"][1], run["y"][1]
     for i, j in ((0, 1), (0, 2), (1, 2)):
@@ -132,12 +134,12 @@ def test_distances_are_those_between_the_centers(folder: Path) -> None:
     crowd = crowd.with_recorded(samples=np.concatenate([crowd.samples, crowd.samples + 10.0], axis=-1))
     about = replace(run.about, robots=run.about.robots * 2, sensors=run.about.sensors * 2)
     crowd = replace(crowd, about=about, stopped=np.tile(crowd.stopped, 2), paths=run.paths * 2)
-    lines = [line for line in robotics.plot_distances(crowd).axes[0].get_lines() if len(x_of(line)) > 2]
+    lines = [line for line in plot_distances(crowd).axes[0].get_lines() if len(x_of(line)) > 2]
     x, y = crowd["x"][0], crowd["y"][0]
     apart = np.hypot(x[:, None] - x, y[:, None] - y) + np.where(np.eye(6), np.inf, 0)[..., None]
     for line, wanted in zip(lines, apart.min(axis=1), strict=False):
         np.testing.assert_allclose(y_of(line), wanted)
-    clear = robotics.plot_distances(run_of(folder, "obstacles")).axes[1]
+    clear = plot_distances(run_of(folder, "obstacles")).axes[1]
     obstacles = run_of(folder, "obstacles")
     drawn = y_of(clear.get_lines()[0])
     np.testing.assert_allclose(drawn, clearances(obstacles, 0)[0][: len(drawn)])
@@ -166,15 +168,15 @@ def test_sonar_and_modes_are_those_recorded(folder: Path) -> None:
     assert run.ranges is not None
     assert run.modes is not None
     names = sensor_names(run.about.sensors)
-    panels = robotics.plot_sonar(run).axes
+    panels = plot_sonar(run).axes
     assert len(panels) == 3
     for robot, ax in enumerate(panels):
         for line in ax.get_lines()[: len(names)]:
             read = run.ranges[:, 0, robot, names.index(str(line.get_label()))].astype(float)
             np.testing.assert_array_equal(y_of(line), np.where(np.isfinite(read), read, np.nan)[: len(x_of(line))])
     with pytest.raises(robotics.PlotError, match="robot 7 carries no range sensors; those that do are 1, 2, 3"):
-        robotics.plot_sonar(run, robot=7)
-    (ax,) = robotics.plot_modes(run).axes
+        plot_sonar(run, robot=7)
+    (ax,) = plot_modes(run).axes
     legend = ax.get_legend()
     assert legend is not None
     words = [text.get_text() for text in legend.get_texts()]

@@ -16,7 +16,6 @@ import pytest
 
 from fuzzy.esmodule import composed
 from fuzzy.insight.explanation import explain
-from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, MODES, YIELD
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
@@ -340,28 +339,6 @@ def test_fragments_need_the_script_once(run: Run) -> None:
     assert whole(page.scripts[1])["run"] == json.loads(json.dumps(player_data(run, 7, start=1.0, end=2.0)))
     assert len(page.scripts[0]) < 0.6 * len(json.dumps(player_data(run)))
     assert player_script().count("entry.default.render(") == 1
-
-
-def test_command_writes_a_page_or_nothing(run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run.save(tmp_path / "run.npz")
-    source, page = str(tmp_path / "run.npz"), tmp_path / "page.html"
-    assert (
-        main(["animate", source, "-o", str(page), "--seed", "7", "--from", "2", "--to", "8", "--speed", "3", "--json"])
-        == 0
-    )
-    said = json.loads(capsys.readouterr().out)
-    assert said == {"file": str(page), "format": "html", "bytes": page.stat().st_size}
-    given = json.loads(Page(page.read_text(encoding="utf-8")).scripts[0])
-    assert (given["speed"], given["run"]["seed"], times(given["run"])[-1]) == (3.0, 7, 8.0)
-    before = page.read_bytes()
-    assert main(["animate", source, "-o", str(page), "--seed", "8"]) == 2
-    assert "seed 8 is not among" in capsys.readouterr().err
-    assert main(["animate", source, "-o", str(page), "--fps", "5"]) == 2
-    assert "--fps belongs to .mp4 and .gif" in capsys.readouterr().err
-    assert page.read_bytes() == before
-    assert main(["animate", source, "-o", str(tmp_path / "no" / "page.html")]) == 2
-    assert "there is no folder" in capsys.readouterr().err
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["page.html", "run.npz"]
 
 
 # In a browser ---------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from fuzzy.shown import shown
 from fuzzy.words import split_list
 
 if TYPE_CHECKING:
-    from fuzzy.tuning.data import TunedFold, TunedSystem
+    from fuzzy.plugins.tuning.data import TunedFold, TunedSystem
     from fuzzy.tuning.search import Evaluations
 
 
@@ -73,8 +73,8 @@ def tune(
       fuzzy tune samples.csv start.fis --check check.csv --solve --evaluations 200 --engine random -o t.fis
     """
     from fuzzy.files.fisfile import write_fis
-    from fuzzy.tuning.data import cross_validate_tuning
-    from fuzzy.tuning.data import tune as tuned_on
+    from fuzzy.plugins.tuning.data import cross_validate_tuning
+    from fuzzy.plugins.tuning.data import tune as tuned_on
 
     check_target(out, ".fis")
     check_target(history)

@@ -15,8 +15,8 @@ from fuzzy.errors import InputError
 from fuzzy.extras import install_command
 from fuzzy.figures.drawing import COLORS, style
 from fuzzy.files.atomic import check_target, replacing
+from robotics.plugins.films.scene import set_scene, show_frame
 from robotics.show.playback.replay import replay
-from robotics.show.playback.scene import set_scene, show_frame
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
 

@@ -49,7 +49,7 @@ def robot(
         write_tuned(name, gains, write, force)
     if out is not None:
         from fuzzy.figures.drawing import save_figure
-        from robotics.show.figures.robot import plot_robot
+        from robotics.plugins.datasheets.figures import plot_robot
 
         save_figure(plot_robot(model), out)
     if json:

@@ -18,10 +18,10 @@ from fuzzy.figures.drawing import COLORS, style
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
 from robotics.laws.modes import AVOID, FOLLOW, LEFT_BEHIND, YIELD
-from robotics.show.playback import animation
-from robotics.show.playback.animation import AnimationError, check_animation, frame_times, write_animation
+from robotics.plugins.films import animation
+from robotics.plugins.films.animation import AnimationError, check_animation, frame_times, write_animation
+from robotics.plugins.films.scene import Scene, set_scene, show_frame
 from robotics.show.playback.replay import replay
-from robotics.show.playback.scene import Scene, set_scene, show_frame
 from robotics.simulation.loop import simulate
 from robotics.simulation.run import Run, load_run
 from robotics.simulation.scenario.reading import parse_scenario
@@ -31,6 +31,7 @@ from robotics.world.paths.path import Line
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.faults import FAULTS
 from tests.drawn import x_of
+from tests.robotics.show.playback.test_player import Page, times
 
 TEAM = """
 kind = "team"
@@ -506,3 +507,33 @@ def test_a_gif_among_obstacles_from_a_file(run: Run, tmp_path: Path, capsys: pyt
     grey = [np.nonzero((np.abs(f[18:top] - 209) < 12).all(axis=-1).sum(axis=0) > 3)[0].mean() for f in frames]
     assert grey == sorted(grey)
     assert grey[-1] > grey[0] + 5
+
+
+def test_command_writes_a_page_or_nothing(run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run.save(tmp_path / "run.npz")
+    source, page = str(tmp_path / "run.npz"), tmp_path / "page.html"
+    assert (
+        main(["animate", source, "-o", str(page), "--seed", "7", "--from", "2", "--to", "8", "--speed", "3", "--json"])
+        == 0
+    )
+    said = json.loads(capsys.readouterr().out)
+    assert said == {"file": str(page), "format": "html", "bytes": page.stat().st_size}
+    given = json.loads(Page(page.read_text(encoding="utf-8")).scripts[0])
+    assert (given["speed"], given["run"]["seed"], times(given["run"])[-1]) == (3.0, 7, 8.0)
+    before = page.read_bytes()
+    assert main(["animate", source, "-o", str(page), "--seed", "8"]) == 2
+    assert "seed 8 is not among" in capsys.readouterr().err
+    assert main(["animate", source, "-o", str(page), "--fps", "5"]) == 2
+    assert "--fps belongs to .mp4 and .gif" in capsys.readouterr().err
+    assert page.read_bytes() == before
+    assert main(["animate", source, "-o", str(tmp_path / "no" / "page.html")]) == 2
+    assert "there is no folder" in capsys.readouterr().err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["page.html", "run.npz"]
+
+
+def test_a_place_for_no_page_is_refused_before_the_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nowhere = tmp_path / "nowhere"
+    assert main(["animate", "none.npz", "-o", f"{nowhere}/x.html"]) == 2
+    error = capsys.readouterr().err
+    assert f"{nowhere}/x" in error
+    assert f"there is no folder {str(nowhere)!r} to write into" in error

@@ -13,7 +13,7 @@ import pytest
 
 import fuzzy
 from fuzzy.commands.application import main
-from fuzzy.tuning.data import cross_validate_tuning, rmse
+from fuzzy.plugins.tuning.data import cross_validate_tuning, rmse
 
 
 def system(widths, center, constants, weights=(1.0, 1.0, 1.0)) -> fuzzy.Sugeno:

@@ -19,7 +19,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from anfis.estimator import ANFISRegressor, EstimatorError
+from anfis.plugins.regressor.estimator import ANFISRegressor, EstimatorError
 
 torch.set_num_threads(1)
 X = np.random.default_rng(2).uniform([-1, 0, 10], [1, 4, 20], (150, 3))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle
 
-from robotics.show.figures.meetings import MEETINGS_DRAWN, NEAR, plot_meetings
+from robotics.plugins.encounters.meetings import MEETINGS_DRAWN, NEAR, plot_meetings
 from robotics.simulation.run import Run
 from robotics.simulation.spans import ReplayError
 from tests.drawn import vertices

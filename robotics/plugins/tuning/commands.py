@@ -18,9 +18,9 @@ from robotics.studies.versions import versions
 
 if TYPE_CHECKING:
     from fuzzy.tuning.search import Evaluations
+    from robotics.plugins.tuning.unseen import Unseen
     from robotics.simulation.scenario.description import Scenario
     from robotics.studies.tuning.tune import Tuned
-    from robotics.studies.tuning.unseen import Unseen
 
 
 @renamed_options(jobs="--workers", runs="--seeds", check_runs="--check-seeds", scenarios="")
@@ -64,6 +64,7 @@ def tune(
       robotics run lyapunov-sine -c fuzzy:rule_base=rules/tracking.fis
     """
     from robotics.laws.catalogue import make_controller
+    from robotics.plugins.tuning.unseen import compared
     from robotics.simulation.scenario.reading import load_scenario
     from robotics.studies.executors import workers_at
     from robotics.studies.forewarnings import forewarnings
@@ -71,7 +72,6 @@ def tune(
     from robotics.studies.tuning.results import write_tuned
     from robotics.studies.tuning.tune import TuningInterrupt, with_noise
     from robotics.studies.tuning.tune import tune as tuned_by
-    from robotics.studies.tuning.unseen import compared
 
     tuning = load_tuning(space) if space is not None else TuningFile()
     settings = [load_scenario(name) for name in on]

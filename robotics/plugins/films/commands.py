@@ -36,7 +36,7 @@ def animate(
       robotics animate team.npz -o team.html
       robotics animate team.npz -o team.gif --speed 20
     """
-    from robotics.show.playback.animation import SLOWEST, AnimationError, check_animation, write_animation
+    from robotics.plugins.films.animation import SLOWEST, AnimationError, check_animation, write_animation
     from robotics.simulation.run import load_run
 
     suffix = check_animation(out)

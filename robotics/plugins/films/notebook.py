@@ -6,7 +6,8 @@ from typing import Any
 
 from fuzzy.esmodule import composed, widget_library, with_still
 from fuzzy.figures.palette import stylesheet
-from robotics.show.playback.animation import still
+from robotics.plugins.films.animation import still
+from robotics.show import playback
 from robotics.show.playback.player import player_data
 from robotics.simulation.run import Run
 
@@ -30,7 +31,7 @@ def player(run: Run, seed: int | None = None, *, speed: float = 1.0, **options: 
         ModuleError: The extra ``notebook`` is not installed.
     """
     anywidget, traitlets = widget_library()
-    folder = Path(__file__).parent / "static"
+    folder = Path(playback.__file__).parent / "static"
 
     class Player(anywidget.AnyWidget):  # type: ignore[name-defined]
         """The player of one run."""

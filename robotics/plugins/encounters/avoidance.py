@@ -19,7 +19,9 @@ from fuzzy.figures.drawing import COLORS, DOUBLE, figure_of, line_look, styled_f
 from robotics.laws.catalogue import law_title
 from robotics.measures.clearance import clearances
 from robotics.measures.tracking import cross_track_error, tracking_error
-from robotics.show.figures.distances import draw_distances
+from robotics.plugins.encounters.distances import draw_distances
+from robotics.plugins.encounters.meetings import nearest_pairs
+from robotics.plugins.encounters.modes import draw_modes
 from robotics.show.figures.drawing import (
     TARGET,
     PlotError,
@@ -32,8 +34,6 @@ from robotics.show.figures.drawing import (
     unjumped,
 )
 from robotics.show.figures.faults import FEW_ROBOTS
-from robotics.show.figures.meetings import nearest_pairs
-from robotics.show.figures.modes import draw_modes
 from robotics.show.figures.robots import draw_path, draw_way
 from robotics.show.figures.world import draw_bodies, draw_body, draw_world
 from robotics.simulation.run import Run

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from robotics.commands.application import main
-from robotics.show.figures.robot import drivable, plot_robot
+from robotics.plugins.datasheets.figures import drivable, plot_robot
 from robotics.simulation.scenario.robots import load_robot, robot_names
 from robotics.world.vehicle.plant import saturate, velocity_limits
 from robotics.world.vehicle.wheel_loop import step_response, tuned
@@ -127,3 +127,11 @@ def test_robots_are_listed_and_copied(mine, capsys):
         "  robotics robot etsro.toml",
     ]
     assert load_robot("mir100.toml").robot == load_robot("mir100").robot
+
+
+def test_a_place_for_no_picture_is_refused_before_the_work(tmp_path, capsys):
+    nowhere = tmp_path / "nowhere"
+    assert main(["robot", "etsro", "-o", f"{nowhere}/x.png"]) == 2
+    error = capsys.readouterr().err
+    assert f"{nowhere}/x" in error
+    assert f"there is no folder {str(nowhere)!r} to write into" in error

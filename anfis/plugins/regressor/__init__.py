@@ -1,0 +1,1 @@
+"""ANFIS as a regressor of scikit-learn."""

@@ -1,0 +1,1 @@
+"""What a robot is, drawn and in numbers: the command ``robotics robot``."""

@@ -1,0 +1,1 @@
+"""The command ``robotics tune``, and before held against after on runs that tuning has not seen."""
