@@ -70,8 +70,8 @@ class IntegralAround(AlongPath, PathIntegral):
     clears: float = quantity(0.6, "m", above=0, most=10)  # the way that is free in the direction of its line
 
     equation, sort_of_law = sample_around, "predictive"
-    barred = EquationLaw.barred
-    remembers, works = SampledAroundMemory, PathIntegral.works
+    barred = EquationLaw.barred  # type: ignore[assignment]
+    remembers, works = SampledAroundMemory, PathIntegral.works  # type: ignore[assignment]
 
     @property
     def knows(self) -> tuple[str, ...]:

@@ -85,8 +85,8 @@ class PredictiveAround(AlongPath, PredictiveControl):
     right: float = quantity(0.15, "rad", above=0, most=1)
 
     equation, sort_of_law = plan_around, "predictive"
-    barred = EquationLaw.barred
-    remembers, works, says = PlannedAroundMemory, PredictiveControl.works, OrcaMessage
+    barred = EquationLaw.barred  # type: ignore[assignment]
+    remembers, works, says = PlannedAroundMemory, PredictiveControl.works, OrcaMessage  # type: ignore[assignment]
 
     @property
     def knows(self) -> tuple[str, ...]:
