@@ -260,17 +260,15 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
         here = Geometry(*setting.world.at(time))
         circles = here.circles[run % len(here.circles)][: here.counts[run % len(here.counts)]]
         outline = (circles[:, 0] + 1j * circles[:, 1])[:, None] + circles[:, 2:] * round_
-        last = np.full((len(setting.robots), *outline.shape), -np.inf) if last is None else last
+        last = np.full((len(setting.robots), len(circles)), -np.inf) if last is None else last
         for i, sensors in enumerate(setting.sensors):
             own = (outline - (now.x[run, i] + 1j * now.y[run, i])) * np.exp(-1j * now.heading[run, i])
-            last[i, seen(sensors, own.real, own.imag)] = time
+            last[i, seen(sensors, own.real, own.imag).any(axis=1)] = time
         if tally.caused[run].any():
             i = int(np.argmax(tally.caused[run]))
-            own = (outline - (now.x[run, i] + 1j * now.y[run, i])) * np.exp(-1j * now.heading[run, i])
-            over = np.maximum(np.abs([own.real, own.imag]) - sizes[:2, i, None, None], 0.0)
-            touched_at = np.unravel_index(np.argmin(np.hypot(*over)), own.shape)
+            apart = np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2]
             gap = obstacle_clearance(now.x, now.y, now.heading, sizes, here)[run, i]
-            return "unseen" if gap < 0.01 and time - last[i][touched_at] > LATELY else ""
+            return "unseen" if gap < 0.01 and time - last[i, np.argmin(apart)] > LATELY else ""
     return ""
 
 
