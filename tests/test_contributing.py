@@ -8,7 +8,7 @@ import subprocess
 import sys
 import urllib.request
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from importlib import metadata
 from math import asinh, sqrt
 from pathlib import Path
@@ -342,7 +342,7 @@ def test_every_robot_parameter_is_read_and_changes_the_plant_or_the_footprint(na
     usual = getattr(ETSRO, name) or 0.0  # None: a bound that the robot does not have
     value = round(usual * 1.01 + 0.01 * (usual == 0), 9)
     (robot,) = parse_scenario(HEAD + f'[robot]\nmodel = "etsro"\n{name} = {value!r}\n' + ROBOT, "one").setting.robots
-    assert robot == replace(ETSRO, **{name: value}) != ETSRO
+    assert robot == ETSRO.changed(**{name: value}) != ETSRO
     same = [np.array_equal(of(robot), of(ETSRO)) for of in (plant.parameters, lambda r: footprints([r]))]
     assert not all(same)
 

@@ -33,6 +33,7 @@ STAIRS = {
         plugins.predictive plugins.arena plugins.stress plugins.tuning plugins.datasheets
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
         plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify plugins.films
+        plugins.mujoco
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
     "robotics.laws": """
@@ -40,7 +41,7 @@ STAIRS = {
         rules presets catalogue
     """,
     "robotics.simulation": """
-        scenario safety lanes steps channels observer opening layout run spans mode_changes recorder loop
+        scenario safety lanes steps physics channels observer opening layout run spans mode_changes recorder loop
     """,
     "robotics.measures": """
         statistics once standing outside clearance decisions progress tracking goals evidence explained arrival contacts
@@ -73,6 +74,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "learning": ("stress",),
         "shapes": (),
         "logs": ("learning",),
+        "mujoco": (),
         "predictive": ("reactive",),
         "reactive": (),
         "reinforcement": ("arena",),

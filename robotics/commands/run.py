@@ -38,6 +38,7 @@ def run_(
         str | None,
         option("Another robot than the scenario's, with its own sensors.", "NAME|FILE.toml", autocompletion=robots),
     ] = None,
+    plant: Annotated[str, option("Other physics: mujoco, or mujoco:friction=0.3,...", "--plant", "NAME")] = "",
     metric: Metric = None,
     starts: Annotated[
         str | None,
@@ -81,6 +82,8 @@ def run_(
     with progress_bar(quiet) as begin:
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         kept: dict[str, Any] = {"message_ages": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
-        run = simulate(setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance)
+        run = simulate(
+            setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance, plant=plant
+        )
         page = files.write(run, begin)
     print_run(run, page, json, metrics=own, first=chosen_metrics(setting.metrics, setting.kind), noise=noises(setting))

@@ -7,7 +7,7 @@ which runs are beside it, nor on how many threads share them out.
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import count
 from multiprocessing import parent_process
@@ -28,6 +28,7 @@ from robotics.laws.universe import say_of_inputs
 from robotics.simulation.lanes import KEEP_TYPE, LOOK_TYPE, LOOKS_TYPE, Lanes, keeping, looking, machine_code
 from robotics.simulation.observer import Moment, Observer, moment_of, noted_type, watch_type
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
+from robotics.simulation.physics import Physics, as_physics
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.safety.monitor import keep_safe
@@ -193,13 +194,15 @@ class Simulation:
         recorder: Recorder | None = None,
         name: str = "",
         observers: Sequence[Observer] = (),
+        physics: Physics | None = None,
     ) -> None:
-        """Open it; arguments as of :func:`drive`. Raises RadioError, or ControllerError."""
+        """Open it; arguments as of :func:`drive`. Raises RadioError, ControllerError, or PhysicsError."""
         setting = setting.seeded(seeds)
         self.setting, self.law, self.runs, self.robots = setting, law, len(seeds), len(setting.robots)
         self.name, self.recorder = name, recorder
         self.observers = [*observers] if recorder is None else [recorder.observer(0, len(seeds)), *observers]
         self.lanes, self.supply = PreparedRuns.of([Driver(setting, law)], seeds, faults).lanes(0, len(seeds))
+        self.mover = move if physics is None else physics.opened(setting, self.lanes.body)
         self.end = setting.ticks
         self.ranges: Ranges | None = None
         self.memory = self.lanes.memory if has_equation(law) else checked_init(law, setting, len(seeds))
@@ -310,7 +313,7 @@ class Simulation:
     def move(self, k: int) -> None:
         """Stop the robots that are lost, and move the plant by one period."""
         one = self.lanes
-        move(k, one.body, one.order, one.stopped, one.lost)
+        self.mover(k, one.body, one.order, one.stopped, one.lost)
 
     def rows(self, columns: np.ndarray) -> np.ndarray:
         """Columns (..., lanes) as (..., runs, robots)."""
@@ -363,6 +366,7 @@ def simulate(
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
     observer: Observer | None = None,
+    plant: Physics | str = "",
 ) -> Run:
     """Run ``controller`` on ``scenario`` once for every seed.
 
@@ -382,6 +386,8 @@ def simulate(
         progress: Called after every period.
         threads: How many threads share out the runs; by default as many as there are cores. The result is the same.
         observer: Looks at every period of all runs, and may end them: :mod:`robotics.simulation.observer`.
+        plant: Other physics that move the robots, such as "mujoco" or "mujoco:friction=0.3"; the loop is then the one
+            in Python. By default it is the simulator's own plant.
 
     Returns:
         All samples of all seeds and robots.
@@ -389,6 +395,7 @@ def simulate(
     Raises:
         SimulationError: No seeds, or one that is no whole number >= 0.
         ControllerError: The law cannot drive the scenario.
+        PhysicsError: There is no such plant, or it cannot move what the scenario has.
     """
     law = as_law(controller)
     name = name or (controller if isinstance(controller, str) else "")
@@ -396,7 +403,7 @@ def simulate(
     besides = [what for what, kept in asked.items() if kept]
     return record_run(
         scenario.setting, law, seeds, name=name, besides=besides, faults=faults, progress=progress, threads=threads,
-        observer=observer,
+        observer=observer, plant=plant,
     )  # fmt: skip
 
 
@@ -411,6 +418,7 @@ def record_run(
     progress: Callable[[], None] | None = None,
     threads: int | None = None,
     observer: Observer | None = None,
+    plant: Physics | str = "",
 ) -> Run:
     """:func:`simulate` for a setting: a compiled scenario, or an ensemble of one run.
 
@@ -418,9 +426,13 @@ def record_run(
     as one chunk; the run ends where it wants.
     """
     seeds, name = checked_seeds(seeds), name or type(law).__name__
+    physics = as_physics(plant)
+    if physics is not None:
+        setting = replace(setting, name=f"{setting.name} in {plant}")
     recorder = Recorder(setting, law, len(seeds), besides=besides)
-    if not has_equation(law):
-        simulation = Simulation(setting, law, seeds, faults, recorder, name, [observer] if observer else [])
+    if physics is not None or not has_equation(law):
+        watching = [observer] if observer else []
+        simulation = Simulation(setting, law, seeds, faults, recorder, name, watching, physics)
         for _ in simulation.periods():
             if progress is not None:
                 progress()
@@ -429,8 +441,8 @@ def record_run(
     opening = PreparedRuns.of([Driver(setting, law)], seeds, faults)
     periods = Periods(setting.ticks + 1, len(seeds), progress)
     if observer is not None:
-        watching = recorder.observer(0, len(seeds)).beside(observer)
-        gone, end = drive_chunk(opening, 0, len(seeds), watching, setting.ticks, periods)
+        both = recorder.observer(0, len(seeds)).beside(observer)
+        gone, end = drive_chunk(opening, 0, len(seeds), both, setting.ticks, periods)
     else:
         gone, end = driven(opening, recorder.observer, periods, threads), setting.ticks
     shared = None if setting.ensemble else opening.references

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fuzzy.commands.shared import check_plot
 from fuzzy.shell.options import FieldOptions, Json, Shown, argument, option
 from fuzzy.shell.terminal import print_json
+from fuzzy.shown import shown
+from fuzzy.words import listed
 from robotics.commands.completion import controllers, robots, scenarios
 from robotics.tables.texts import TextFile
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from robotics.plugins.certificates.certificate import Certificate, SectorModel
     from robotics.plugins.certificates.loopmodel import LoopModel
     from robotics.simulation.scenario.robots import RobotModel
+    from robotics.world.vehicle.robot import Robot
 
 _TEXTS = TextFile("robotics.plugins.certificates")
 _DISTANCES = (0.0, 10.0)  # m
@@ -238,7 +241,7 @@ def _certify_loop(
         "wheels": {name: getattr(loop.wheels, name) for name in ("weights", "error", "reversal", "ripple")},
         "boxes": found.boxes,
         "certified": _TEXTS.texts("certified.loop", **about),
-        "not_certified": _TEXTS.texts("not-certified.loop", **about),
+        "not_certified": (*broken(machine), *_TEXTS.texts("not-certified.loop", **about)),
     }
     if json:
         print_json(report)
@@ -336,4 +339,11 @@ def not_certified(found: "Certificate", machine: "RobotModel") -> tuple[str, ...
     how = "never" if share >= 1 else "sometimes" if share > 0 else "always"
     limits = _TEXTS.text(f"saturation.{how}", found=found, name=name, percent=100 * share)
     differs = _TEXTS.table("form")[found.model.law.form].format(model=found.model)
-    return _TEXTS.texts("not-certified.region", model=found.model, limits=limits, differs=differs)
+    said = _TEXTS.texts("not-certified.region", model=found.model, limits=limits, differs=differs)
+    return (*broken(machine.robot), *said)
+
+
+def broken(robot: "Robot") -> tuple[str, ...]:
+    """A sentence where a robot has what no proof assumes: slip, a castor's drag, a dead band, rounded commands."""
+    has = {name: f"{name} {shown(value)}" for name, value in robot.imperfections.items()}
+    return _TEXTS.texts("not-certified.imperfect", has=listed([*has.values()])) if has else ()

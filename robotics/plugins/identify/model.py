@@ -3,7 +3,7 @@
 A drive tells no masses and no volts, only how fast wheels answer. Each coordinate is therefore a time, a speed, an
 acceleration or a ratio, and :func:`robot_with` turns them into the fields of a :class:`Robot` of a given mass, size and
 back EMF. Two things are no part of a robot: the latency, which belongs to a scenario, and what wheels and odometry
-make of a command (gains, a dead band).
+make of a command (gains).
 
 The encoders of the fitted model count so finely that its output is smooth in all coordinates but the dead band.
 """
@@ -53,7 +53,7 @@ COORDINATES: Mapping[str, Coordinate] = {
     "turn_gain": Coordinate(
         "1", "measured over commanded turn rate, beside the wheels'", "", 0.3, 2.0, logarithmic=False
     ),
-    "dead_band": Coordinate("m/s", "dead band of a wheel, at its rim", "", 0.0, 1.0, logarithmic=False),
+    "dead_band": Coordinate("m/s", "dead band of a wheel, at its rim", "dead_band", 0.0, 1.0, logarithmic=False),
     "v_max": Coordinate("m/s", "highest speed", "v_max", 1e-2, 1e4, limit=True),
     "w_max": Coordinate("rad/s", "highest turn rate", "w_max", 1e-2, 1e4, limit=True),
     "wheel_max": Coordinate("m/s", "highest speed of a wheel's rim", "wheel_speed_max", 1e-2, 1e4, limit=True),
@@ -84,7 +84,7 @@ def from_fit(fitted: np.ndarray) -> np.ndarray:
 # Robots and coordinates -------------------------------------------------------------------------------------------
 
 
-def values_of(robot: Robot, latency: float = 0.0, dead_band: float = 0.0) -> np.ndarray:
+def values_of(robot: Robot, latency: float = 0.0) -> np.ndarray:
     """The coordinates (coordinates,) of a robot that commands reach after ``latency`` [s]."""
     per_force = 2 / (robot.wheel_radius * robot.effective_mass)
     values = {
@@ -97,7 +97,7 @@ def values_of(robot: Robot, latency: float = 0.0, dead_band: float = 0.0) -> np.
         "right_gain": 1.0,
         "left_gain": 1.0,
         "turn_gain": 1.0,
-        "dead_band": dead_band,
+        "dead_band": robot.dead_band,
         "v_max": robot.v_max,
         "w_max": robot.w_max,
         "wheel_max": robot.wheel_speed_limit,
@@ -125,6 +125,7 @@ def fields_of(base: Robot, values: np.ndarray) -> dict[str, float]:
         "body_inertia": max(at["gyration"] ** 2 * base.effective_mass - others, 1e-3 * base.body_inertia),
         "friction_torque": at["friction"] / per_force,
         "torque_limit": at["force_limit"] / per_force,
+        "dead_band": at["dead_band"],
         "v_max": at["v_max"],
         "w_max": at["w_max"],
         "v_rate_max": at["v_rate_max"],
@@ -162,6 +163,8 @@ def _parameters(base: Robot, lanes: np.ndarray, counts: float) -> np.ndarray:
     columns.v_max, columns.w_max = fields["v_max"], fields["w_max"]
     columns.v_rate, columns.w_rate = fields["v_rate_max"], fields["w_rate_max"]
     columns.wheel_max = fields["wheel_speed_max"]
+    columns.dead_band = fields["dead_band"]
+    columns.imperfect = np.maximum(columns.imperfect, fields["dead_band"] > 0)
     columns.count = counts / (2 * pi)
     return table
 
@@ -234,10 +237,8 @@ def drive(base: Robot, lanes: np.ndarray, stimulus: Stimulus, counts: float = FI
 
 
 def _drive(base: Robot, lanes: np.ndarray, held: np.ndarray, counts: float) -> tuple[np.ndarray, ...]:
-    count, at = lanes.shape[1], dict(zip(COORDINATE_NAMES, lanes, strict=True))
-    right, left = ((held[0] + side * base.half_axle * held[1])[:, None] for side in (1.0, -1.0))
-    right, left = (np.where(np.abs(each) < at["dead_band"], 0.0, each) for each in (right, left))
-    commands = np.stack([(right + left) / 2, (right - left) / (2 * base.half_axle)], axis=1)
+    count = lanes.shape[1]
+    commands = np.repeat(held.T[:, :, None], count, axis=2)
     out = np.zeros((4, len(commands) + 1, count))
     state = plant.initial_state(np.zeros((count, 3)))
     _follow(state, _parameters(base, lanes, counts), commands, np.empty(plant.SCRATCH), out)

@@ -9,6 +9,7 @@ import numpy as np
 from fuzzy.files.table import write_table
 from robotics.laws.law import Command, Law, Observation
 from robotics.simulation.loop import simulate
+from robotics.simulation.physics import Physics
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.world.paths.path import Line
@@ -41,7 +42,13 @@ class ProgramReplay(Law[None]):
 
 
 def replayed(
-    robot: Robot, program: Program, *, latency: float = 0.0, sensing: Sensing | None = None, seed: int = 0
+    robot: Robot,
+    program: Program,
+    *,
+    latency: float = 0.0,
+    sensing: Sensing | None = None,
+    seed: int = 0,
+    plant: Physics | str = "",
 ) -> Run:
     """Simulate a robot that drives by a program from the middle of a floor; its encoders are kept.
 
@@ -51,6 +58,7 @@ def replayed(
         latency: From a command to its effect [s], a multiple of 10 ms.
         sensing: How its pose is measured; by default by odometry.
         seed: Of the noise.
+        plant: As of :func:`robotics.simulate`.
     """
     member = Member(
         start=(0.0, 0.0, 0.0), path=Line(start=(0.0, 0.0), end=(1.0, 0.0)), timing=Timing(speed=0.01), robot=robot
@@ -65,7 +73,7 @@ def replayed(
         sensing=sensing or Sensing(),
         sensors={},
     )
-    return simulate(scenario, ProgramReplay(program=program), [seed], name="replay", encoders=True)
+    return simulate(scenario, ProgramReplay(program=program), [seed], name="replay", encoders=True, plant=plant)
 
 
 def write_program(program: Program, target: Path) -> None:

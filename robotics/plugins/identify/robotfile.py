@@ -89,7 +89,7 @@ def _field_line(key: str, value: float, by: Number, base: Robot, name: str) -> s
 
 
 def _scenario_lines(found: Identified) -> list[str]:
-    """What is no part of a robot, as comments: latency, wheels' gains, dead band, noise."""
+    """What is no part of a robot, as comments: latency, wheels' gains, noise."""
     numbers = {each.name: each for each in found.numbers}
     late = numbers["latency"]
     said = [
@@ -108,7 +108,6 @@ def _scenario_lines(found: Identified) -> list[str]:
         "right_gain",
         "left_gain",
         "turn_gain",
-        "dead_band",
         "wheel_ratio",
         "turn_scale",
         "v_noise",

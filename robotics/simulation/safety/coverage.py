@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.shown import shown
+from fuzzy.words import listed
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.simulation.safety import assumptions as assumed
@@ -88,6 +90,9 @@ def _told(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) ->
         parts.append(f"the way ahead is seen up to {fast:.2f} m/s only")
     elif gaps:
         parts.append(f"the way ahead is seen at all speeds, up to {fast:.2f} m/s")
+    if robot.imperfections:
+        has = listed([f"{name} {shown(value)}" for name, value in robot.imperfections.items()])
+        parts.append(f"it is proven of wheels that roll, and follow every command, and this robot has {has}")
     if any(sensor.dropout > 0 for sensor in sensors.values()):
         parts.append("an echo that is lost is taken for free ground")
     return "passive safety: " + "; ".join(parts) if parts else ""

@@ -21,7 +21,7 @@ import numpy as np
 from fuzzy.compiled.columns import Columns, column
 from fuzzy.compiled.columns import within as rows_of
 from fuzzy.compiled.jit import compiled_only, without_refcounts
-from robotics.world.vehicle.robot import Robot
+from robotics.world.vehicle.robot import IMPERFECTIONS, Robot
 
 Level = Literal["velocity", "torque"]
 STEP = 0.01  # s: the wheel loops' period (thesis 2.1.3.1)
@@ -105,6 +105,14 @@ class ParameterColumns(Columns):
     v_rate = column("m/s²")
     w_rate = column("rad/s²")
     loop_radius = column("m", "the wheels' radius that the wheel loops assume")
+    dead_band = column("m/s", "of a wheel's rim")
+    v_resolution = column("m/s", "of commands")
+    w_resolution = column("rad/s")
+    longitudinal_slip = column("s²/m")
+    lateral_slip = column("s²/m")
+    castor_drag = column("N")
+    castor_offset = column("m")
+    imperfect = column("1", "1: some of these are above 0; 0: the plant does not look at them")
 
 
 class BlockColumns(Columns):
@@ -131,6 +139,8 @@ class BlockColumns(Columns):
     sum_w = column("rad/s")
     sum_p = column("W")
     sum_q = column("W")
+    was_v = column("m/s", "at the begin of a step, of an imperfect robot")
+    was_w = column("rad/s")
 
 
 _ANY_RATE = 1e300
@@ -154,8 +164,8 @@ def parameters(robot: Robot, step: float = 0.01, believed: Robot | None = None) 
     """
     believed = believed or robot
     low_pass = zip(("b0", "b1", "b2", "a1", "a2"), _low_pass(robot.filter_frequency, step), strict=True)
-    own = "half_axle", "torque_limit", "friction_speed", "kp", "ki", "kd", "v_max", "w_max"
-    values = {name: getattr(robot, name) for name in own} | dict(low_pass)
+    own = "half_axle", "torque_limit", "friction_speed", "kp", "ki", "kd", "v_max", "w_max", "castor_offset"
+    values = {name: getattr(robot, name) for name in (*own, *IMPERFECTIONS)} | dict(low_pass)
     values |= {
         "mass": robot.effective_mass,
         "inertia": robot.effective_inertia,
@@ -171,6 +181,7 @@ def parameters(robot: Robot, step: float = 0.01, believed: Robot | None = None) 
         "v_rate": _ANY_RATE if robot.v_rate_max is None else robot.v_rate_max,
         "w_rate": _ANY_RATE if robot.w_rate_max is None else robot.w_rate_max,
         "loop_radius": believed.wheel_radius,
+        "imperfect": float(bool(robot.imperfections)),
     }
     return np.array(ParameterColumns.stacked(values))
 
@@ -310,23 +321,81 @@ def tick_lanes(  # type: ignore[no-untyped-def]
     hold = 0.0 if code == 1 else 1.0
     for start in range(first, last, _BLOCK):
         count = min(_BLOCK, last - start)
-        width = -(-count // _VECTOR) * _VECTOR
-        _load(z, width, state, start, count)
-        _load(z[_PARAMETERS:], width, parameters, start, count)
-        _begin(z, width)
+        width, imperfect = _open(z, state, parameters, start, count)
         for k in range(steps):
             held = earlier if k < late_steps else command
             _load(z[_COMMANDS:], width, held, start, count)
+            if imperfect:
+                _spoil(z, width, code)
             _loops(z, width, step, code)
             if code == 2:
                 _glide(z, width, step)
             else:
                 for _ in range(substeps):
+                    if imperfect:
+                        _castor(z, width, step / substeps)
                     _move(z, width, step / substeps, hold)
+                if imperfect:
+                    _slide(z, width, step)
             _odometry(z, width, step)
-        for c in range(_CHANNELS):
-            for i in range(count):
-                out[c, start + i] = z[c * _BLOCK + i]
+        _store(z, out, start, count)
+
+
+# For a plant whose bodies move by other physics: what a robot's microcontroller does before and after each step
+
+
+@without_refcounts
+def run_wheel_loops(volts, state, parameters, command, step, code, z):  # type: ignore[no-untyped-def]
+    """Run the wheel loops of a step: ``volts`` (2, lanes) are those of the right and the left motor, to be held.
+
+    Other arguments are as of :func:`tick_into`; of ``state`` the loops' own numbers change.
+    """
+    for start in range(0, state.shape[1], _BLOCK):
+        count = min(_BLOCK, state.shape[1] - start)
+        width, imperfect = _open(z, state, parameters, start, count)
+        _load(z[_COMMANDS:], width, command, start, count)
+        if imperfect:
+            _spoil(z, width, code)
+        _loops(z, width, step, code)
+        _store(z, state, start, count)
+        for i in range(count):
+            lane = BlockColumns(z, i, _BLOCK)
+            volts[0, start + i], volts[1, start + i] = lane.volt_r, lane.volt_l
+
+
+@without_refcounts
+def read_wheels(state, parameters, before, step, z):  # type: ignore[no-untyped-def]
+    """Read the encoders after a step that turned the wheels from the angles ``before`` (2, lanes) to those of now."""
+    for start in range(0, state.shape[1], _BLOCK):
+        count = min(_BLOCK, state.shape[1] - start)
+        width, _ = _open(z, state, parameters, start, count)
+        for i in range(count):
+            lane = BlockColumns(z, i, _BLOCK)
+            lane.old_r = np.floor(before[0, start + i] * lane.parameter.count)
+            lane.old_l = np.floor(before[1, start + i] * lane.parameter.count)
+        _odometry(z, width, step)
+        _store(z, state, start, count)
+
+
+@compiled_only
+def _open(z, state, parameters, start, count):  # type: ignore[no-untyped-def]
+    """Load a block; return its width, and whether a robot of it is imperfect."""
+    width = -(-count // _VECTOR) * _VECTOR
+    _load(z, width, state, start, count)
+    _load(z[_PARAMETERS:], width, parameters, start, count)
+    _begin(z, width)
+    imperfect = False
+    for i in range(count):
+        imperfect = imperfect or ParameterColumns(parameters, start + i).imperfect > 0
+    return width, imperfect
+
+
+@compiled_only
+def _store(z, out, start, count):  # type: ignore[no-untyped-def]
+    """Write the state of a block's lanes to ``out``."""
+    for c in range(_CHANNELS):
+        for i in range(count):
+            out[c, start + i] = z[c * _BLOCK + i]
 
 
 @compiled_only
@@ -505,6 +574,82 @@ def _glide(z, width, step):  # type: ignore[no-untyped-def]
         state.x += dx
         state.y += dy
         state.heading += turn
+
+
+@compiled_only
+def _spoil(z, width, code):  # type: ignore[no-untyped-def]
+    """Round the held command of imperfect robots, and let wheels stand within their dead band; keep v and ω."""
+    for i in range(width):
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        if robot.imperfect > 0:
+            lane.was_v = state.v
+            lane.was_w = state.w
+            if code != 1:
+                v = _rounded(lane.volt_r, robot.v_resolution)
+                w = _rounded(lane.volt_l, robot.w_resolution)
+                turn = robot.half_axle * w
+                stands_r = abs(v + turn) < robot.dead_band
+                stands_l = abs(v - turn) < robot.dead_band
+                if stands_r or stands_l:
+                    right = 0.0 if stands_r else v + turn
+                    left = 0.0 if stands_l else v - turn
+                    v = (right + left) / 2
+                    w = (right - left) / (2 * robot.half_axle)
+                lane.volt_r = v
+                lane.volt_l = w
+
+
+@compiled_only
+def _rounded(value, resolution):  # type: ignore[no-untyped-def]
+    """The nearest multiple of a resolution, where there is one."""
+    return resolution * np.rint(value / resolution) if resolution > 0 else value
+
+
+@compiled_only
+def _castor(z, width, h):  # type: ignore[no-untyped-def]
+    """Brake imperfect robots over ``h`` seconds by the dry friction of a castor, along its way over the floor.
+
+    F = −D u / |u| with u = (v, ω x_c) where the castor is; the speed over which it changes its sign is the wheels'.
+    """
+    for i in range(width):
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        if robot.imperfect > 0:
+            aside = state.w * robot.castor_offset
+            smooth = robot.friction_speed * robot.radius
+            squared = state.v * state.v + aside * aside
+            push = h * robot.castor_drag / np.sqrt(squared + smooth * smooth)  # N s for each m/s
+            state.loss += push * squared
+            lever = robot.castor_offset * robot.castor_offset
+            state.v -= state.v * min(1.0, push * lane.per_mass)
+            state.w -= state.w * min(1.0, push * lever * lane.per_inertia)
+
+
+@compiled_only
+def _slide(z, width, step):  # type: ignore[no-untyped-def]
+    """Let imperfect robots slip behind their wheels and outwards, by what a step's accelerations make of it.
+
+    κ = k_x a of each wheel, whose rim has the speed u and the acceleration a; the floor goes by at u − κ |u|.
+    α = k_y v ω of the robot, which drifts aside by −α |v|. Both are 1 at most. v and ω stay those of the wheels.
+    """
+    for i in range(width):
+        lane = BlockColumns(z, i, _BLOCK)
+        state, robot = lane.state, lane.parameter
+        if robot.imperfect > 0:
+            half, v, w = robot.half_axle, state.v, state.w
+            gain_r = (v - lane.was_v) + half * (w - lane.was_w)  # a times the step
+            gain_l = (v - lane.was_v) - half * (w - lane.was_w)
+            most = step / max(robot.longitudinal_slip, 1e-12)
+            mean_v, mean_w = (v + lane.was_v) / 2, (w + lane.was_w) / 2
+            lost_r = robot.longitudinal_slip * min(max(gain_r, -most), most) * abs(mean_v + half * mean_w)
+            lost_l = robot.longitudinal_slip * min(max(gain_l, -most), most) * abs(mean_v - half * mean_w)
+            outwards = min(max(robot.lateral_slip * v * w, -1.0), 1.0) * abs(v) * step
+            turn = (lost_l - lost_r) / (2 * half)
+            dx, dy, lane.cos, lane.sin = _arc(lane.cos, lane.sin, -(lost_r + lost_l) / 2, -outwards, turn)
+            state.x += dx
+            state.y += dy
+            state.heading += turn
 
 
 @compiled_only

@@ -177,6 +177,40 @@ class Robot:
     w_rate_max: float | None = quantity(
         None, "rad/s²", above=0, example=5.0, doc="How fast a commanded angular velocity may change; left out: at once."
     )
+    # What a data sheet seldom says, and a simulation by it leaves out
+    dead_band: float = _derived(
+        "m/s", "The commanded speed of a wheel's rim below which that wheel stands; of a commanded velocity only.",
+        "0: every command moves", lambda r: 0.0, least=0, most=10, example=0.02,
+    )  # fmt: skip
+    v_resolution: float = _derived(
+        "m/s", "A commanded speed is rounded to a multiple of it, as by a driver that takes whole numbers.",
+        "0: it is not rounded", lambda r: 0.0, least=0, most=10, example=0.01,
+    )  # fmt: skip
+    w_resolution: float = _derived(
+        "rad/s", "A commanded angular velocity is rounded to a multiple of it.",
+        "0: it is not rounded", lambda r: 0.0, least=0, most=10, example=0.05,
+    )  # fmt: skip
+    # Tyres that slip in proportion to their force (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), the load
+    # being the weight: a tyre's stiffness of C times its load is a slip of 1 / (C g) for each m/s²
+    longitudinal_slip: float = _derived(
+        "s²/m", "The slip of a wheel for each m/s² by which its rim speeds up, as a share of the rim's speed; the "
+        "robot stays behind its wheels by it.",
+        "0: wheels roll", lambda r: 0.0, least=0, most=10, example=0.02,
+    )  # fmt: skip
+    lateral_slip: float = _derived(
+        "s²/m", "The slip angle in radians for each m/s² of centripetal acceleration v ω; the robot drifts outwards "
+        "by it.",
+        "0: wheels do not slide sideways", lambda r: 0.0, least=0, most=10, example=0.02,
+    )  # fmt: skip
+    castor_drag: float = _derived(
+        "N", "The dry friction of the castor against its way over the floor.",
+        "0: castors drag nothing that friction_torque does not", lambda r: 0.0, least=0, example=0.3,
+    )  # fmt: skip
+    castor_offset: float = _derived(
+        "m", "From the axle forward to the castor; negative: it lies behind.",
+        "-0.4 length: a tenth of the length from the rear edge",
+        lambda r: -0.4 * r.length, least=-10, most=10, example=-0.1,
+    )  # fmt: skip
 
     _left_out: ClassVar[tuple[str, ...]] = ()  # of an instance: the names of the fields that were derived
 
@@ -225,6 +259,11 @@ class Robot:
     def changed(self, **numbers: float) -> "Robot":
         """The same robot with other ``numbers``, by the names of fields; what was derived is derived anew."""
         return type(self)(**merged(self.given, numbers))
+
+    @property
+    def imperfections(self) -> dict[str, float]:
+        """What of :data:`IMPERFECTIONS` it has: each is left out of what is proven, and of most laws' models."""
+        return {name: getattr(self, name) for name in IMPERFECTIONS if getattr(self, name) > 0}
 
     @property
     def wheel_load(self) -> float:
@@ -281,6 +320,8 @@ class Robot:
         return hypot(self.length, self.width) / 2
 
 
+# Effects that the plant has where they are above 0
+IMPERFECTIONS = ("dead_band", "v_resolution", "w_resolution", "longitudinal_slip", "lateral_slip", "castor_drag")
 # Two ways to say one thing: the data sheet's, and the constant that it is turned into.
 ALTERNATIVES = {"stall_torque": "torque_constant", "no_load_speed": "back_emf"}
 RULES: dict[str, DerivationRule] = {f.name: f.metadata["rule"] for f in fields(Robot) if "rule" in f.metadata}

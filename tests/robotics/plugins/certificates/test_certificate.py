@@ -17,7 +17,9 @@ from robotics.plugins.certificates.certificate import (
     error_rates,
     try_out,
 )
+from robotics.plugins.certificates.commands import broken
 from robotics.plugins.certificates.figures import plot_certificate
+from robotics.simulation.scenario.robots import load_robot
 from tests.drawn import x_of, y_of
 from tests.robotics.world.vehicle.etsro import ETSRO
 
@@ -297,3 +299,10 @@ def test_figure_shows_region_bounds_and_trajectories(certificates):
     (bound,) = [line for line in decay.lines if line.get_color() == "black"]
     for line in decay.lines:
         assert np.all(y_of(line) <= y_of(bound) * (1 + 1e-9))
+
+
+def test_what_a_robot_has_that_no_proof_assumes_is_said():
+    assert broken(load_robot("etsro").robot) == ()
+    (said,) = broken(load_robot("etsro").robot.changed(lateral_slip=0.02, dead_band=0.01))
+    assert "it has dead_band 0.01 and lateral_slip 0.02" in said
+    assert "Its assumptions are broken." in said

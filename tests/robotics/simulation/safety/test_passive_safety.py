@@ -353,6 +353,8 @@ def test_blind_spots_are_said_before_a_run():
     assert covered_speed(etsro.robot, {"left": etsro.sensors["left"]}, setting) == 0
     (said,) = blind_spots(setting, RAGING)
     assert "no sensor looks at" in said
+    slipping = replace(setting, robots=(setting.robots[0].changed(lateral_slip=0.02),))
+    assert "and this robot has lateral_slip 0.02" in blind_spots(slipping, RAGING)[0]
     assert blind_spots(setting, replace(RAGING, safe="no")) == []
     scenario = next(s for n in robotics.scenario_names() if (s := robotics.load_scenario(n)).obstacles)
     findings = inspect_scenario(replace(scenario, safety="passive"), "fuzzy").findings

@@ -498,6 +498,79 @@ def test_interpreted_the_plant_gives_the_same_numbers(tmp_path):
         np.testing.assert_allclose(interpreted[name], compiled, rtol=1e-12, atol=1e-12)
 
 
+# What a data sheet leaves out -----------------------------------------------------------------------------------
+
+
+def test_wheels_stand_within_their_dead_band_one_by_one():
+    """Rims are asked for v + L ω and v - L ω: 0.11 and 0.09 m/s, then 0.11 and -0.01."""
+    banded = replace(ROBOT, dead_band=0.1)
+    for v, w, right, left in ((0.1, 0.1, 0.11, 0.0), (0.05, 0.6, 0.11, 0.0), (0.09, 0.0, 0.0, 0.0)):
+        states = driven(banded, [(v, w)] * 40)
+        rims = of_wheels("angle", states)[-1] - of_wheels("angle", states)[-2]
+        assert rims * ROBOT.wheel_radius / 0.05 == pytest.approx([right, left], abs=2e-3)
+
+
+def test_a_rounded_command_is_the_rounded_command():
+    """To the last bit that of a perfect robot, whose driver rounds."""
+    rounded = replace(ROBOT, v_resolution=0.03, w_resolution=0.25)
+    by_plant = driven(rounded, [(0.22, 0.3), (0.23, -0.4)] * 10)
+    by_hand = driven(ROBOT, [(0.03 * 7.0, 0.25), (0.03 * 8.0, -0.5)] * 10)
+    assert np.array_equal(by_plant, by_hand)
+
+
+def test_a_robot_stays_behind_wheels_that_speed_up():
+    """κ = k a: from rest to v the way is short by ∫ k a v dt = k v²/2 of each wheel, whatever the time took."""
+    k = 0.05
+    end = Truth(driven(replace(ROBOT, longitudinal_slip=k, mass_offset=0.0), [(0.4, 0.0)] * 60)[-1])
+    way = end.right.angle * ROBOT.wheel_radius
+    assert way - end.x == pytest.approx(k * end.v**2 / 2, rel=1e-6)
+    assert way > 1.0
+
+
+def test_a_robot_drifts_outwards_in_a_curve():
+    """α = k v ω: a steady circle has the radius √(1 + α²) v/ω, as its velocity has another component across."""
+    k, states = 0.2, driven(replace(ROBOT, lateral_slip=0.2), [(0.4, 1.0)] * 400)
+    drive = Truth(states[150:].T)
+    v, w = drive.v.mean(), drive.w.mean()
+    design = np.stack([drive.x, drive.y, np.ones_like(drive.x)], axis=1)  # a circle, by least squares
+    two_x, two_y, rest = np.linalg.lstsq(design, drive.x**2 + drive.y**2, rcond=None)[0]
+    radius = np.sqrt(rest + (two_x / 2) ** 2 + (two_y / 2) ** 2)
+    assert radius == pytest.approx(v / w * np.sqrt(1 + (k * v * w) ** 2), rel=1e-3)
+    assert radius > 1.002 * v / w
+
+
+@pytest.mark.parametrize("spot", [False, True])
+def test_a_castor_brakes_what_coasts_by_its_dry_friction(spot):
+    """v' = -D/m straight on, ω' = -D |x_c| / I on the spot: the castor then moves across."""
+    dragging = replace(FREE, castor_drag=0.5, castor_offset=-0.08, mass_offset=0.0, friction_speed=0.01)
+    state = at_rest()
+    row, start = (Truth.w.row, 2.0) if spot else (Truth.v.row, 0.5)
+    state[row] = start
+    states = driven(dragging, [(0.0, 0.0)] * 6, "torque", state)
+    inertia = dragging.effective_inertia if spot else dragging.effective_mass
+    slowing = 0.5 * (0.08 if spot else 1.0) / inertia
+    assert start - states[-1, row] == pytest.approx(0.3 * slowing, rel=2e-3)
+    assert Truth(states[-1]).loss == pytest.approx(inertia / 2 * (start**2 - states[-1, row] ** 2), rel=0.02)
+
+
+def test_a_perfect_robot_is_the_same_to_the_last_bit_beside_an_imperfect_one():
+    """What is off costs no bit: the others' lanes do not see it, whichever level is commanded."""
+    rough = replace(
+        ROBOT, dead_band=0.05, v_resolution=0.01, longitudinal_slip=0.1, lateral_slip=0.1, castor_drag=0.3,
+    )  # fmt: skip
+    cases: Any = (("velocity", False), ("torque", False), ("velocity", True))
+    for level, kinematic in cases:
+        command = np.array([[0.314], [0.7]]) * (0.1 if level == "torque" else 1.0)
+        alone, beside = at_rest(), at_rest(3)
+        for _ in range(20):
+            alone = machine(ROBOT, kinematic=kinematic).advance(alone, 0 * command, command, 2, level)
+            three = machine(rough, ROBOT, rough, kinematic=kinematic)
+            both = np.repeat(command, 3, axis=1)
+            beside = three.advance(beside, 0 * both, both, 2, level)
+        assert np.array_equal(beside[:, 1], alone[:, 0])
+        assert not np.array_equal(beside[:, 0], alone[:, 0])
+
+
 # Robot ----------------------------------------------------------------------------------------------------------
 
 
