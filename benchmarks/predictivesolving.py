@@ -30,6 +30,8 @@ class Problem:
     end: np.ndarray  # (2,) m/s, rad/s: the reference's velocities at the end
     tail: np.ndarray  # (TAIL,) of the terminal cost
     guess: np.ndarray  # (N, 2) m/s, rad/s: from which the search starts; not-a-number: as the Lyapunov law says
+    discs: Sequence[Sequence[float]] = ()  # x, y [m], v_x, v_y [m/s], radius [m] of each that it keeps out of
+    disc_weight: float = 0.0  # 1/m²
 
     @property
     def row(self) -> np.ndarray:
@@ -41,6 +43,8 @@ class Problem:
         work.state = MotionColumns(self.state)
         (work.before_v, work.before_w), (work.end_v, work.end_w) = self.before, self.end
         work.tail[:] = self.tail
+        work.around.count, work.around.weight = len(self.discs), self.disc_weight
+        work.around.discs[: 5 * len(self.discs)] = np.ravel(self.discs)
         node = _nodes(work)
         to, plan = node.to, node.plan
         to.x[:-1], to.y[:-1], to.heading[:-1] = self.to.T

@@ -6,8 +6,9 @@ One of the laws is the fuzzy team with other numbers in all of its rule bases, d
     python benchmarks/safety_attack.py 200 --without        # the same without: the job fails
     python benchmarks/safety_attack.py 200 --family discs --robot mir100
 
-Counted are contacts that robots caused: the motion of the robot alone leads to it, by more than 0.02 m/s. Those with a
-disc that no cone of the robot's sensors had met for a second are told beside them: they break what is assumed.
+Counted are contacts that robots caused: the motion of the robot alone leads to it, by more than 0.02 m/s. Told beside
+them are those in which what is assumed was broken before: with a disc that no cone of the robot's sensors had met for a
+second (unseen), or that had run into the robot before, and so into its body, which no real one does (overlapped).
 """
 
 import argparse
@@ -46,6 +47,7 @@ from robotics.world.vehicle.plant import TruthColumns
 
 ROBOTS = ("etsro", "pioneer-3dx", "turtlebot3-burger", "mir100")
 LAWS = ("random", "raging", "ramming", "chasing", "rules")  # kinds of BadLaw, and a team of shuffled rule bases
+BROKEN = ("unseen", "overlapped")
 LATELY = 1.0  # s: what was not in view for so long, no sensor has told of
 HARD = Disturbance(loss=0.2, latency=0.3, freeze=8.0)
 
@@ -226,39 +228,48 @@ def attack(family: Family, robot: str, law: str, count: int, first: int, safe: S
     if isinstance(outcome, ObstacleOutcome):
         touched = touched | outcome.hit
     guarded = np.flatnonzero(caused) if safe == "yes" else ()
-    unseen = sum(out_of_view(setting, driver, seeds, faults, run) for run in map(int, guarded))
+    broken = [broken_assumption(setting, driver, seeds, faults, run) for run in map(int, guarded)]
     return {
         "family": family.name, "robot": robot, "law": law, "runs": count, "first": first, "safe": safe,
-        "caused": int(caused.sum()), "unseen": int(unseen), "touched": int(touched.sum()),
+        "caused": int(caused.sum()), **{name: broken.count(name) for name in BROKEN}, "touched": int(touched.sum()),
         "seeds": np.array(outcome.seeds)[caused][:20].tolist(),
         "seconds": round(time.perf_counter() - begin, 1),
     }  # fmt: skip
 
 
-def out_of_view(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> bool:
-    """Whether a robot of a run caused its contact with an obstacle that was in no cone of its sensors for LATELY."""
-    if setting.world is None:
-        return False
+def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: Faults | None, run: int) -> str:
+    """What was broken before a robot of a run caused its contact, one of BROKEN; "" if nothing was.
+
+    "overlapped": the same obstacle or robot had touched it before. "unseen": the obstacle was in no cone of its sensors
+    for LATELY.
+    """
     tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
     simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
-    sizes, round_, last = footprints(setting.robots), np.exp(1j * np.linspace(0, 2 * np.pi, 60)), None
+    sizes, round_ = footprints(setting.robots), np.exp(1j * np.linspace(0, 2 * np.pi, 60))
+    since = tally.known.watch.contacts.since[run]
+    last, touching, touched = None, np.zeros(len(since), dtype=bool), np.zeros(len(since), dtype=bool)
     for k, _ in simulation.periods():
+        begun = ~np.isnan(since) & ~touching
+        if tally.caused[run].any() and touched[begun].any():
+            return "overlapped"
+        touching = ~np.isnan(since)
+        touched |= touching
+        if setting.world is None:
+            continue
         now, time = TruthColumns(simulation.rows(simulation.lanes.body.truth)), k * setting.period
         here = Geometry(*setting.world.at(time))
         circles = here.circles[run % len(here.circles)][: here.counts[run % len(here.counts)]]
-        last = np.full((len(setting.robots), len(circles)), -np.inf) if last is None else last
         outline = (circles[:, 0] + 1j * circles[:, 1])[:, None] + circles[:, 2:] * round_
+        last = np.full((len(setting.robots), len(circles)), -np.inf) if last is None else last
         for i, sensors in enumerate(setting.sensors):
             own = (outline - (now.x[run, i] + 1j * now.y[run, i])) * np.exp(-1j * now.heading[run, i])
             last[i, seen(sensors, own.real, own.imag).any(axis=1)] = time
         if tally.caused[run].any():
             i = int(np.argmax(tally.caused[run]))
-            gaps = [
-                np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2],
-                obstacle_clearance(now.x, now.y, now.heading, sizes, here)[run, i],
-            ]
-            return bool(gaps[1] < 0.01 and time - last[i, np.argmin(gaps[0])] > LATELY)
-    return False
+            apart = np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2]
+            gap = obstacle_clearance(now.x, now.y, now.heading, sizes, here)[run, i]
+            return "unseen" if gap < 0.01 and time - last[i, np.argmin(apart)] > LATELY else ""
+    return ""
 
 
 def main() -> None:
@@ -272,7 +283,7 @@ def main() -> None:
     parser.add_argument("--law", choices=LAWS)
     parser.add_argument("--out", help="a file to which each row is added, as JSON")
     asked = parser.parse_args()
-    total = caused = unseen = 0
+    total, caused, broken = 0, 0, dict.fromkeys(BROKEN, 0)
     for family, robot, law in product(FAMILIES, ROBOTS, LAWS):
         if asked.family not in (None, family.name) or asked.robot not in (None, robot) or asked.law not in (None, law):
             continue
@@ -283,8 +294,10 @@ def main() -> None:
         if asked.out:
             with Path(asked.out).open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
-        total, caused, unseen = total + row["runs"], caused + row["caused"], unseen + row["unseen"]
-    print(f"{caused} of {total} runs with a contact that a robot caused, {unseen} of them with what no sensor saw")
+        total, caused = total + row["runs"], caused + row["caused"]
+        broken = {name: count + row[name] for name, count in broken.items()}
+    told = ", ".join(f"{count} of them {name}" for name, count in broken.items())
+    print(f"{caused} of {total} runs with a contact that a robot caused, {told}")
 
 
 if __name__ == "__main__":

@@ -30,10 +30,10 @@ STAIRS = {
         folds intervals pruning plot commands plugins.designer plugins.regressor
     """,
     "robotics": """
-        tables world laws simulation measures studies show commands plugins.encounters plugins.predictive
-        plugins.arena plugins.stress plugins.tuning plugins.datasheets
+        tables world laws simulation measures studies show commands plugins.encounters plugins.reactive
+        plugins.predictive plugins.arena plugins.stress plugins.tuning plugins.datasheets
         plugins.learning plugins.ccode plugins.certificates plugins.designer plugins.logs plugins.reinforcement
-        plugins.thesis plugins.ablation plugins.shapes plugins.reactive plugins.tasks plugins.identify plugins.films
+        plugins.thesis plugins.ablation plugins.shapes plugins.tasks plugins.identify plugins.films
         plugins.mujoco
     """,
     "robotics.world": "random_streams vehicle paths radio environment sensing",
@@ -83,7 +83,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "shapes": (),
         "logs": ("learning",),
         "mujoco": (),
-        "predictive": (),
+        "predictive": ("reactive",),
         "reactive": (),
         "reinforcement": ("arena",),
         "stress": (),

@@ -6,6 +6,8 @@ end of period k, and the command u_r with which a robot would follow it,
 
     J = Σ_k ½ [ |(along, cross, 2 sin(ψ_e/2))|²_Q + |u − u_r|²_R + |u − p|²_D ]  +  ½ |terminal errors|²_P
 
+and what it costs to be in the discs of :mod:`robotics.plugins.predictive.discs`, if there are some.
+
 The step is that of control-limited differential dynamic programming [Tassa, Mansard & Todorov 2014]: backwards the
 quadratic model of the cost to go, its least value within the bounds, and the feedback of what is not bounded; forwards
 the plan with that feedback, its step halved until the cost falls by enough. A command at a bound of its change moves
@@ -23,6 +25,7 @@ from fuzzy.compiled.columns import Columns, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.compiled.trigonometry import sincos
 from robotics.plugins.predictive.allowed import STRIPS, best_change, bound, normal
+from robotics.plugins.predictive.discs import AroundColumns, disc_of
 from robotics.plugins.predictive.model import ResponseColumns, moved
 from robotics.plugins.predictive.terminal import WeightColumns
 from robotics.world.vehicle.plant import MotionColumns
@@ -92,6 +95,7 @@ class SolverColumns(Columns):
     low = several(STRIPS, "m/s, rad/s, m/s, m/s", "the bounds of the strips")
     high = several(STRIPS, "m/s, rad/s, m/s, m/s")
     gradient = several(7, "", "of the cost to go, by (z, p)")
+    around = within(AroundColumns)
     hessian = several(49, "", "(7, 7) of the cost to go")
     slopes = several(10, "", "the model's derivatives A and B: of x and of y by (ψ, v, ω, v_c, ω_c)")
     hessian_a = several(25, "", "H A (5, 5)")
@@ -110,6 +114,7 @@ _KX = 1.0  # 1/s
 _KY = 10.0  # 1/m²
 _KPSI = 5.0  # 1/m
 _CATCH_UP = 0.3  # m/s
+_MIDDLE = 1e-6  # m: nearer to a disc's middle no direction leads out
 HALVINGS = 8  # of the step, before a plan is left as it is
 _NEAR = 0.1  # of the cost: where a full step brings less, the next one is made with the exact Hessian
 _CONVEX = 1e-6  # of the product of its diagonal: the least determinant of a Hessian that counts as convex
@@ -208,6 +213,7 @@ def _roll(work, horizon, step):  # type: ignore[no-untyped-def]
         if k < horizon - 1:
             along, cross, turned, _ = _errors(to, x, y, heading)
             cost += 0.5 * (weights.along * along**2 + weights.cross * cross**2 + weights.turned * turned**2)
+        cost += _within_discs(work.around, (k + 1) * (fixed.after.own + fixed.after.given), x, y)
     last = node_of(work, horizon).tried
     last.x, last.y, last.heading, last.v, last.w, last.v_c, last.w_c = x, y, heading, v, w, v_c, w_c
     return cost + _tail(work, horizon, last, False)
@@ -306,9 +312,10 @@ def _backwards(work, horizon):  # type: ignore[no-untyped-def]
     for k in range(horizon - 1, -1, -1):
         p_v = node_of(work, k - 1).plan.v_c if k > 0 else work.before_v
         p_w = node_of(work, k - 1).plan.w_c if k > 0 else work.before_w
-        node = node_of(work, k)
+        node, period = node_of(work, k), work.fixed.after.own + work.fixed.after.given
         if k < horizon - 1:
             _add_place(work, node.to, node_of(work, k + 1).plan)
+        _add_discs(work, (k + 1) * period, node_of(work, k + 1).plan)
         _expand(work, node, p_v, p_w)
         promised += _improve(work, node, p_v, p_w)
     return promised
@@ -328,6 +335,40 @@ def _add_place(work, to, after):  # type: ignore[no-untyped-def]
     h[7] = h[1]
     h[8] += sin * sin * q_a + cos * cos * q_c
     h[16] += q_t * slope * slope
+
+
+@compiled_only
+def _into(disc, time, x, y):  # type: ignore[no-untyped-def]
+    """How far [m] a place is inside of a disc after a ``time`` [s], and the direction to it from the disc's middle."""
+    dx, dy = x - disc.x - disc.v_x * time, y - disc.y - disc.v_y * time
+    away = max(np.sqrt(dx * dx + dy * dy), _MIDDLE)
+    return disc.radius - away, dx / away, dy / away
+
+
+@compiled_only
+def _within_discs(around, time, x, y):  # type: ignore[no-untyped-def]
+    """What it costs to be at a place after a ``time`` [s]: ½ weight (r − d)² for each disc that it is in."""
+    cost = 0.0
+    for n in range(int(around.count)):
+        deep, _, _ = _into(disc_of(around, n), time, x, y)
+        if deep > 0:
+            cost += 0.5 * around.weight * deep * deep
+    return cost
+
+
+@compiled_only
+def _add_discs(work, time, after):  # type: ignore[no-untyped-def]
+    """Add that to the cost to go, with the Hessian of Gauss and Newton."""
+    g, h, around = work.gradient, work.hessian, work.around
+    for n in range(int(around.count)):
+        deep, n_x, n_y = _into(disc_of(around, n), time, after.x, after.y)
+        if deep > 0:
+            g[0] -= around.weight * deep * n_x
+            g[1] -= around.weight * deep * n_y
+            h[0] += around.weight * n_x * n_x
+            h[1] += around.weight * n_x * n_y
+            h[7] = h[1]
+            h[8] += around.weight * n_y * n_y
 
 
 @compiled_only

@@ -39,12 +39,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fuzzy.compiled.columns import Columns, codes, column, several
+from fuzzy.compiled.columns import Columns, codes, column, several, within
 from fuzzy.compiled.jit import compiled_only
 from fuzzy.quantity import quantity, whole
 from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.lyapunov import FEED_FORWARD, FeedForward
+from robotics.plugins.predictive.discs import AroundColumns, disc_of
 from robotics.world.paths.road import moving
 from robotics.world.vehicle.plant import velocity_limits
 
@@ -88,6 +89,7 @@ class SampledWork(Columns):
     v = several(_BLOCK, "m/s")
     w = several(_BLOCK, "rad/s")
     cost = several(_BLOCK, "1")
+    around = within(AroundColumns)
     rest = several(0, "", "the reference ahead, its velocities, the plan, its sums, and the costs")
 
 
@@ -114,6 +116,14 @@ def perturbations(seed: int, samples: int, steps: int) -> np.ndarray:
     bank = np.random.default_rng(seed).standard_normal((blocks, steps, 2, _BLOCK))
     bank.flags.writeable = False
     return bank
+
+
+def _room_of_plans(steps, noise):  # type: ignore[no-untyped-def]
+    """How many numbers of SampledWork.rest plans of so many ``steps`` and numbers of ``noise`` take."""
+    return _AHEAD * steps + 2 * steps * (2 + _BLOCK) + noise // steps
+
+
+room_of_plans = compiled_only(_room_of_plans)
 
 
 @compiled_only
@@ -180,6 +190,13 @@ def _simulate(steps, first, sign, gain, full, plan, ahead, led, noise, work):  #
             cost = q_x * x_e * x_e + q_y * y_e * y_e + q_heading * (1 - (cos * cos_d + sin * sin_d))
             costs[n] += cost + (pull_v * (to_v - plan_v) + pull_w * (to_w - plan_w))
             xs[n], ys[n], coss[n], sins[n], vs[n], ws[n] = x, y, cos, sin, v, w
+        for m in range(int(work.around.count)):
+            disc = disc_of(work.around, m)
+            there_x, there_y = disc.x + (t + 1) * step * disc.v_x, disc.y + (t + 1) * step * disc.v_y
+            weight, per_square = work.around.weight, 1 / (disc.radius * disc.radius)
+            for n in range(_BLOCK):
+                dx, dy = xs[n] - there_x, ys[n] - there_y
+                costs[n] += weight * max(1 - (dx * dx + dy * dy) * per_square, 0.0)
 
 
 @compiled_only
@@ -249,7 +266,17 @@ def _remember(memory, steps, smoothing, full, led, plan):  # type: ignore[no-unt
 @equation
 def average_plans(robot, aim, gain, memory, command, work, road, path, rules, time, dt):  # type: ignore[no-untyped-def]
     """Command the beginning of the average of the sampled plans, whose noise stands in the rules."""
-    steps, sent, noise = int(gain.steps), int(gain.sent), rules
+    steps = int(gain.steps)
+    ahead, led = work.rest[: _AHEAD * steps], work.rest[_AHEAD * steps :]
+    work.around.count = 0.0
+    _look_ahead(aim, road, path, time, steps, gain.step, ahead, led)
+    send_average(robot, gain, memory, command, work, rules, time, dt)
+
+
+@compiled_only
+def send_average(robot, gain, memory, command, work, noise, time, dt):  # type: ignore[no-untyped-def]
+    """Improve the plan of the period before, remember it, and command its beginning; ``work`` has the reference."""
+    steps, sent = int(gain.steps), int(gain.sent)
     full = 1.0 if gain.feed_forward == FEED_FORWARD.full else 0.0
     blocks = len(noise) // (steps * 2 * _BLOCK)
     ahead, rest = work.rest[: _AHEAD * steps], work.rest[_AHEAD * steps :]
@@ -257,7 +284,6 @@ def average_plans(robot, aim, gain, memory, command, work, road, path, rules, ti
     plan, rest = rest[: 2 * steps], rest[2 * steps :]
     total, costs = rest[: 2 * steps * _BLOCK], rest[2 * steps * _BLOCK :]
     first = round(time / dt) * STRIDE % steps
-    _look_ahead(aim, road, path, time, steps, gain.step, ahead, led)
     _shift(memory.adds, steps, dt / gain.step, full, led, plan)
     least = _cost_all(robot, gain, steps, blocks, first, full, plan, ahead, led, noise, costs, work)
     _average(gain, steps, blocks, first, least, plan, noise, costs, total)
@@ -328,5 +354,4 @@ class PathIntegral(EquationLaw):
     @property
     def working(self) -> int:
         """A block of samples, the reference ahead, the plan, its sums, and the costs."""
-        samples = perturbations(self.seed, self.samples, self.steps).shape[0] * 2 * _BLOCK
-        return SampledWork.size + _AHEAD * self.steps + 2 * self.steps * (2 + _BLOCK) + samples
+        return SampledWork.size + _room_of_plans(self.steps, perturbations(self.seed, self.samples, self.steps).size)

@@ -21,7 +21,8 @@ the wheels follow that much later.
 A real-time iteration [Diehl, Bock & Schlöder 2005]: ``iterations`` steps at most from the plan of the period before,
 shifted by one; fewer where there is nothing to gain. With many it is the converged plan.
 
-Left out: an estimate of the pose beyond what is measured, so that its noise enters; other robots and obstacles.
+Left out: an estimate of the pose beyond what is measured, so that its noise enters; other robots and obstacles, which
+:mod:`robotics.plugins.predictive.nmpc_discs` keeps clear of.
 """
 
 from collections.abc import Mapping
@@ -94,6 +95,12 @@ def preview(road, path, time, dt, gain, work):  # type: ignore[no-untyped-def]
         x, y, heading, v, w, _ = moving(road, path, then + dt if k < horizon else then)
         to.x, to.y, to.heading, to.cos, to.sin = x, y, heading, np.cos(heading), np.sin(heading)
         work.end_v, work.end_w = v, w
+    end_at(gain, work, v)
+
+
+@compiled_only
+def end_at(gain, work, v):  # type: ignore[no-untyped-def]
+    """Write the terminal cost of a reference that goes on at a speed ``v`` [m/s]."""
     table, tail, row, width = gain.table, work.tail, 0, 1 + TAIL
     while row < SPEEDS - 2 and v > table[width * (row + 1)]:
         row += 1
@@ -108,10 +115,16 @@ def preview(road, path, time, dt, gain, work):  # type: ignore[no-untyped-def]
 @equation
 def predict(robot, gain, memory, command, work, road, path, time, dt):  # type: ignore[no-untyped-def]
     """Send the first command of the best plan."""
-    horizon, commands, first = int(gain.horizon), memory.commands, 4 + 2 * int(gain.periods)
-    work.fixed = gain.fixed
-    forecast(robot, gain, commands, work)
+    work.fixed, work.around.count = gain.fixed, 0.0
+    forecast(robot, gain, memory.commands, work)
     preview(road, path, time, dt, gain, work)
+    send_best(gain, memory, command, work)
+
+
+@compiled_only
+def send_best(gain, memory, command, work):  # type: ignore[no-untyped-def]
+    """Improve the plan of the period before, remember it, and send its first command."""
+    horizon, commands, first = int(gain.horizon), memory.commands, 4 + 2 * int(gain.periods)
     for k in range(horizon):
         plan = node_of(work, k).plan
         ready = memory.started > 0 and k < horizon - 1

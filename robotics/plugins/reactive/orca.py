@@ -176,19 +176,16 @@ def least_violation(planes, count, begin, most, v_x, v_y):  # type: ignore[no-un
 def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # type: ignore[no-untyped-def]
     """Make the half-planes of all that is heard and seen, and drive the best velocity in them."""
     speed, course = wanted(robot, gain, memory, command, known, i)
-    robots, points, count = known.heard.shape[2], work.points, 0
+    robots, points = known.heard.shape[2], work.points
     planes = points[2 * (3 * known.ranges.shape[0] + REMEMBERED_POINTS) :]
     own, point = table[i % robots] + gain.point + gain.margin, gain.point
     cos, sin = math.cos(robot.heading), math.sin(robot.heading)
     v_x, v_y = robot.v * cos - point * robot.w * sin, robot.v * sin + point * robot.w * cos
-    seen = look_around(robot, gain, memory, known, i, table, gain.near, points)
-    for n in range(seen):
+    count = look_for_others(robot, gain, memory, known, i, table, points)
+    for n in range(count):
         ahead, left = points[2 * n] - point, points[2 * n + 1]
         dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
-        if not _explained(robot, known, table, i, dx + point * cos, dy + point * sin):
-            half_plane(planes, count, dx, dy, v_x, v_y, own, gain.horizon_seen, known.dt, 1.0)
-            points[2 * count], points[2 * count + 1] = points[2 * n], points[2 * n + 1]
-            count += 1
+        half_plane(planes, n, dx, dy, v_x, v_y, own, gain.horizon_seen, known.dt, 1.0)
     course = around(memory, points, count, own, course, robot.heading, gain.clears)
     for j in range(robots):
         heard = OrcaHeard(known.heard, i, j)
@@ -208,6 +205,18 @@ def avoid_reciprocally(robot, gain, memory, command, work, known, i, table):  # 
         x, y = least_violation(planes, count, reached, gain.fastest, x, y)
     tell(command, cos * x + sin * y, min(max((cos * y - sin * x) / point, -gain.quickest), gain.quickest))
     tell_whereabouts(command.say.where, robot)
+
+
+@compiled_only
+def look_for_others(robot, gain, memory, known, i, table, points):  # type: ignore[no-untyped-def]
+    """Write the points that are seen within ``gain.near``, but for those of robots that are heard; return how many."""
+    count, cos, sin = 0, math.cos(robot.heading), math.sin(robot.heading)
+    for n in range(look_around(robot, gain, memory, known, i, table, gain.near, points)):
+        ahead, left = points[2 * n], points[2 * n + 1]
+        if not _explained(robot, known, table, i, cos * ahead - sin * left, sin * ahead + cos * left):
+            points[2 * count], points[2 * count + 1] = ahead, left
+            count += 1
+    return count
 
 
 @compiled_only

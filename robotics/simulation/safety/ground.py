@@ -153,7 +153,10 @@ def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of
 
 
 @compiled_only
-def is_clear(ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, need, late, period, stamp, known):  # type: ignore[no-untyped-def]
+def is_clear(  # type: ignore[no-untyped-def]
+    ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, from_x, from_y, from_c, from_s,
+    need, late, period, stamp, known,
+):  # fmt: skip
     """Whether a body keeps clear of what is not free, well in the window; what is too near now may not come nearer.
 
     Args:
@@ -162,6 +165,8 @@ def is_clear(ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, need
         x, y: Where its body will be, by odometry [m].
         c, s: Cosine and sine of its heading then.
         now_x, now_y, now_c, now_s: The same as it is now.
+        from_x, from_y, from_c, from_s: And a moment before: what moves may not come nearer on any part of the way, as
+            it may be there by then.
         need: The least gap [m].
         late: In how many seconds it is there: what gave an echo may have come nearer, by then and since it was heard.
         period: The control period [s].
@@ -202,5 +207,12 @@ def is_clear(ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, need
                 continue
             dx, dy = at_x - now_x, at_y - now_y
             if gap < body_gap(given, now_c * dx + now_s * dy, now_c * dy - now_s * dx) - 1e-9 or gap == 0:
+                return False
+            dx, dy = at_x - from_x, at_y - from_y
+            if (
+                may_move
+                and others > 0
+                and gap < body_gap(given, from_c * dx + from_s * dy, from_c * dy - from_s * dx) - 1e-9
+            ):
                 return False
     return True

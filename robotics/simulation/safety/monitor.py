@@ -307,6 +307,7 @@ def _way_clear(  # type: ignore[no-untyped-def]
     rim_right, rim_left = robot.v + half * robot.w, robot.v - half * robot.w
     late_right, late_left, behind, off = rim_right, rim_left, 0.0, 0.0
     time, ahead, left, turn, gone, swept = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    from_ahead, from_left, from_turn = 0.0, 0.0, 0.0  # where it was looked at before
     for _ in range(_LONGEST):
         to_v, to_w = in_force(guard, lane, k, period, time, order_v, order_w)
         held_v, held_w = next_held(stop.v_rate, held_v, to_v), next_held(stop.w_rate, held_w, to_w)
@@ -331,9 +332,11 @@ def _way_clear(  # type: ignore[no-untyped-def]
         if stands or swept >= given.cell / 4:
             swept = 0.0
             if not _fits(
-                guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, gone * off, time, nearest
-            ):
+                guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, gone * off, time, nearest,
+                from_ahead, from_left, from_turn,
+            ):  # fmt: skip
                 return False
+            from_ahead, from_left, from_turn = ahead, left, turn
         if stands:
             return True
     return False
@@ -341,19 +344,22 @@ def _way_clear(  # type: ignore[no-untyped-def]
 
 @compiled_only
 def _fits(  # type: ignore[no-untyped-def]
-    guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, off, time, nearest
-):
+    guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, off, time, nearest,
+    from_ahead, from_left, from_turn,
+):  # fmt: skip
     """Whether the body is clear when it has gone ``ahead``, to the ``left`` and round by ``turn``, after ``time`` [s].
 
-    Where it has less room than it should, it keeps what it has.
+    Where it has less room than it should, it keeps what it has; ``from_ahead`` and so on are where it was before.
     """
     if guard.sees == 1:
         now_x, now_y, now = odometry.odo_x, odometry.odo_y, odometry.odo_heading
         c, s = math.cos(now), math.sin(now)
         x, y = now_x + c * ahead - s * left, now_y + s * ahead + c * left
+        from_x, from_y = now_x + c * from_ahead - s * from_left, now_y + s * from_ahead + c * from_left
         if not is_clear(
             guard.ground[lane], guard.window[lane], given, x, y, math.cos(now + turn), math.sin(now + turn),
-            now_x, now_y, c, s, given.least + off, time, period, k + 1, ahead < 0,
+            now_x, now_y, c, s, from_x, from_y, math.cos(now + from_turn), math.sin(now + from_turn),
+            given.least + off, time, period, k + 1, ahead < 0,
         ):  # fmt: skip
             return False
     if guard.air.values > 0:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robotics
-from benchmarks.safety_attack import FAMILIES, HARD, LAWS, ROBOTS, BadLaw, attack, out_of_view, shuffled_team
+from benchmarks.safety_attack import FAMILIES, HARD, LAWS, ROBOTS, BadLaw, attack, broken_assumption, shuffled_team
 from benchmarks.safety_search import Scripted, Search, search
 from fuzzy.compiled.jit import kernel
 from robotics.laws.law import ControllerError
@@ -18,7 +18,7 @@ from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
 from robotics.simulation.safety.assumptions import STOP_NEAR, radio_delay, stopping
 from robotics.simulation.safety.coverage import blind_directions, blind_spots, covered_speed
-from robotics.simulation.safety.ground import FREE_GROUND, GuardColumns, take_in
+from robotics.simulation.safety.ground import FREE_GROUND, GuardColumns, is_clear, put, take_in
 from robotics.simulation.safety.opening import given_rows
 from robotics.simulation.safety.others import HeardPosture, apart
 from robotics.simulation.scenario.robots import load_robot
@@ -136,14 +136,14 @@ def test_it_breaks_with_weaker_brakes():
 def test_it_breaks_with_sensors_that_see_nothing_and_the_attack_tells_those_from_blind_spots():
     setting, runs = course(30), range(30)
     blinded = {name: replace(one, failure_start=0.0) for name, one in setting.sensors[0].items()}
-    unseen = []
+    broken = []
     for carried in (blinded, {"behind": RangeSensor(axis=np.pi)}):
         blind = replace(setting, sensors=(carried,))
         driven = run_ensemble(ObstacleOutcome, blind, RAGING, runs).caused.any(axis=1)
         assert driven.any()
         first = int(np.argmax(driven))
-        unseen.append(out_of_view(blind, RAGING, runs, None, first))
-    assert unseen == [False, True]
+        broken.append(broken_assumption(blind, RAGING, runs, None, first))
+    assert broken == ["", "unseen"]
 
 
 def test_it_breaks_where_others_are_faster_than_stated():
@@ -216,6 +216,32 @@ def test_the_echo_of_a_robot_takes_nothing_away_that_stands():
     echoed(ground, window, given, table, rays, 6, True)
     assert (stands == 5).any()
     assert (ground == stands).all()
+
+
+@kernel
+def beside(ground, window, given, value, from_turn):
+    """Whether a robot may be where it is now, with an echo beside its front, coming from another heading."""
+    one = GuardColumns(given, 0)
+    put(ground, math.floor(0.7 * one.half_length / one.cell), math.ceil(one.half_width / one.cell), value)
+    return is_clear(
+        ground, window, one, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, math.cos(from_turn), math.sin(from_turn),
+        one.least, 0.1, 0.05, 40, False,
+    )  # fmt: skip
+
+
+def test_what_moves_may_not_come_nearer_on_any_part_of_a_way_and_what_stands_not_by_the_whole():
+    """As on a way back and round: it may be there by then."""
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    for others, value, turned, clear in (
+        (0.2, 39, -0.1, False),  # its side comes nearer to what was seen just now
+        (0.2, 39, 0.1, True),
+        (0.2, 2, -0.1, True),  # seen long ago: it stands
+        (0.0, 39, -0.1, True),  # nothing moves
+    ):
+        GuardColumns(given, 0).others = others
+        ground, window = np.zeros((48, 48), dtype=np.int64), np.full(2, -24)
+        assert beside(ground, window, given, value, turned) == clear
 
 
 # Promises --------------------------------------------------------------------------------------------------------
