@@ -138,6 +138,7 @@ def contacts(*about):
     return driven(*about).caused.any(axis=1).sum()
 
 
+@pytest.mark.long
 def test_it_is_the_discs_that_keep_robots_apart_that_hear_each_other():
     assert contacts("nmpc-discs", "crossing") == 0
     assert driven("nmpc-discs", "crossing").arrived.all()
@@ -145,6 +146,7 @@ def test_it_is_the_discs_that_keep_robots_apart_that_hear_each_other():
     assert contacts("nmpc-discs", "deaf") >= 6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "without"),
     [("nmpc-discs:clears=0.001", "disc_scale=10"), ("mppi-ranges", "disc=1e-6")],
