@@ -3,6 +3,10 @@
 The measured wheel speeds are integrated with a scale of each wheel and of the axle, from a start that is fitted too;
 what is left between that track and the measured poses is least squares. The intervals widen by the long-run variance of
 the scores, for odometry's errors add up along the way.
+
+Tyres slip where a robot speeds up or brakes hard, and what it stays behind then would make its wheels smaller. So the
+stretches of steady driving are fitted by themselves as well, each from a start of its own, and count alone where they
+tell the scale more surely: what slips leaves a track that no scale fits.
 """
 
 from dataclasses import dataclass
@@ -18,6 +22,11 @@ from robotics.world.vehicle.robot import Robot
 
 _SAME = 3e-4  # m and rad from sample to sample: poses that differ by less from odometry's are odometry's
 _NAMES = ("scale", "wheel_ratio", "axle_ratio")
+_STEADY = 0.4  # m/s²: the change of a rim's speed over a fifth of a second, up to which a drive is steady
+_CALMING = 0.4  # s after a faster change, in which tyres may slip on
+_SHORTEST, _ENOUGH = 0.6, 6.0  # s of a steady stretch, and of all of them together
+
+Stretch = tuple[int, int]  # the first sample of odometry and the one behind the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +62,7 @@ def calibrated(signals: Signals, base: Robot, averaged: bool) -> tuple[Calibrati
                     "a pose that does not come from the wheels with --pose, or a gyroscope with --imu."
                 )
         else:
-            return _by_poses(signals.poses, signals.velocities, base, averaged), ""
+            return _by_poses_or_steadily(signals.poses, signals.velocities, base, averaged)
     if signals.yaw is not None:
         return _by_gyroscope(signals.yaw, signals.velocities, averaged)
     return None, "There are no poses: wheel radii and axle are only known as odometry has them."
@@ -103,40 +112,97 @@ def _are_odometry(signals: Signals, base: Robot, averaged: bool) -> bool:
     )
 
 
-def _by_poses(poses: Poses, seen: MeasuredVelocities, base: Robot, averaged: bool) -> Calibration:
+def steady_stretches(seen: MeasuredVelocities, half_axle: float) -> list[Stretch]:
+    """The stretches of odometry in which no wheel's speed has changed much for a while."""
+    period = float(np.median(np.diff(seen.time)))
+    back = max(1, round(0.2 / period))
+    rims = np.stack([seen.v + half_axle * seen.w, seen.v - half_axle * seen.w])
+    fast = np.zeros(len(seen.time), dtype=bool)
+    hard = np.abs(rims[:, back:] - rims[:, :-back]).max(axis=0) > _STEADY * (seen.time[back:] - seen.time[:-back])
+    gap = np.diff(seen.time, prepend=seen.time[0]) > LOG_GAP
+    for k in np.flatnonzero(hard):
+        fast[k : k + back + round(_CALMING / period)] = True
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], fast | gap, [True]]).astype(int)))
+    return [
+        (int(first), int(last))
+        for first, last in edges.reshape(-1, 2)
+        if seen.time[last - 1] - seen.time[first] >= _SHORTEST
+    ]
+
+
+def _by_poses_or_steadily(
+    poses: Poses, seen: MeasuredVelocities, base: Robot, averaged: bool
+) -> tuple[Calibration, str]:
+    """By the whole drive, or where that says something else by its steady stretches, with a sentence."""
+    whole = _by_poses(poses, seen, base, averaged, [(0, len(seen.time))])
+    parts = steady_stretches(seen, base.half_axle)
+    lasting = sum(seen.time[last - 1] - seen.time[first] for first, last in parts)
+    if lasting < _ENOUGH:
+        return whole, ""
+    steady = _by_poses(poses, seen, base, averaged, parts)
+    if np.ptp(whole.intervals["scale"]) <= np.ptp(steady.intervals["scale"]):
+        return whole, ""
+    smaller = 1 - whole.values["scale"] / steady.values["scale"]
+    return steady, (
+        f"The wheels slip where the robot speeds up or brakes: by the whole drive they would be "
+        f"{abs(100 * smaller):.2g} % {'smaller' if smaller > 0 else 'larger'}. Wheels and axle are those of the "
+        f"{lasting:.0f} s of steady driving."
+    )
+
+
+def _by_poses(
+    poses: Poses, seen: MeasuredVelocities, base: Robot, averaged: bool, stretches: list[Stretch]
+) -> Calibration:
     inside, rows = _matched(poses, seen)
     time, rows = poses.time[inside], rows[:, inside]
     ways, half = _ways(seen, averaged, base.half_axle), base.half_axle
+    parts = []
+    for first, last in stretches:
+        chosen = np.flatnonzero((time >= seen.time[first]) & (time <= seen.time[last - 1]))
+        if len(chosen) > 3:
+            way = ways[:, first:last].copy()
+            way[:, 0] = 0.0
+            parts.append((seen.time[first:last], way, chosen))
+    rows = np.concatenate([rows[:, chosen] for *_, chosen in parts], axis=1)
+    ends_of = np.cumsum([len(chosen) for *_, chosen in parts])
 
     def wrong(x: np.ndarray) -> np.ndarray:
-        """Poses of the model minus those measured (3, n), for start, scale, and the ratios of wheels and axle."""
-        scales = x[3] * np.array([2 * x[4], 2.0]) / (1 + x[4])
-        at = track(x[:3], ways * scales[:, None], half * x[5])
-        return np.stack([np.interp(time, seen.time, each) for each in at]) - rows
+        """Poses of the model minus those measured (3, n), for the starts, and the ratios of scale, wheels and axle."""
+        size, ratio, axle = x[-3:]
+        scales = size * np.array([2 * ratio, 2.0]) / (1 + ratio)
+        told = []
+        for start, (when, way, chosen) in zip(x[:-3].reshape(-1, 3), parts, strict=True):
+            at = track(start, way * scales[:, None], half * axle)
+            told.append([np.interp(time[chosen], when, each) for each in at])
+        return np.concatenate(told, axis=1) - rows
 
-    x = np.array([*rows[:, 0], 1.0, 1.0, 1.0])
+    x = np.array([*(rows[:, [0, *ends_of[:-1]]].T.ravel()), 1.0, 1.0, 1.0])
     scale, filters = np.array([0.01, 0.01, 0.01]), [np.ones(1)] * 3
     for _ in range(3):
-        x = least_squares(lambda x, s=scale, h=filters: _filtered(wrong(x), s, h).ravel(), x, x_scale="jac").x
+        x = least_squares(lambda x, s=scale, h=filters: _filtered(wrong(x), s, h, ends_of).ravel(), x, x_scale="jac").x
         left = wrong(x)
         fits = [autoregression(each) for each in left]
         scale = np.array([max(deviation, 1e-7) for _, deviation in fits])
         filters = [np.concatenate([[1.0], -coefficients]) for coefficients, _ in fits]
-    found: Any = least_squares(lambda x: _filtered(wrong(x), scale, filters).ravel(), x, x_scale="jac")
+    found: Any = least_squares(lambda x: _filtered(wrong(x), scale, filters, ends_of).ravel(), x, x_scale="jac")
     spread = np.sqrt(np.diag(long_run(found.jac.reshape(3, -1, len(x)), found.fun.reshape(3, -1))))
     size = float(t_distribution.ppf((1 + CONFIDENCE) / 2, found.fun.size - len(x)))
-    places = range(3, 6)
+    places = range(len(x) - 3, len(x))
     values = {name: float(found.x[k]) for name, k in zip(_NAMES, places, strict=True)}
     ends = {
         n: Ends(values[n] - size * spread[k], values[n] + size * spread[k]) for n, k in zip(_NAMES, places, strict=True)
     }
     left = wrong(found.x)
     noise = {"position_noise": float(np.sqrt((scale[:2] ** 2).mean())), "heading_noise": float(scale[2])}
-    return Calibration(values, ends, noise, len(time), float(np.sqrt((left[:2] ** 2).sum(axis=0).mean())))
+    return Calibration(values, ends, noise, rows.shape[1], float(np.sqrt((left[:2] ** 2).sum(axis=0).mean())))
 
 
-def _filtered(rows: np.ndarray, scale: np.ndarray, filters: list[np.ndarray]) -> np.ndarray:
-    return np.stack([np.convolve(each, h)[: len(each)] / s for each, s, h in zip(rows, scale, filters, strict=True)])
+def _filtered(rows: np.ndarray, scale: np.ndarray, filters: list[np.ndarray], ends: np.ndarray) -> np.ndarray:
+    """Rows (3, n) whitened stretch by stretch; ``ends`` are the places behind each stretch."""
+    return np.stack([
+        np.concatenate([np.convolve(part, h)[: len(part)] for part in np.split(each, ends[:-1])]) / s
+        for each, s, h in zip(rows, scale, filters, strict=True)
+    ])  # fmt: skip
 
 
 def _by_gyroscope(yaw: YawRates, seen: MeasuredVelocities, averaged: bool) -> tuple[Calibration | None, str]:

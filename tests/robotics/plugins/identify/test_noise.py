@@ -92,6 +92,38 @@ def test_wheels_and_axle_are_known_by_poses_and_their_intervals_cover() -> None:
     assert np.mean(hits) >= 0.8
 
 
+def slipping(seed: int, grip: float) -> Signals:
+    """Odometry whose wheels spin where they speed up by more than ``grip`` [m/s²], and the noisy poses of the robot."""
+    generator, time = np.random.default_rng(seed), 0.05 * np.arange(1200)
+    v, w = (np.repeat(generator.uniform(-size, size, 30), 40) for size in (0.5, 1.5))
+    rims = np.stack([v + 0.1 * w, v - 0.1 * w])
+    for k in range(1, 1200):  # wheels follow their commands within some periods
+        rims[:, k] = rims[:, k - 1] + np.clip(rims[:, k] - rims[:, k - 1], -0.1, 0.1)
+    faster = np.diff(np.abs(rims), axis=1, prepend=0) / 0.05
+    rolled = 1.02 * rims * np.where(faster > grip, 0.6, 1.0) * 0.05
+    x, y, heading = track(np.zeros(3), rolled, 0.1)
+    noisy = (each + 0.003 * generator.standard_normal(1200) for each in (x, y, heading))
+    v, w = rims.mean(axis=0), (rims[0] - rims[1]) / 0.2
+    return Signals("x", Commands(time, v, w), MeasuredVelocities(time, v, w), Poses(time, *noisy))
+
+
+def test_wheels_that_slip_are_known_by_what_they_roll() -> None:
+    hits = []
+    for seed in range(12):
+        found, why = calibrated(slipping(seed, 1.8), SHEET, True)
+        assert found is not None
+        assert "slip" in why
+        assert "smaller" in why
+        true = {"scale": 1.02, "wheel_ratio": 1.0, "axle_ratio": 1.0}
+        assert found.values == pytest.approx(true, rel=0.012)
+        hits += [found.intervals[name].low <= value <= found.intervals[name].high for name, value in true.items()]
+        gripping, why = calibrated(slipping(seed, 9.0), SHEET, True)
+        assert gripping is not None
+        assert not why
+        assert np.ptp(gripping.intervals["scale"]) < np.ptp(found.intervals["scale"])
+    assert np.mean(hits) >= 0.8
+
+
 def test_poses_of_odometry_tell_nothing_of_wheels() -> None:
     one = drive(1, 1.0, 1.0, 1.0)
     seen = one.velocities
