@@ -14,6 +14,7 @@ typedef struct { /* in the order of the rows of plant.py's parameters */
     double mass, inertia, coupling, radius, half_axle, supply, kt, ke, torque_limit, friction, friction_speed;
     double counts_per_radian, kp, ki, kd, b0, b1, b2, a1, a2, v_max, w_max, wheel_max;
     double odometry_right, odometry_left, odometry_half_axle, v_rate, w_rate, loop_radius;
+    double dead_band, v_resolution, w_resolution, longitudinal_slip, lateral_slip, castor_drag, castor_offset, imperfect; /* all 0 */
 } Parameters;
 
 typedef struct { double per_mass, per_inertia, per_radius, per_loop_radius, radian, slow, back; } Derived; /* divided once a run */
