@@ -1,4 +1,4 @@
-"""The page docs/explanation/type2.md tells the numbers of its file; the law of the study is the rule base it says."""
+"""The page on type-2 under noise tells the numbers of its file; the law of the study is the rule base it says."""
 
 import json
 import re
@@ -18,7 +18,7 @@ def test_the_law_of_the_study_answers_as_its_systems():
 
 
 def test_the_table_of_the_page_is_that_of_the_file():
-    text = (DOCS / "explanation" / "type2.md").read_text(encoding="utf-8")
+    text = (DOCS / "explanation" / "type2-under-noise.md").read_text(encoding="utf-8")
     rows = [
         [word.strip() for word in line.split("|")[1:-1]] for line in text.splitlines() if re.match(r"\| \d+ mm", line)
     ]
