@@ -18,6 +18,7 @@ EXTRAS = {
     "design": "the designer: fuzzy design",
     "gym": "environments of Gymnasium and PettingZoo",
     "logs": "rosbag2 folders, written and read",
+    "mujoco": "robotics run --plant mujoco: another physics, with contacts and friction",
     "notebook": "the designer and the player in notebooks",
     "rl": "policies learnt by reinforcement: robotics reinforce",
     "ros": "the nodes for ROS 2 in the folder ros/ of the sources",

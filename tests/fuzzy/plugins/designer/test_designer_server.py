@@ -265,8 +265,8 @@ def test_folder(tmp_path):
 
 def test_upload_is_read_with_line_and_warnings():
     text = format_fis(small("größe"))
-    assert read_bytes(text.encode(), "a.fis") == (small("größe"), (), (), ())
-    fis, _, (warning,), _ = read_bytes(text.encode("latin-1"), "a.fis")
+    assert read_bytes(text.encode(), "a.fis")[:4] == (small("größe"), (), (), ())
+    fis, _, (warning,), *_ = read_bytes(text.encode("latin-1"), "a.fis")
     assert fis.name == "größe"
     assert "not UTF-8" in warning
     with pytest.raises(FisFileError, match=r"a\.fis:\d+: "):
@@ -345,7 +345,7 @@ def test_a_file_that_takes_too_long_is_given_up_and_the_next_one_is_read(tmp_pat
 
     async def work():
         opened = OpenDocuments(open_folder(tmp_path))
-        assert await opened.read("a.fis") == (small(), (), (), ())
+        assert (await opened.read("a.fis"))[:4] == (small(), (), (), ())
         worker = opened._reader
         worker._limit = 0.05
         with pytest.raises(InputError, match=r"^too late$"):
