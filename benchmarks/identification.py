@@ -22,6 +22,7 @@ from robotics.plugins.identify.model import COORDINATE_NAMES, COORDINATES, value
 from robotics.plugins.identify.replay import Program, replayed
 from robotics.plugins.identify.signals import MeasuredVelocities, Poses, Signals
 from robotics.plugins.logs.drive import Commands
+from robotics.simulation.run import Run
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.sensing.posture import Sensing, wheel_errors
 from robotics.world.vehicle.robot import Robot
@@ -59,14 +60,17 @@ def hidden(seed: int) -> Hidden:
 def signals_of(one: Hidden, program: Program, noise: float = 0.0) -> Signals:
     """The log of its drive, with white noise of ``noise`` [m/s] on v and five times as much [1/s] on ω besides."""
     run = replayed(one.robot, program, latency=one.latency, sensing=SENSING, seed=one.seed)
-    assert run.encoders is not None
     drawn = np.random.default_rng([one.seed, 9]).standard_normal((2, len(run.time))) * noise
-    velocities = MeasuredVelocities(
-        run.time, run.encoders[:, 2, 0, 0] + drawn[0], run.encoders[:, 3, 0, 0] + 5 * drawn[1]
-    )
-    poses = Poses(run.time, *(run[f"{name}_measured"][0, 0] for name in ("x", "y", "heading")))
+    return log_of(run, f"hidden-{one.seed}", (drawn[0], 5 * drawn[1]))
+
+
+def log_of(run: Run, name: str, noise: tuple[float | np.ndarray, float | np.ndarray] = (0.0, 0.0)) -> Signals:
+    """What is logged of a robot's run, with this noise on v [m/s] and ω [rad/s]."""
+    assert run.encoders is not None
+    velocities = MeasuredVelocities(run.time, run.encoders[:, 2, 0, 0] + noise[0], run.encoders[:, 3, 0, 0] + noise[1])
+    poses = Poses(run.time, *(run[f"{axis}_measured"][0, 0] for axis in ("x", "y", "heading")))
     commands = Commands(run.time, run["command_1"][0, 0], run["command_2"][0, 0])
-    return Signals(f"hidden-{one.seed}", commands, velocities, poses)
+    return Signals(name, commands, velocities, poses)
 
 
 def truths(one: Hidden) -> dict[str, float]:

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
-from benchmarks.identification import SENSING, SHEET
+from benchmarks.identification import SENSING, SHEET, log_of
 from fuzzy.files.atomic import write_json
 from robotics.laws.catalogue import make_controller
 from robotics.laws.setting import TrueParameters
@@ -30,8 +30,6 @@ from robotics.plugins.identify.excitation import excite
 from robotics.plugins.identify.identified import Identified, identify
 from robotics.plugins.identify.replay import Program, replayed
 from robotics.plugins.identify.robotfile import identified_text
-from robotics.plugins.identify.signals import MeasuredVelocities, Poses, Signals
-from robotics.plugins.logs.drive import Commands
 from robotics.simulation.loop import record_run
 from robotics.simulation.run import Run
 from robotics.simulation.scenario.reading import load_scenario
@@ -76,14 +74,6 @@ class Hidden:
         return replayed(
             self.robot, program, latency=self.latency, sensing=SENSING, seed=self.seed, plant=self.ground
         )  # fmt: skip
-
-
-def signals_of(run: Run, name: str) -> Signals:
-    """What is logged of a drive."""
-    assert run.encoders is not None
-    velocities = MeasuredVelocities(run.time, run.encoders[:, 2, 0, 0], run.encoders[:, 3, 0, 0])
-    poses = Poses(run.time, *(run[f"{axis}_measured"][0, 0] for axis in ("x", "y", "heading")))
-    return Signals(name, Commands(run.time, run["command_1"][0, 0], run["command_2"][0, 0]), velocities, poses)
 
 
 # Predictions ------------------------------------------------------------------------------------------------------
@@ -146,7 +136,7 @@ def studied(seed: int, program: Program, say: Callable[[str], None]) -> dict[str
     """All of one robot."""
     one, sheet = Hidden(seed), load_robot(SHEET)
     began = time.process_time()
-    found: Identified = identify(signals_of(one.drive(program), f"hidden-{seed}"), sheet, seed=0)
+    found: Identified = identify(log_of(one.drive(program), f"hidden-{seed}"), sheet, seed=0)
     used = time.process_time() - began
     mine = parse_robot(identified_text(found, SHEET), f"identified-{seed}")
     late = round(found.motion.value("latency") / 0.01) * 0.01

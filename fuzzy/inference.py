@@ -61,11 +61,7 @@ def infer(fis: Sugeno, x: Any) -> Inference:
         FuzzySystemError: A wrong number of inputs; also in place of a warning, if the system says so.
     """
     x = as_float(x)
-    if x.ndim == 0 or x.shape[-1] != len(fis.inputs):
-        raise FuzzySystemError(
-            f"{fis.name}: the last axis of the input must hold {len(fis.inputs)} values "
-            f"({', '.join(v.name for v in fis.inputs)}), got shape {tuple(x.shape)}"
-        )
+    check_points(fis, x)
     x = within_universe(fis, x)
     logs = logarithmic(fis)
     degrees = degrees_of(fis, x, premise_parameters(fis, x), logs)
@@ -96,6 +92,15 @@ def infer_quietly(fis: Sugeno, x: Any) -> Inference:
         fis = replace(fis, no_rule_fires="nan")
     with warnings.catch_warnings(action="ignore", category=InferenceWarning):
         return infer(fis, x)
+
+
+def check_points(fis: Any, x: Array) -> None:
+    """Raise FuzzySystemError unless ``x`` is (..., inputs) of a system that has ``inputs`` and a ``name``."""
+    if x.ndim == 0 or x.shape[-1] != len(fis.inputs):
+        raise FuzzySystemError(
+            f"{fis.name}: the last axis of the input must hold {len(fis.inputs)} values "
+            f"({', '.join(v.name for v in fis.inputs)}), got shape {tuple(x.shape)}"
+        )
 
 
 def within_universe(fis: Sugeno, x: Array) -> Array:

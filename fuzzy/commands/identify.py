@@ -108,16 +108,16 @@ def identify(
         settings["mfs"] = counts[0] if len(counts) == 1 else counts
     if cluster.keywords:
         settings["options"] = cluster()
-    about = {name: value for name, value in settings.items() if value is not None}
-    selection = None
-    if select:
-        make = partial(identified, method=method, order=order, ridge=ridge, **about)  # type: ignore[arg-type]
-        selection, samples = selected(samples, make, folds or 5, fold_order)
     found = None
     if rules is not None:
         found = searched(samples, rules, order, ridge)
         settings.update(radius=found.best.radius, options=found.best.options)
         draw_search(found, plot)
+    about = {name: value for name, value in settings.items() if value is not None}
+    selection = None
+    if select:
+        make = partial(identified, method=method, order=order, ridge=ridge, **about)  # type: ignore[arg-type]
+        selection, samples = selected(samples, make, folds or 5, fold_order)
     fis = identified(
         samples.x,
         samples.y,
@@ -127,7 +127,7 @@ def identify(
         fit=fit,
         ridge=ridge,
         **samples.names,
-        **{name: value for name, value in settings.items() if value is not None},
+        **about,
     )
     fis = with_telling_names(fis)
     write_fis(fis, target)

@@ -62,9 +62,6 @@ def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: 
     """Search the settings of subtractive clustering for ``rules`` rules, with a progress line on a terminal."""
     from fuzzy.fitting.search import RADII, search_clusters
 
-    def progress(done: int, total: int) -> None:
-        print(f"\rsetting {done} of {total}", end="\r\033[K" if done == total else "", file=sys.stderr, flush=True)
-
     return search_clusters(
         samples.x,
         samples.y,
@@ -72,9 +69,18 @@ def searched(samples: SampleTable, rules: int, order: int, ridge: float, radii: 
         radii=RADII if radii is None else [parsed(float, text, "expected a number") for text in radii.split(",")],
         order=order,  # type: ignore[arg-type]
         ridge=ridge,
-        progress=progress if sys.stderr.isatty() else None,
+        progress=_counting("setting"),
         **samples.names,  # type: ignore[arg-type]
     )
+
+
+def _counting(what: str) -> "Callable[[int, int], None] | None":
+    """What counts on a terminal how much of a search is done; None: there is no terminal."""
+
+    def progress(done: int, total: int) -> None:
+        print(f"\r{what} {done} of {total}", end="\r\033[K" if done == total else "", file=sys.stderr, flush=True)
+
+    return progress if sys.stderr.isatty() else None
 
 
 def selected(
@@ -83,12 +89,7 @@ def selected(
     """The steps of :func:`fuzzy.fitting.selection.select_inputs` with names, and the samples with the inputs chosen."""
     from fuzzy.fitting.selection import select_inputs
 
-    def progress(done: int, total: int) -> None:
-        print(f"\rinput {done} of {total}", end="\r\033[K" if done == total else "", file=sys.stderr, flush=True)
-
-    found = select_inputs(
-        samples.x, samples.y, make, folds=folds, order=order, progress=progress if sys.stderr.isatty() else None
-    )
+    found = select_inputs(samples.x, samples.y, make, folds=folds, order=order, progress=_counting("input"))
     names = samples.names["input_names"]
     steps = [
         {"inputs": [names[k] for k in step.inputs], "error": step.error, "deviation": step.deviation}

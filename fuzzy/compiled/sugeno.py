@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy.compiled.kernel import evaluate_batch
 from fuzzy.compiled.packed import evaluate_one, one_point, packed
 from fuzzy.compiled.threads import share_out
-from fuzzy.inference import say_no_rule_fires, say_out_of_range
+from fuzzy.inference import check_points, say_no_rule_fires, say_out_of_range
 from fuzzy.system import FuzzySystemError, Sugeno
 
 BLOCK = 4_096  # points that a thread takes at a time, a whole number of the kernel's blocks
@@ -75,11 +75,7 @@ class CompiledSugeno:
     def _evaluated(self, points: np.ndarray) -> np.ndarray:
         """Evaluate points of any shape, with warnings and errors."""
         inputs, outputs = len(self.fis.inputs), len(self.fis.outputs)
-        if points.ndim == 0 or points.shape[-1] != inputs:
-            raise FuzzySystemError(
-                f"{self.fis.name}: the last axis of the input must hold {inputs} values "
-                f"({', '.join(v.name for v in self.fis.inputs)}), got shape {points.shape}"
-            )
+        check_points(self.fis, points)
         output = np.empty((*points.shape[:-1], outputs))
         rows, values = points.reshape(-1, inputs), output.reshape(-1, outputs)
         if not rows.flags.carray:  # read-only and strided arrays are other types to Numba: compiled again

@@ -518,9 +518,13 @@ def write_fis(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> N
 def write_quietly(fis: Sugeno, path: str | os.PathLike[str], comment: str = "") -> None:
     """Write a system as :func:`write_fis` does, without its warning; raises as it does."""
     name = os.fsdecode(path)
-    text = "".join(f"% {line}\n" for line in comment.splitlines()) + _format(fis, name)
+    write_fis_text(_format(fis, name), name, comment)
+
+
+def write_fis_text(text: str, name: str, comment: str) -> None:
+    """Write the text of a .fis file, under a comment, into the file called ``name``. Raises FisFileError."""
     try:
-        write_whole(name, text)
+        write_whole(name, "".join(f"% {line}\n" for line in comment.splitlines()) + text)
     except UnicodeEncodeError as error:
         raise FisFileError(name, None, f"a name holds no valid text: {error.object[error.start]!r}") from None
     except OSError as error:

@@ -22,7 +22,7 @@ from robotics.laws.foreign import telling_errors
 from robotics.laws.law import ControllerError, Law, Preset
 from robotics.laws.presets import published_presets, tuned_presets
 from robotics.laws.rules.own_rules import OwnRules
-from robotics.laws.specification import Specification
+from robotics.laws.specification import Specification, assignments
 from robotics.world.vehicle.robot import Robot
 
 # What users hand in: specifications, laws, and pairs of a name and a law; or laws by name
@@ -142,8 +142,7 @@ def make_controller(specification: str) -> Law[Any]:
     short: dict[str, list[str]] = {}
     for long in known:
         short.setdefault(long.rpartition(".")[2], []).append(long)
-    for item in filter(None, (part.strip() for part in gains.split(","))):
-        gain, equals, text = (part.strip() for part in item.partition("="))
+    for gain, equals, text in assignments(gains):
         if gain == "safe" and gain not in known and text in ("yes", "no"):
             safe = text  # of any law: it is no gain of its own
             continue

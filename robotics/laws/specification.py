@@ -4,7 +4,7 @@ A file is ``path/mylaw.py:MyLaw``, a law in a Python file, or ``path/mine.fis``,
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -72,6 +72,13 @@ class Specification(NamedTuple):
             names_file = value.strip().endswith((".fis", ".json")) or "/" in value
             gains.append(f"{gain}{equals}{_in(folder, value.strip())}" if names_file else part)
         return self._replace(file=_in(folder, self.file) if self.file else "", gains=",".join(gains))
+
+
+def assignments(text: str) -> Iterator[tuple[str, str, str]]:
+    """The parts of "gain=value,gain=value": the name, "=" or nothing, and the value."""
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = (part.strip() for part in item.partition("="))
+        yield name, equals, value
 
 
 def _in(folder: str | Path, file: str) -> str:

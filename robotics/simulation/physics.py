@@ -15,6 +15,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted, got
 from robotics.laws.setting import Setting
+from robotics.laws.specification import assignments
 from robotics.simulation.lanes import PlantLanes
 
 GROUP = "fuzzyfleet.plants"
@@ -42,8 +43,7 @@ def physics_of(specification: str) -> Physics:
         raise PhysicsError(expected(name, known, "plant"))
     made = known[name].load()
     options, values = {f.name: f for f in fields(made)}, {}
-    for item in filter(None, (part.strip() for part in rest.split(","))):
-        option, _, text = (part.strip() for part in item.partition("="))
+    for option, _, text in assignments(rest):
         if option not in options:
             raise PhysicsError(f"plant {name}: " + expected(option, options, "option"))
         try:

@@ -16,10 +16,9 @@ from fuzzy.compiled.kernel import _memberships as _memberships_of_block
 from fuzzy.compiled.packed import PackedColumns, _hedged, _memberships, packed, whole
 from fuzzy.compiled.tables import NUMBERS
 from fuzzy.compiled.vectors import wide_vectors
-from fuzzy.inference import say_no_rule_fires, say_out_of_range
+from fuzzy.inference import check_points, say_no_rule_fires, say_out_of_range
 from fuzzy.membershipfunction import as_number
 from fuzzy.plugins.type2.system import Type2Sugeno
-from fuzzy.system import FuzzySystemError
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +50,12 @@ class CompiledType2:
 
     def _evaluated(self, x: Any) -> np.ndarray:
         """The ends and the middles (..., outputs, 3)."""
-        upper, points = self.fis.upper, np.ascontiguousarray(x, dtype=np.float64)
+        upper, points = self.fis.upper, np.asarray(x, dtype=np.float64)
         inputs, outputs = len(upper.inputs), len(upper.outputs)
-        if np.ndim(x) == 0 or points.shape[-1] != inputs:
-            raise FuzzySystemError(
-                f"{self.fis.name}: the last axis of the input must hold {inputs} values, got shape {np.shape(x)}"
-            )
+        check_points(self.fis, points)
         answers = np.empty((*points.shape[:-1], outputs, 3))
         told = np.empty(inputs + outputs, dtype=np.bool_)
-        rows = points.reshape(-1, inputs)
+        rows = np.ascontiguousarray(points.reshape(-1, inputs))
         if _evaluate(self.system, self.lower, self._nietan, rows, answers.reshape(-1, outputs, 3), told):
             if upper.out_of_range in ("warn", "error") and told[:inputs].any():
                 say_out_of_range(upper, told[:inputs])

@@ -13,7 +13,6 @@ import os
 import warnings
 
 from fuzzy.errors import quoted
-from fuzzy.files.atomic import write_whole
 from fuzzy.files.fisfile import (
     FisFileError,
     FisFileWarning,
@@ -22,6 +21,7 @@ from fuzzy.files.fisfile import (
     format_fis,
     parse_bytes,
     warned,
+    write_fis_text,
 )
 from fuzzy.files.fislines import LOWER_NOTE, REDUCTION_NOTE, SectionLine
 from fuzzy.membershipfunction import MembershipError, as_number
@@ -89,11 +89,7 @@ def write_type2(fis: Type2Sugeno, path: str | os.PathLike[str], comment: str = "
         FisFileError: The format cannot hold the system, or the file cannot be written.
     """
     name = os.fsdecode(path)
-    text = "".join(f"% {line}\n" for line in comment.splitlines()) + format_type2(fis)
-    try:
-        write_whole(name, text)
-    except OSError as error:
-        raise FisFileError(name, None, f"cannot be written: {error.strerror or error}") from None
+    write_fis_text(format_type2(fis), name, comment)
     if lacks := beyond_matlab(fis.upper):
         warnings.warn(f"{name}: {lacks}", FisFileWarning, stacklevel=2)
 

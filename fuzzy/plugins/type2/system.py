@@ -30,6 +30,7 @@ import numpy as np
 from array_api_compat import array_namespace
 
 from fuzzy.inference import (
+    check_points,
     columns_of,
     degrees_of,
     firing_strengths,
@@ -253,11 +254,7 @@ def infer_type2(fis: Type2Sugeno, x: Any) -> Type2Inference:
         FuzzySystemError: A wrong number of inputs; also in place of a warning, if the system says so.
     """
     system, x = fis.upper, as_float(x)
-    if x.ndim == 0 or x.shape[-1] != len(system.inputs):
-        raise FuzzySystemError(
-            f"{fis.name}: the last axis of the input must hold {len(system.inputs)} values "
-            f"({', '.join(v.name for v in system.inputs)}), got shape {tuple(x.shape)}"
-        )
+    check_points(fis, x)
     x = within_universe(system, x)
     xp = array_namespace(x)
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):

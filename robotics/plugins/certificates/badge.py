@@ -32,10 +32,10 @@ class LoopBadge:
         return self.found is not None
 
 
-def badge(fis: Sugeno, robot: Robot, model: LoopModel | None = None) -> LoopBadge:
-    """Certify a rule base in a small region, or say what is in the way."""
+def badge(law: Sugeno | str, robot: Robot, model: LoopModel | None = None) -> LoopBadge:
+    """Certify a rule base, or a law by its specification, in a small region; or say what is in the way."""
     try:
-        found, failure = certify_loop(closed_loop(fis, robot, model), QUICK_EFFORT)
+        found, failure = certify_loop(closed_loop(law, robot, model), QUICK_EFFORT)
     except InputError as error:
         return LoopBadge(None, str(error))
     if found is None:

@@ -10,10 +10,9 @@ from matplotlib.figure import Figure
 from fuzzy.figures.drawing import COLORS, DOUBLE, styled_figure
 from robotics.laws.catalogue import label
 from robotics.measures.tracking import cross_track_error, timetable_error
-from robotics.plugins.certificates.certificate import CertificateError
-from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
-from robotics.plugins.certificates.regions import QUICK_EFFORT, LoopCertificate, SearchEffort, certify_loop, where
-from robotics.plugins.certificates.starts import wheels_in_region
+from robotics.plugins.certificates.badge import LoopBadge, badge
+from robotics.plugins.certificates.loopmodel import LoopModel
+from robotics.plugins.certificates.regions import LoopCertificate
 from robotics.simulation.loop import simulate
 from robotics.simulation.scenario.description import Member, Scenario
 from robotics.world.paths.path import Circle, Line
@@ -65,9 +64,9 @@ def sampled_basin(
     model: LoopModel,
     starts: int = 600,
     *,
+    told: LoopBadge | None = None,
     duration: float = 25.0,
     seed: int = 0,
-    effort: SearchEffort = QUICK_EFFORT,
 ) -> Basin:
     """Certify a law's closed loop, and start robots at rest from errors within 1 m and 60 degrees.
 
@@ -79,33 +78,13 @@ def sampled_basin(
         robot: The robot.
         model: The assumptions of the certificate.
         starts: Number of starts.
+        told: What was proven, where that is known; by default a small region is tried.
         duration: Length of each run [s].
         seed: Seed of the starts.
-        effort: How long a certificate is looked for.
 
     Raises ControllerError for a law that there is not.
     """
-    found, why = None, ""
-    try:
-        found, failure = certify_loop(closed_loop(law, robot, model), effort)
-        why = where(failure) if failure else wheels_in_region(found, robot) if found else ""
-    except CertificateError as error:
-        why = str(error)
-    return basin_of(law, robot, model, None if why else found, why, starts, duration=duration, seed=seed)
-
-
-def basin_of(
-    law: str,
-    robot: Robot,
-    model: LoopModel,
-    found: LoopCertificate | None,
-    why: str = "",
-    starts: int = 600,
-    *,
-    duration: float = 25.0,
-    seed: int = 0,
-) -> Basin:
-    """The same with a certificate that is there already; ``why`` there is none."""
+    told = told or badge(law, robot, model)
     ways = [(v, k) for v in (model.speed_low, model.speed_high) for k in (0.0, model.curvature, -model.curvature)]
     each, parts = -(-starts // (2 * len(ways))), []
     for x in (START_BOX[0], 0.0):
@@ -117,8 +96,8 @@ def basin_of(
     errors, came, flat, flat_came = parts
     return Basin(
         law=law,
-        found=found,
-        why=why,
+        found=told.found,
+        why=told.why,
         starts=errors,
         came=came,
         slice=flat[:, 1:],

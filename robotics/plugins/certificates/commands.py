@@ -226,9 +226,11 @@ def _certify_loop(
         write_certificate(found, out)
     if plot is not None:
         from fuzzy.figures.drawing import save_figure
-        from robotics.plugins.certificates.basins import basin_of, plot_basins
+        from robotics.plugins.certificates.badge import LoopBadge
+        from robotics.plugins.certificates.basins import plot_basins, sampled_basin
 
-        save_figure(plot_basins([basin_of(law, machine, assumed, found, seed=seed)]), plot)
+        told = LoopBadge(found, "")
+        save_figure(plot_basins([sampled_basin(law, machine, assumed, told=told, seed=seed)]), plot)
     (x, y, heading), end = map(float, found.half_widths()), found.half_widths(found.ultimate)
     about = {"model": loop.model, "inner": end, "rate": rate(found.rate)}
     report: dict[str, Any] = {
