@@ -18,6 +18,7 @@ from fuzzy.compiled.tables import NUMBERS
 from fuzzy.compiled.vectors import wide_vectors
 from fuzzy.inference import check_points, say_no_rule_fires, say_out_of_range
 from fuzzy.membershipfunction import as_number
+from fuzzy.plugins.type2.reduction import LEAST_STRENGTH
 from fuzzy.plugins.type2.system import Type2Sugeno
 
 
@@ -256,7 +257,8 @@ def _evaluate_point(
                 w = max(w, degree) if or_max else w + degree - w * degree
             else:
                 w = min(w, degree) if and_min else w * degree
-        work[firing + r] = w * system[whole(header.weight) + r]
+        w *= system[whole(header.weight) + r]
+        work[firing + r] = 0.0 if w < LEAST_STRENGTH else w
         begin = end
     proposed = firing + rules + rules
     for o in range(whole(header.outputs)):
@@ -341,6 +343,9 @@ def _evaluate(
             _products(system, rows, inputs, firing, rules + rules)
         else:
             _firing_of_block(system, rows, inputs, firing, rules + rules, at)
+        for r in range(rules + rules):
+            for p in range(LANES):
+                rows[firing + r, p] = 0.0 if rows[firing + r, p] < LEAST_STRENGTH else rows[firing + r, p]
         for o in range(whole(header.outputs)):
             _proposals(system, rows, o, rules, proposed)
             _reduce(system, rows, firing, o, rules, proposed, at, nietan)

@@ -42,7 +42,7 @@ from fuzzy.inference import (
 )
 from fuzzy.membershipfunction import Array, MembershipError, as_float, as_number, like
 from fuzzy.naming import check_known
-from fuzzy.plugins.type2.reduction import Reduction
+from fuzzy.plugins.type2.reduction import LEAST_STRENGTH, Reduction
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 
@@ -241,7 +241,7 @@ def infer_type2(fis: Type2Sugeno, x: Any) -> Type2Inference:
     """Evaluate a type-2 system at a point or a batch of any shape, numpy or torch, and give every layer.
 
     Warns as :func:`fuzzy.infer` does. Gradients reach membership functions, lags, scales and consequents.
-    Firing strengths are products, not sums of logarithms: where all are below 1e-308 no rule fires.
+    Firing strengths are products, not sums of logarithms: where all are below 1e-300 no rule fires.
 
     Args:
         fis: The system.
@@ -264,7 +264,7 @@ def infer_type2(fis: Type2Sugeno, x: Any) -> Type2Inference:
         bounds = lower[..., None, :], upper[..., None, :]  # (..., outputs, rules) from here on
         takes_part = like(x, (system.structure.consequent >= 0).astype(float))
         bounds = bounds[0] * takes_part, bounds[1] * takes_part
-        fired = xp.sum(bounds[1], axis=-1) > 0
+        fired = xp.any(bounds[1] >= LEAST_STRENGTH, axis=-1)
         low, high = reduced(xp.moveaxis(proposed, -1, -2), *bounds, fis.reduction)
     output = settled(system, x, degrees, (low + high) / 2, fired)
     lost = ~fired | xp.isnan(output)
@@ -290,6 +290,7 @@ def _strengths(fis: Type2Sugeno, x: Array, degrees: Array) -> tuple[Array, Array
 def reduced(proposed: Array, lower: Array, upper: Array, reduction: str) -> tuple[Array, Array]:
     """The ends (...) of the type-reduced set, from what rules propose and their bounds (..., rules)."""
     xp = array_namespace(proposed)
+    lower, upper = (xp.where(each < LEAST_STRENGTH, xp.zeros_like(each), each) for each in (lower, upper))
 
     def average(strength: Array, about: Array) -> Array:
         total = xp.sum(strength, axis=-1)

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import fuzzy
@@ -106,6 +106,8 @@ RULES = st.lists(st.tuples(st.floats(-100, 100), WEIGHTS, WEIGHTS), min_size=1, 
 
 
 @given(RULES)
+@example([(0.0, 0.0, 1.0), (-1.5, 0.0, 5e-324)])  # a product with the least number has no digits
+@example([(0.0, 1.0, 0.0), (1.5, 0.0, 5e-324)])
 def test_the_ends_hold_every_average_and_lie_among_the_proposals(rules):
     z, one, other = np.array(rules).T
     least, most = np.minimum(one, other), np.maximum(one, other)

@@ -183,3 +183,21 @@ def test_the_footprint_is_filled_between_both_functions():
     corners = np.asarray(areas[0].get_paths()[0].vertices)
     low, high = fis.degrees(TRACKING.inputs[0].name, term, corners[:, 0])
     assert np.minimum(np.abs(corners[:, 1] - low), np.abs(corners[:, 1] - high)).max() < 1e-6
+
+
+def test_rules_that_are_too_weak_to_count_fire_nowhere():
+    """From a strength of 1e-300 down, compiled or not, at one point or at many."""
+    x = fuzzy.Variable("x", (0, 40), {"a": fuzzy.Gaussian(1.0, 0.0), "b": fuzzy.Gaussian(1.0, 0.5)})
+    y = fuzzy.Variable("y", (-5, 5), {"down": -3.0, "up": 4.0})
+    rules = ["if x is a then y is down", "if x is b then y is up"]
+    fis = fuzzy.to_type2(fuzzy.Sugeno([x], [y], rules, name="weak"), lag=0.0, scale=0.5)
+    points = np.linspace(36.5, 39.0, 101)[:, None]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        told, compiled = fuzzy.infer_type2(fis, points), fuzzy.compile_type2(fis)
+        ends, alone = compiled.interval(points), [compiled.interval(point)[0] for point in points]
+    assert 0 < told.fired.sum() < len(points)
+    assert (told.fired[:, 0] == (told.upper >= 1e-300).any(axis=1)).all()
+    assert ends[:, 0] == pytest.approx(np.column_stack([told.low, told.high]), rel=1e-12)
+    assert np.array(alone) == pytest.approx(ends[:, 0], rel=1e-12)
+    assert (np.abs(ends[told.fired[:, 0], 0] - 0.5) <= 3.5 + 1e-12).all()  # among the proposals
