@@ -13,7 +13,7 @@ SNIPPETS = snippets(Path(__file__).parent.parent / "docs" / "howto" / "learn-fro
 def test_every_snippet_of_the_page_runs_in_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    assert [kind for kind, _ in SNIPPETS] == ["sh", "python", "python"]
+    assert [kind for kind, _ in SNIPPETS] == ["sh", "python", "python", "python"]
     run_commands(SNIPPETS[0][1])
     run_python("\n".join(text for _, text in SNIPPETS[1:]), "learn-from-a-table.md")
     said = capsys.readouterr().out
