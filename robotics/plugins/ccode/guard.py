@@ -11,7 +11,7 @@ from robotics.laws.setting import Setting
 from robotics.plugins.ccode.terms import CArray, CTable, CTerm, KnownValue, Lane
 from robotics.simulation.safety.coverage import blind_spots
 from robotics.simulation.safety.opening import guard_on_board, is_guarded
-from robotics.simulation.safety.others import HeardPosture, PostureMessage, PromiseColumns
+from robotics.simulation.safety.others import HeardPosture, PromiseColumns
 
 _LANE = 0  # of an axis of lanes: C has none
 _NO_BOUND = 1e299  # m/s²: what is more bounds nothing
@@ -34,9 +34,9 @@ class CGuard:
         known = guard_on_board(setting, law)
         if (known.given != known.given[:, :1]).any() or any(own != setting.sensors[0] for own in setting.sensors):
             raise ExportError(
-                f"{name}: passive safety of a team in C is of robots that are alike, and those of {setting.name} differ "
-                "in size, brakes, noise or sensors; accepted: robots of one file with the same sensors, the ROS 2 "
-                "controller, or safe=no behind the law"
+                f"{name}: passive safety of a team in C is of robots that are alike, and those of {setting.name} "
+                "differ in size, brakes, noise or sensors; accepted: robots of one file with the same sensors, the "
+                "ROS 2 controller, or safe=no behind the law"
             )
         self.robots, team = len(setting.robots), known.air.values > 0
         self.lane = CTerm("state->robot", "int") if team else KnownValue(0)
@@ -71,8 +71,9 @@ class CGuard:
         """The declarations of what the robot keeps, each with what it is."""
         cells, flights = self.ground.shape[1], self.sent.shape[0]
         promises = f"REAL promises[{PromiseColumns.size}][{self.promises.shape[1]}]"
-        said = "m/s, m/s and rad/s: the greatest speeds forwards and back, and turn rate, that it has promised"
-        return ({"int robot": "which of the team it is, from 0", promises: said} if self.air.values else {}) | {
+        said = "m/s, m/s and rad/s: by how much it has promised to drive, back and turn at most"
+        team = {"int robot": "which of the team it is, from 0", promises: said} if self.air.values else {}
+        return team | {
             "int k": "the period, from 0",
             f"int ground[{cells}][{cells}]": "0: never seen; -1: free; others: when there was an echo from there",
             "int window[2]": "its first cell in x and in y",

@@ -406,7 +406,7 @@ class _Writer:
         ]
         if self.guard is not None:
             starts = [f"    static const {self.name}_state nothing;", "    *state = nothing;", *starts]
-        if self.number_of_team:
+        if self.guard is not None and self.number_of_team:
             starts.append("    state->robot = robot;")
             far = self.number.infinity
             for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far), strict=True)):

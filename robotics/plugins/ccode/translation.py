@@ -23,7 +23,7 @@ from robotics.plugins.ccode.terms import Arithmetic, CArray, CRecord, CTable, CT
 _SPOKEN = {"cos": "cosine", "sin": "sine", "free": "is_free", "input": "asked_", "output": "said_", "state": "state_"}
 WRITTEN_OUT = 8  # turns of a loop that are written one by one
 _INPUT, _STATE, _OUTPUT = "const {0}_input *input", "{0}_state *state", "{0}_output *output"
-_POINTERS = dict.fromkeys(("seen", "robot", "aim", "truth", "readings", "heard"), (_INPUT,))
+_POINTERS: dict[str, tuple[str, ...]] = dict.fromkeys(("seen", "robot", "aim", "truth", "readings", "heard"), (_INPUT,))
 _POINTERS |= dict.fromkeys(("memory", "smoothed", "promises"), (_STATE,)) | {"guard": (_STATE, _INPUT, _OUTPUT)}
 _POINTERS |= dict.fromkeys(("order", "command", "said"), (_OUTPUT,)) | {"work": ("{1} *work",)}
 
@@ -630,11 +630,11 @@ class Translator:
         for argument, value in zip(tree.args.args, arguments, strict=True):
             name = spoken(argument.arg)
             if isinstance(value, (KnownValue, *_PARTS)):
-                several = isinstance(value, Lane) and value.at
-                body.env[argument.arg] = replace(value, at=name) if several else value
+                one = isinstance(value, Lane) and value.at != ""
+                body.env[argument.arg] = replace(value, at=name) if isinstance(value, Lane) and one else value
                 pointers = () if isinstance(value, KnownValue) else self.pointers(value)
                 parameters += [pointer for pointer in pointers if pointer not in parameters]
-                parameters += [f"const int {name}"] if several else []
+                parameters += [f"const int {name}"] if one else []
             elif isinstance(value, Array):
                 body.env[argument.arg] = Array(name, value.size)
                 parameters.append(f"const {self.real} {name}[{value.size}]")
