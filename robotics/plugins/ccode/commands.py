@@ -44,14 +44,15 @@ def c(
     robot with the C, in double, is not within 1e-9 m of the one with the law here, in a whole run of each of three
     seeds, with encoders that count finely where those of the robot do not tell; in float the greatest distance is
     printed. With safe=yes behind the law the monitor of passive safety is below it, in a team one that hears those of
-    robots that are alike; what its sensors do not see is printed.
+    robots that are alike; what its sensors do not see is printed. Of any other law that commands velocities, and says
+    safe=yes, the monitor alone is written: the order is handed to it.
 
     \b
     Example:
       robotics export c fuzzy -o out
       robotics export c lyapunov:ky=8 -o out --number float --scenario lyapunov-sine
       robotics export c fuzzy:safe=yes -o out --scenario reference --verify
-      robotics export c lyapunov:safe=yes -o out --scenario three-cross
+      robotics export c fuzzy-team:safe=yes -o out --scenario three-cross
     """
     from robotics.plugins.ccode.verification import verify_c_law
     from robotics.plugins.ccode.writing import write_c_law

@@ -1,11 +1,13 @@
 """The monitor of passive safety for C: what its compiled functions read, as terms of C, and what the robot keeps."""
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fuzzy.plugins.ccode.numbertype import ExportError
+from robotics.laws.equation import EquationLaw, equation
 from robotics.laws.law import Law
 from robotics.laws.setting import Setting
 from robotics.plugins.ccode.terms import CArray, CTable, CTerm, KnownValue, Lane
@@ -15,6 +17,19 @@ from robotics.simulation.safety.others import HeardPosture, PromiseColumns
 
 _LANE = 0  # of an axis of lanes: C has none
 _NO_BOUND = 1e299  # m/s²: what is more bounds nothing
+
+
+@equation
+def pass_on(aim):  # type: ignore[no-untyped-def]
+    """Want what is handed."""
+    return aim.v, aim.w
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HandedOrder(EquationLaw):
+    """The place of a law that is not written in C, above its monitor: in C its order is handed, here the reference's."""
+
+    equation = pass_on
 
 
 class _Air(NamedTuple):
@@ -47,7 +62,11 @@ class CGuard:
         self.numbers, self.sensors = known.given[:, 0], np.asarray(known.table)
         self.given, self.table = CTable("given"), CArray("sensors", "real", self.sensors.shape)
         self.names = tuple(setting.sensors[0])
-        self.told = blind_spots(setting, law, on_board=True)
+        self.told = [*blind_spots(setting, law, on_board=True)]
+        if isinstance(law, HandedOrder):
+            self.told.append(
+                "passive safety: wish_v and wish_w are what a law of yours wants, which is not in this file"
+            )
         cells = known.ground.shape[1]
         self.ground = CArray("state->ground", "int", (_LANE, cells, cells), "guard")
         self.window = CArray("state->window", "int", (_LANE, 2), "guard")

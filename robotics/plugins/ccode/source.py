@@ -29,7 +29,7 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.plugins.ccode.guard import guard_of
+from robotics.plugins.ccode.guard import HandedOrder, guard_of
 from robotics.plugins.ccode.terms import (
     PIECES,
     Arithmetic,
@@ -51,7 +51,7 @@ from robotics.world.vehicle.plant import LimitColumns, TruthColumns, velocity_li
 
 _TEXTS = TextFile("robotics.plugins.ccode")
 _NUMBERS = ("double", "float")
-_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
+_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns), "wish_v", "wish_w")
 AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
 
 
@@ -67,6 +67,7 @@ SECTIONS: dict[type[Law[Any]], str] = {
     LinearQuadratic: "",
     TrackingPID: "",
     SlidingMode: "(2.13) to (2.23)",
+    HandedOrder: "",
 }
 NAMES = "fuzzy (any rule base of tracking), fuzzy-lateral, fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm, esm"
 
@@ -77,7 +78,10 @@ def check_written(law: Law[Any], specification: str) -> None:
         why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
             "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
-        raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
+        raise ExportError(
+            f"{specification} cannot be written in C: {why}; those that can be: {NAMES}; with safe=yes behind it its "
+            "monitor of passive safety is, below orders that are handed"
+        )
     if (more := handed(law)) and len(law.fuzzy_systems["own"].inputs) > WRITTEN_OUT:
         raise ExportError(
             f"{specification} cannot be written in C: of more than {WRITTEN_OUT} inputs none may be {' or '.join(more)}"
@@ -183,7 +187,7 @@ class _Writer:
             case "robot" | "seen":
                 return CTerm(f"input->{name}", "real")
             case "aim":
-                return CTerm(f"input->at_{name}", "real")
+                return CTerm(f"input->{'wish' if isinstance(self.law, HandedOrder) else 'at'}_{name}", "real")
             case "gain":
                 value = self.gains[lane.first + column.row]
                 return self._gain(path, column, value) if column.unit else KnownValue(value)

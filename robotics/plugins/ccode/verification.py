@@ -136,6 +136,7 @@ class InC(Law[Any]):
         shape, sources = seen.x.shape, self.c.sources
         columns = dict(zip(("x", "y", "heading", "v", "w"), seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
+        columns |= {"wish_v": columns["at_v"], "wish_w": columns["at_w"]}  # of a HandedOrder
         if np.any(lead):
             columns["at_v"], columns["at_w"] = rows_at(road, np.full(len(road.lengths), seen.time) + lead)[3:5]
         if "ahead_x" in sources.inputs:

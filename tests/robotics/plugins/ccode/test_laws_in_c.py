@@ -195,6 +195,16 @@ def test_the_monitors_of_a_team_in_c_hear_each_other_as_those_of_the_loop(tmp_pa
     assert proof.drives[0].greatest == 0.0
 
 
+def test_of_a_law_that_cannot_be_written_the_monitor_is(tmp_path):
+    scenario = replace(robotics.load_scenario("three-cross"), duration=24.0)
+    files = write_c_law("fuzzy-team:safe=yes", scenario, tmp_path)
+    assert [file.name for file in files.files] == ["fuzzy_team_monitor.h", "fuzzy_team_monitor.c"]
+    assert "wish_v and wish_w are what a law of yours wants" in files.sources.blind[-1]
+    guarded, free = (robotics.simulate(scenario, replace(files.law, safe=safe), [1]) for safe in ("yes", "no"))
+    assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.1  # it acts
+    assert verify_c_law(files, [scenario], seeds=[1]).drives[0].greatest == 0.0
+
+
 @pytest.mark.long
 def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     scenario = with_a_disc_on_the_way("reference")
