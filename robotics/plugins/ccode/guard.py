@@ -27,7 +27,7 @@ def pass_on(aim):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HandedOrder(EquationLaw):
-    """The place of a law that is not written in C, above its monitor: in C its order is handed, here the reference's."""
+    """The place of a law that is not written in C, above its monitor: in C its order is handed to it."""
 
     equation = pass_on
 
