@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.commands.shared import FisFile, read_system, usage
+from fuzzy.commands.shared import FisOrTree, read_system, read_tree, usage
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import application, print_json
 from fuzzy.shown import shown
@@ -26,7 +26,7 @@ export = application(
 
 @export.command()
 def c(
-    file: FisFile,
+    file: FisOrTree,
     out: Annotated[Path, option("Where NAME.h and NAME.c are written.", "--out", "-o", "FOLDER")],
     number: Annotated[
         Number, option("double, float, or q16.16: fixed point without floating point at run time.")
@@ -40,7 +40,7 @@ def c(
     board: Annotated[bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")] = False,
     json: Json = False,
 ) -> None:
-    """Write a system as one header and one source of C99: no malloc, no library but math.h.
+    """Write a system as one header and one source of C99: no malloc, no library but math.h. Of a tree, one of each too.
 
     Every system that is read can be written: all membership functions, hedges, "not", weights, both defuzzifications,
     several outputs, and what ANFIS has learnt. --verify needs a C compiler and exits with 1 if the C is not the same:
@@ -56,6 +56,15 @@ def c(
     from fuzzy.plugins.ccode.verification import verify_c
     from fuzzy.plugins.ccode.writing import write_c
 
+    if tree := read_tree(file):
+        if table is not None or verify or board:
+            usage("--table, --verify and --board are for single systems: take the .fis files of the tree")
+        import fuzzy
+
+        written = fuzzy.write_c_tree(tree, out, number, name=name)
+        paths = [str(path) for path in (written.header, *written.sources)]
+        print_json({"files": paths, "number": number}) if json else print("\n".join(paths))
+        return
     fis = read_system(file)
     files = write_c(fis, out, number, name=name, lookup=None if table is None else _shape(table))
     proof = verify_c(fis, files, points) if verify else None

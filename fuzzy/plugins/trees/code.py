@@ -81,7 +81,7 @@ def _source(tree: Tree, own: str, names: list[str], real: str) -> str:
         calls.append(f"        told |= {prefix}_infer(in, value + {made});")
         calls.append("    }")
         made += len(tree.systems[system].outputs)
-    taken = [f"    value[{k}] = x[{k}];" for k in range(len(tree.inputs))]
+    copied = [f"    value[{k}] = x[{k}];" for k in range(len(tree.inputs))]
     given = [f"    y[{o}] = value[{k}]; /* {comment(tree.columns[k])} */" for o, k in enumerate(tree.answer_columns)]
     lines = [
         f"/* {comment(tree.name)}: see {own}.h. Made of the tree: change that. */",
@@ -91,7 +91,7 @@ def _source(tree: Tree, own: str, names: list[str], real: str) -> str:
         f"{signature(own, real)} {{",
         f"    {real} value[{made}]; /* the inputs, and then what the systems answer */",
         "    int told = 0;",
-        *taken,
+        *copied,
         *calls,
         *given,
         "    return told;",

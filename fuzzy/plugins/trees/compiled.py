@@ -47,15 +47,15 @@ class CompiledTree:
             return bool(evaluate_tree(*plan, rows[part], y[part], outside[k], missing[k]))
 
         if any(share_out(evaluate, blocks, None if len(rows) >= MANY else 1)):
-            self._say(outside.any(axis=0), missing.any(axis=0))
+            self._say(np.any(outside, axis=0), np.any(missing, axis=0))
         return y.reshape(*points.shape[:-1], len(self.answers))
 
-    def _say(self, outside: np.ndarray, missing: np.ndarray) -> None:
+    def _say(self, outside: Any, missing: Any) -> None:
         """Warn, or raise, of each system as it says, by the marks of all systems' inputs and outputs."""
         for fis in map(self.tree.systems.__getitem__, self.tree.order):
             left, none = outside[: len(fis.inputs)], missing[: len(fis.outputs)]
             outside, missing = outside[len(fis.inputs) :], missing[len(fis.outputs) :]
-            if left.any():
+            if fis.out_of_range in ("warn", "error") and left.any():
                 say_out_of_range(fis, left)
             if none.any():
                 say_no_rule_fires(fis, none)

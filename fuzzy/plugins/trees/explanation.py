@@ -1,4 +1,4 @@
-"""A tree in words: what it is made of, and why it answers what it answers."""
+"""Why a tree answers what it answers: the explanations of its systems."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy.insight.description import as_dict, describe
 from fuzzy.insight.explanation import Explanation, explain
 from fuzzy.plugins.trees.tree import Tree, TreeError
 from fuzzy.system import Variable
-from fuzzy.words import counted, listed
+from fuzzy.words import listed
 
 
 @dataclass(frozen=True)
@@ -66,28 +65,6 @@ def explain_tree(tree: Tree, x: Any) -> TreeExplanation:
         found[name] = explain(tree.systems[name], [values[k] for k in wires])
         values += found[name].output
     return TreeExplanation(tree, found, tuple(values[k] for k in tree.answer_columns))
-
-
-def describe_tree(tree: Tree) -> str:
-    """Describe the tree in words: what goes where, and then each system."""
-    asks, answers = (", ".join(v.label for v in variables) for variables in (tree.inputs, tree.outputs))
-    lines = [f"{tree.name}: {counted(len(tree.systems), 'system')}", f"inputs: {asks}", f"outputs: {answers}"]
-    lines += [f"{source} -> {target}" for source, target in tree.connections or ()]
-    lines += [f"{port}: no rule uses it" for port in tree.unused_inputs]
-    return "\n".join([*lines, *(f"\n{name}\n{indent(describe(tree.systems[name]), '  ')}" for name in tree.order)])
-
-
-def tree_as_dict(tree: Tree) -> dict[str, Any]:
-    """Describe the tree as dictionaries, lists, strings and floats."""
-    return {
-        "name": tree.name,
-        "type": "tree",
-        "inputs": [v.name for v in tree.inputs],
-        "outputs": [v.name for v in tree.outputs],
-        "connections": [list(pair) for pair in tree.connections or ()],
-        "unused": list(tree.unused_inputs),
-        "systems": {name: as_dict(tree.systems[name]) for name in tree.order},
-    }
 
 
 def _sources(tree: Tree, name: str) -> list[tuple[Variable, str]]:

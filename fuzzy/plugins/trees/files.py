@@ -74,15 +74,20 @@ def write_tree(tree: Tree, folder: str | os.PathLike[str], comment: str = "") ->
 
     Raises:
         FisFileError: A system that the format .fis cannot hold.
+        TreeError: A name that is no valid text.
         OSError: Nothing can be written.
     """
     folder = Path(folder)
-    texts = {f"{name}.fis": format_fis(fis) for name, fis in tree.systems.items()}
+    texts = {TREE_FILE: _toml(tree, comment)} | {f"{name}.fis": format_fis(f) for name, f in tree.systems.items()}
+    try:
+        files = {name: text.encode() for name, text in texts.items()}
+    except UnicodeEncodeError as error:
+        raise TreeError(f"{folder}: a name holds no valid text: {error.object[error.start]!r}") from None
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:  # which puts in place what was written first last
-        for name, text in {TREE_FILE: _toml(tree, comment), **texts}.items():
-            stack.enter_context(replacing(folder / name)).write_text(text, encoding="utf-8", newline="\n")
+        for name, data in files.items():
+            stack.enter_context(replacing(folder / name)).write_bytes(data)
 
 
 def _toml(tree: Tree, comment: str) -> str:

@@ -9,6 +9,7 @@ free, but for circles. A tree of systems of two inputs has fewer rules than one 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from array_api_compat import array_namespace
 
 from fuzzy.errors import InputError
 from fuzzy.inference import check_points, infer
+from fuzzy.insight.description import as_dict, describe
 from fuzzy.membershipfunction import Array, as_float, as_number, like
 from fuzzy.naming import check_known
 from fuzzy.shown import shown
@@ -141,7 +143,7 @@ class Tree:
     @property
     def answer_columns(self) -> tuple[int, ...]:
         """The columns that are the tree's outputs."""
-        return tuple(self.columns.index(port) for port in self.answers)
+        return tuple(self.columns.index(port) for port in self.answers or ())
 
     @property
     def unused_inputs(self) -> tuple[str, ...]:
@@ -157,6 +159,26 @@ class Tree:
     def with_systems(self, systems: Mapping[str, Sugeno]) -> "Tree":
         """The tree with other systems of the same variables, such as learnt ones, under some of its names."""
         return replace(self, systems={**self.systems, **systems})
+
+    def describe(self) -> str:
+        """Describe the tree in words: what goes where, and then each system."""
+        asks, answers = (", ".join(v.label for v in variables) for variables in (self.inputs, self.outputs))
+        lines = [f"{self.name}: {counted(len(self.systems), 'system')}", f"inputs: {asks}", f"outputs: {answers}"]
+        lines += [f"{source} -> {target}" for source, target in self.connections or ()]
+        lines += [f"{port}: no rule uses it" for port in self.unused_inputs]
+        return "\n".join([*lines, *(f"\n{name}\n{indent(describe(self.systems[name]), '  ')}" for name in self.order)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Describe the tree as dictionaries, lists, strings and floats."""
+        return {
+            "name": self.name,
+            "type": "tree",
+            "inputs": [v.name for v in self.inputs],
+            "outputs": [v.name for v in self.outputs],
+            "connections": [list(pair) for pair in self.connections or ()],
+            "unused": list(self.unused_inputs),
+            "systems": {name: as_dict(self.systems[name]) for name in self.order},
+        }
 
     def __repr__(self) -> str:
         ends = (", ".join(v.name for v in variables) for variables in (self.inputs, self.outputs))
