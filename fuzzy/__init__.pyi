@@ -136,6 +136,7 @@ from fuzzy.plugins.trees.explanation import explain_tree as explain_tree
 from fuzzy.plugins.trees.figures import plot_tree as plot_tree
 from fuzzy.plugins.trees.files import read_tree as read_tree
 from fuzzy.plugins.trees.files import write_tree as write_tree
+from fuzzy.plugins.trees.proposal import identify_tree as identify_tree
 from fuzzy.plugins.trees.training import TrainedTree as TrainedTree
 from fuzzy.plugins.trees.training import train_tree as train_tree
 from fuzzy.plugins.trees.tree import Tree as Tree

@@ -112,6 +112,21 @@ def test_a_tree_learns_what_another_of_its_form_says_from_its_outputs_alone():
     assert learnt.tree.connections == tree.connections
 
 
+def test_a_proposed_tree_takes_what_says_something_and_each_system_errs_no_more_than_the_one_before():
+    rng = np.random.default_rng(0)
+    x = rng.uniform(0, 1, (160, 5))
+    y = 3 * x[:, 3] - 2 * x[:, 1] ** 2 + np.sin(3 * x[:, 0]) + rng.normal(0, 0.02, 160)
+    tree = fuzzy.identify_tree(x, y, input_names="abcde", output_name="y", folds=3)
+    assert [v.name for v in tree.inputs][:1] == ["d"]
+    assert {v.name for v in tree.inputs} == {"a", "b", "d"}
+    assert tree.columns[3:] == ("stage 1/y 1", "stage 2/y")
+    values = tree.values({v.name: x[:, "abcde".index(v.name)] for v in tree.inputs})
+    errors = [np.sqrt(np.mean((value - y) ** 2)) for value in values[3:]]
+    assert errors[1] < 0.1 < errors[0]
+    with pytest.raises(fuzzy.InputError, match="a name for each of 5 inputs"):
+        fuzzy.identify_tree(x, y, input_names="ab")
+
+
 def test_learning_keeps_vertices_in_order():
     tree = fuzzy.Tree({"a": system(["x"], "y"), "b": system(["y"], "z")})
     x = np.linspace(0, 1, 20)[:, None]
