@@ -22,6 +22,11 @@ class CSources(NamedTuple):
     header: str
     source: str
 
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts by their files' names."""
+        return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
+
 
 def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     """Write a system in C99.

@@ -1,11 +1,10 @@
 """A tree in C: the files of each system, and a function that calls theirs one after the other."""
 
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.identifier import comment, identifiers
 from fuzzy.plugins.ccode.numbertype import c_type
 from fuzzy.plugins.ccode.phrases import signature
@@ -59,15 +58,9 @@ def write_c_tree(tree: Tree, folder: str | Path, number: str = "double", *, name
         f"{own}.c": _source(tree, own, names, c_type(number)),
     }
     for system, prefix in zip(tree.order, names, strict=True):
-        sources = c_sources(tree.systems[system], prefix, number)
-        texts |= {f"{prefix}.h": sources.header, f"{prefix}.c": sources.source}
-    folder = Path(folder)
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        for file, text in texts.items():
-            stack.enter_context(replacing(folder / file)).write_text(text, encoding="utf-8")
-    return TreeCFiles(folder / f"{own}.h", tuple(folder / f"{each}.c" for each in (own, *names)), own, number)
+        texts |= c_sources(tree.systems[system], prefix, number).texts
+    paths = write_together(folder, texts)
+    return TreeCFiles(paths[0], tuple(path for path in paths if path.suffix == ".c"), own, number)
 
 
 def _source(tree: Tree, own: str, names: list[str], real: str) -> str:

@@ -20,10 +20,10 @@ class CompiledTree:
 
     Attributes:
         tree: The tree that was laid out.
-        numbers: Those of its systems, one after the other in the tree's order, float64.
-        ends: Where those of each system end (systems,).
-        wires: The columns that the inputs of all systems take, one after the other.
-        answers: The columns of the tree's outputs.
+        numbers: (n,): those of its systems, one after the other in the tree's order, float64.
+        ends: (systems,): where those of each system end.
+        wires: (inputs of all systems,): the columns that these take.
+        answers: (outputs,): the columns of the tree's outputs.
     """
 
     tree: Tree

@@ -51,6 +51,9 @@ def explain_tree(tree: Tree, x: Any) -> TreeExplanation:
         tree: The tree.
         x: The point (inputs,), or the values by the inputs' names.
 
+    Returns:
+        The explanation of each system in its place.
+
     Raises:
         TreeError: More than one point, and names that are not those of the inputs.
         FuzzySystemError: A point outside a universe of discourse if the system is told to refuse it.

@@ -17,12 +17,11 @@ no system takes; see :class:`fuzzy.plugins.trees.tree.Tree`.
 import json
 import os
 import tomllib
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from fuzzy.errors import InputError, quoted
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.files.fisfile import format_fis, read_fis
 from fuzzy.naming import check_known
 from fuzzy.plugins.trees.tree import Tree, TreeError
@@ -36,6 +35,9 @@ def read_tree(path: str | os.PathLike[str]) -> Tree:
 
     Args:
         path: The folder or the file.
+
+    Returns:
+        The tree, equal to the one that was written.
 
     Raises:
         TreeError: A text that describes no tree, with the file and the key.
@@ -77,17 +79,11 @@ def write_tree(tree: Tree, folder: str | os.PathLike[str], comment: str = "") ->
         TreeError: A name that is no valid text.
         OSError: Nothing can be written.
     """
-    folder = Path(folder)
     texts = {TREE_FILE: _toml(tree, comment)} | {f"{name}.fis": format_fis(f) for name, f in tree.systems.items()}
     try:
-        files = {name: text.encode() for name, text in texts.items()}
+        write_together(Path(folder), texts)
     except UnicodeEncodeError as error:
         raise TreeError(f"{folder}: a name holds no valid text: {error.object[error.start]!r}") from None
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:  # which puts in place what was written first last
-        for name, data in files.items():
-            stack.enter_context(replacing(folder / name)).write_bytes(data)
 
 
 def _toml(tree: Tree, comment: str) -> str:

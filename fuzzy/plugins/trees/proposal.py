@@ -51,6 +51,9 @@ def identify_tree(
         most: The most inputs; by default as many as make the error less.
         seed: Seed of shuffled folds.
 
+    Returns:
+        The tree; its inputs are those that were taken, in the order in which they were.
+
     Raises:
         IdentificationError: Data of which no tree can be made.
         ClusteringError: Values that are not finite.

@@ -59,6 +59,9 @@ def train_tree(
         check: Data in the form of ``x`` and ``y`` that are not learnt from, and choose the tree that comes back.
         progress: Told the number of the epoch, from 0, and the error before it.
 
+    Returns:
+        The tree of the least error, and the errors on the way.
+
     Raises:
         TreeError: Data that do not fit the tree.
         ClusteringError: Numbers that are not finite.

@@ -110,7 +110,7 @@ class Tree:
         return xp.stack([values[k] for k in self.answer_columns], axis=-1)
 
     def evaluate(self, x: Any) -> dict[str, Array]:
-        """Evaluate the tree as a call does, and give the outputs (...) by their names."""
+        """The outputs (...) by their names at ``x``, points or values by the inputs' names; evaluated as by a call."""
         y = self(x)
         return {v.name: y[..., k] for k, v in enumerate(self.outputs)}
 
@@ -125,7 +125,7 @@ class Tree:
         return values
 
     def point(self, x: Any) -> Array:
-        """Points (..., inputs) of ``x``, which are such, or values (...) by the inputs' names. Raises TreeError."""
+        """The points (..., inputs) of ``x``, which are such, or values (...) by the inputs' names. Raises TreeError."""
         if not isinstance(x, Mapping):
             x = as_float(x)
             check_points(self, x)
@@ -157,11 +157,11 @@ class Tree:
         )
 
     def with_systems(self, systems: Mapping[str, Sugeno]) -> "Tree":
-        """The tree with other systems of the same variables, such as learnt ones, under some of its names."""
+        """The tree with other ``systems`` of the same variables, such as learnt ones, under some of its names."""
         return replace(self, systems={**self.systems, **systems})
 
     def describe(self) -> str:
-        """Describe the tree in words: what goes where, and then each system."""
+        """The tree in words: what goes where, and then each system."""
         asks, answers = (", ".join(v.label for v in variables) for variables in (self.inputs, self.outputs))
         lines = [f"{self.name}: {counted(len(self.systems), 'system')}", f"inputs: {asks}", f"outputs: {answers}"]
         lines += [f"{source} -> {target}" for source, target in self.connections or ()]
@@ -169,7 +169,7 @@ class Tree:
         return "\n".join([*lines, *(f"\n{name}\n{indent(describe(self.systems[name]), '  ')}" for name in self.order)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Describe the tree as dictionaries, lists, strings and floats."""
+        """The tree as dictionaries, lists, strings and floats."""
         return {
             "name": self.name,
             "type": "tree",
@@ -193,6 +193,8 @@ def _checked(systems: Mapping[str, Sugeno]) -> dict[str, Sugeno]:
             raise TreeError(f'a system of a tree is called by letters, digits and "_ . -" or blanks, got {name!r}')
         if not isinstance(fis, Sugeno):
             raise TreeError(f"{name}: the systems of a tree are of the type Sugeno, got {type(fis).__name__}")
+        if both := {v.name for v in fis.inputs} & {v.name for v in fis.outputs}:
+            raise TreeError(f"{name}: an input and an output are both called {min(both)}; a port is one of them")
     if len({name.casefold() for name in systems}) < len(systems):
         raise TreeError(f"two systems have the same name but for capitals: {', '.join(systems)}")
     return dict(systems)

@@ -1,6 +1,7 @@
 """Random trees, seeded, and what they answer by calls of their systems that know nothing of trees."""
 
 from functools import cache
+from typing import Literal
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def random_system(rng, smooth):
         when = word.join(f"x{i} is {'not ' * (rng.random() < 0.2)}t{rng.integers(2)}" for i in used)
         then = " and ".join(f"{v.name} is {'cp'[rng.integers(2)]}" for v in outputs)
         rules.append(f"if {when} then {then}")
-    how = "wtaver" if rng.random() < 0.8 else "wtsum"
+    how: Literal["wtaver", "wtsum"] = "wtaver" if rng.random() < 0.8 else "wtsum"
     return fuzzy.Sugeno(inputs, outputs, rules, defuzzification=how, out_of_range="ignore")
 
 
@@ -47,7 +48,7 @@ def random_tree(seed, smooth=False):
     rng = np.random.default_rng(seed)
     names = [f"s{k}" for k in range(rng.integers(2, 7))]
     systems = {name: random_system(rng, smooth) for name in names}
-    connections, above, free = [], [], []
+    connections, above, free = list[tuple[str, str]](), list[str](), list[str]()
     for name, fis in systems.items():
         for v in fis.inputs:
             port, chance = f"{name}/{v.name}", rng.random()

@@ -197,7 +197,8 @@ def test_its_picture_has_every_name_and_as_many_wires_as_there_are_takers():
 WRONG = {
     "a tree needs systems": lambda: fuzzy.Tree({}),
     "called by letters, digits": lambda: fuzzy.Tree({"a/b": GRIP}),
-    "of the type Sugeno, got Type2Sugeno": lambda: fuzzy.Tree({"a": fuzzy.to_type2(GRIP)}),
+    "of the type Sugeno, got Type2Sugeno": lambda: fuzzy.Tree({"a": fuzzy.to_type2(GRIP)}),  # type: ignore[dict-item]
+    "an input and an output are both called wet": lambda: fuzzy.Tree({"a": system(["wet"], "wet")}),
     "the same name but for capitals: a, A": lambda: fuzzy.Tree({"a": GRIP, "A": SPEED}),
     "speed/friction: a and b have an output of this name": lambda: fuzzy.Tree({"a": GRIP, "b": GRIP, "speed": SPEED}),
     "in a circle: a -> b -> a": lambda: fuzzy.Tree({"a": system(["v"], "u"), "b": system(["u"], "v")}),
@@ -212,7 +213,7 @@ WRONG = {
         {"grip": GRIP, "speed": SPEED}, [("grip/friction", "speed/v")]
     ),
     "two connections end in a/wet": lambda: fuzzy.Tree({"a": GRIP}, [("a/wear", "a/wet"), ("a/wear", "a/wet")]),
-    "a connection is a pair of ports": lambda: fuzzy.Tree({"a": GRIP}, ["a/wear"]),
+    "a connection is a pair of ports": lambda: fuzzy.Tree({"a": GRIP}, ["a/wear"]),  # type: ignore[list-item]
     "unknown output of a system 'a/wet'": lambda: fuzzy.Tree({"a": GRIP}, answers=["a/wet"]),
     "an output stands twice": lambda: fuzzy.Tree({"a": GRIP}, answers=["a/friction", "a/friction"]),
     "nothing that speed answers reaches grip/friction": lambda: fuzzy.Tree(
