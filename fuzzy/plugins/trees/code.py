@@ -10,6 +10,7 @@ from fuzzy.plugins.ccode.numbertype import c_type
 from fuzzy.plugins.ccode.phrases import signature
 from fuzzy.plugins.ccode.plan import planned
 from fuzzy.plugins.ccode.source import c_sources, header
+from fuzzy.plugins.ccode.writing import CFiles
 from fuzzy.plugins.trees.tree import Tree
 from fuzzy.system import Sugeno
 from fuzzy.words import counted
@@ -20,13 +21,15 @@ class TreeCFiles(NamedTuple):
 
     Attributes:
         header: The header (.h) of the tree's function.
-        sources: The sources (.c): that of the tree, then those of its systems, whose headers stand beside them.
+        source: Its source (.c).
+        systems: The files of each system, in the tree's order.
         name: The prefix of the tree's function.
         number: "double", "float" or "q16.16".
     """
 
     header: Path
-    sources: tuple[Path, ...]
+    source: Path
+    systems: tuple[CFiles, ...]
     name: str
     number: str
 
@@ -60,7 +63,8 @@ def write_c_tree(tree: Tree, folder: str | Path, number: str = "double", *, name
     for system, prefix in zip(tree.order, names, strict=True):
         texts |= c_sources(tree.systems[system], prefix, number).texts
     paths = write_together(folder, texts)
-    return TreeCFiles(paths[0], tuple(path for path in paths if path.suffix == ".c"), own, number)
+    systems = [CFiles(*each, number, None) for each in zip(paths[2::2], paths[3::2], names, strict=True)]
+    return TreeCFiles(paths[0], paths[1], tuple(systems), own, number)
 
 
 def _source(tree: Tree, own: str, names: list[str], real: str) -> str:

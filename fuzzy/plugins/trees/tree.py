@@ -80,8 +80,8 @@ class Tree:
         answers = tuple(p for p in gives if p not in taken) if self.answers is None else tuple(self.answers)
         for port in answers:
             check_known(port, gives, "output of a system", TreeError, where=self.name)
-        if len(set(answers)) < len(answers):
-            raise TreeError(f"{self.name}: an output stands twice among the answers {', '.join(answers)}")
+        if not 0 < len(answers) == len(set(answers)):
+            raise TreeError(f"{self.name}: the answers are outputs, one at least and each once, got {list(answers)}")
         if idle := [name for name in systems if name not in _upstream(systems, roots, answers)]:
             raise TreeError(f"{self.name}: nothing that {listed(idle)} answers reaches {listed(answers)}")
         columns = (*free, *(f"{name}/{v.name}" for name in order for v in systems[name].outputs))

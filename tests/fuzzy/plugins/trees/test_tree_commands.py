@@ -6,6 +6,7 @@ import pytest
 
 import fuzzy
 from fuzzy.commands.application import main
+from fuzzy.plugins.ccode import verification
 from tests.fuzzy.plugins.trees.test_tree import TREE
 
 
@@ -32,8 +33,19 @@ def test_commands_take_the_folder_and_the_file(folder, capsys):
     assert main(["export", "c", "tree", "-o", "out", "--number", "float", "--json"]) == 0
     written = json.loads(capsys.readouterr().out)
     assert written["number"] == "float"
-    assert written["files"] == [f"out/{name}" for name in ("tree.h", "tree.c", "tree_grip.c", "tree_speed.c")]
+    assert [written["header"], *(each["source"] for each in written["systems"])] == [
+        f"out/{name}" for name in ("tree.h", "tree_grip.c", "tree_speed.c")
+    ]
     assert "float" in (folder / "out" / "tree_grip.c").read_text()
+
+
+def test_the_c_of_its_systems_is_proven_one_by_one(folder, capsys, monkeypatch):
+    assert main(["export", "c", "tree", "-o", "out", "--verify", "--points", "500"]) == 0
+    said = capsys.readouterr().out
+    assert said.count("500 points") == said.count("the same within 4e-15") == 2
+    monkeypatch.setitem(verification.LIMITS, "double", -1.0)
+    assert main(["export", "c", "tree", "-o", "out", "--verify", "--points", "500"]) == 1
+    assert capsys.readouterr().out.count("NOT the same") == 2
 
 
 @pytest.mark.parametrize(
@@ -41,7 +53,7 @@ def test_commands_take_the_folder_and_the_file(folder, capsys):
     [
         (["check", "tree"], "tree is a tree of systems: evaluate, explain"),
         (["plot", "tree", "--kind", "rules"], "of a tree its systems and their wires are drawn"),
-        (["export", "c", "tree", "-o", "out", "--verify"], "--table, --verify and --board are for single systems"),
+        (["export", "c", "tree", "-o", "out", "--board"], "--table and --board are for single systems"),
         (["explain", "tree", "wet=0.2"], "no value for distance, wear"),
         (["explain", "tree", "v=1"], "unknown input 'v'"),
     ],
