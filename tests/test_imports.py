@@ -23,7 +23,7 @@ STAIRS = {
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
         tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.trees plugins.tuning
-        plugins.designer plugins.loop
+        plugins.front plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
@@ -63,6 +63,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {
         "ccode": (),
         "designer": ("mamdani",),
+        "front": (),
         "loop": ("ccode", "designer"),
         "mamdani": (),
         "trees": ("ccode",),
