@@ -38,7 +38,7 @@ def scenario_table() -> KeyTable:
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
     first = ("title", "source", "kind", "controller", "metrics", "duration", "period", "latency", "plant", "divergence")
-    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
+    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "patches", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))
     return KeyTable("scenario", "A scenario: its robots, their sensing and radio, and obstacles.", keys)
