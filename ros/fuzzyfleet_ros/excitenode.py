@@ -15,13 +15,13 @@ from rclpy.duration import Duration
 from fuzzy.files.table import read_table
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import HERE, Posture
-from fuzzyfleet_ros.identifynode import COMMANDS, SHARED, Identifier
+from fuzzyfleet_ros.identifynode import COMMANDS, LOG_PARAMETERS, Identifier
 from fuzzyfleet_ros.parameters import Parameter, ParameterError
 from robotics.plugins.identify.excitation import excite
 from robotics.plugins.identify.replay import COMMAND_PERIOD, Program
 
 _PARAMETERS = (
-    *SHARED,
+    *LOG_PARAMETERS,
     Parameter("square", 3.0, "Side [m] of the square in whose middle the robot stands.", 0.1, 1000),
     Parameter("seconds", 60.0, "How long the commands are [s].", 20, 600),
     Parameter("commands", "", "A .csv file of robotics excite; empty: they are chosen for the robot and the square."),

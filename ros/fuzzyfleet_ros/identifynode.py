@@ -28,7 +28,7 @@ from robotics.plugins.identify.signals import IdentifyError
 from robotics.plugins.logs.names import WHEELS
 from robotics.simulation.scenario.robots import load_robot
 
-SHARED = (
+LOG_PARAMETERS = (
     Parameter("robot", "etsro", "The data sheet: a robot's name or .toml file."),
     Parameter("log", "drive.csv", "The log that is written."),
     Parameter("out", "myrobot.toml", "The identified robot's file; empty: the drive is only recorded."),
@@ -41,8 +41,8 @@ SHARED = (
     Parameter("imu_topic", "imu", "The topic of sensor_msgs/Imu, a gyroscope; it may be silent."),
     Parameter("pose_topic", "", "A topic of PoseStamped by other means than the wheels; empty: odometry's poses."),
 )  # fmt: skip
-PARAMETERS = (
-    *SHARED,
+IDENTIFY_PARAMETERS = (
+    *LOG_PARAMETERS,
     Parameter("seconds", 60.0, "How long it records from the first command on [s]; 0: until Ctrl-C.", 0, 3600),
 )
 COMMANDS = {"v_command": "m/s", "w_command": "rad/s"}
@@ -56,7 +56,9 @@ Columns = dict[str, str]  # the unit of each column of the log, by its name
 class Identifier(Node):
     """A recorder of one robot's drive; raises InputError for parameters that do not suit each other."""
 
-    def __init__(self, name: str = "identify", parameters: Sequence[Parameter] = PARAMETERS, **options: Any) -> None:
+    def __init__(
+        self, name: str = "identify", parameters: Sequence[Parameter] = IDENTIFY_PARAMETERS, **options: Any
+    ) -> None:
         """Open it; ``options`` are those of a node, such as its namespace."""
         super().__init__(name, **options)
         values = self.values = declared(self, parameters)

@@ -366,7 +366,8 @@ def draw_patches(ax: Axes, patches: Sequence[Patch]) -> None:
             "alpha": 0.25 if rough else 0.15 + 0.35 * (1 - patch.friction),
         }
         ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, **look))
-        ax.text(*outline.mean(axis=0), f"friction × {shown(patch.friction)}", fontsize=6, ha="center", zorder=0.6)
+        place = outline[:, 0].mean(), outline[:, 1].min()
+        ax.text(*place, f"friction × {shown(patch.friction)}", fontsize=6, ha="center", va="bottom", zorder=0.6)
 
 
 def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -19,6 +19,7 @@ from robotics.world.paths.path import Shape, shapes
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.description import RADIO_PRESETS, Radio
 from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.robot import ALTERNATIVES, NEEDED, Robot
 
 _NAME = "the name of a robot or the path of its file in quotes"
@@ -84,6 +85,12 @@ def _obstacles() -> KeyTable:
 
 
 @cache
+def _patches() -> KeyTable:
+    form = ("center", "corners"), ("radius", "corners")
+    return KeyTable("patches", first_line(Patch), keys_of(Patch), one_of=form)
+
+
+@cache
 def _timing() -> KeyTable:
     return KeyTable("timing", first_line(Timing), keys_of(Timing), one_of=(("speed", "duration", "x_rate", "rest"),))
 
@@ -119,5 +126,6 @@ _SPECIALS: Specials = {
     Timing: _special(_timing),
     Radio: _special(_radio),
     tuple[Obstacle, ...]: _special(_obstacles, "tables"),
+    tuple[Patch, ...]: _special(_patches, "tables"),
     Mapping[str, RangeSensor]: _special(_sensors, "tables"),
 }

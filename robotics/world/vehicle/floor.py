@@ -7,7 +7,7 @@ speeds up and brakes less. What counts is the place of the axle's middle at the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +33,7 @@ class Patch:
     """
 
     friction: float = quantity(
-        0.5, "1", least=0.01, most=10, doc="The floor's friction there over that elsewhere, such as 0.2 for ice."
+        MISSING, "1", least=0.01, most=10, doc="The floor's friction there over that elsewhere.", example=0.2
     )
     center: Point | None = described("The center of a disc, which needs a radius.", None, example=[2.0, 0.0])
     radius: float | None = quantity(None, "m", above=0, most=1000, doc="The radius of that disc.", example=0.5)

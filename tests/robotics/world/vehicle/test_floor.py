@@ -96,7 +96,7 @@ def test_on_ice_it_speeds_up_by_what_the_tyres_hold():
 )
 def test_a_patch_that_cannot_be_is_refused(given, sentence):
     with pytest.raises(FloorError, match=sentence):
-        Patch(**given)
+        Patch(**{"friction": 0.5, **given})
 
 
 ICE = """title = "Over ice"
