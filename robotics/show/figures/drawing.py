@@ -361,11 +361,8 @@ def draw_patches(ax: Axes, patches: Sequence[Patch]) -> None:
     """Draw the patches of a floor in a top view, each with its friction; bluer where it is more slippery."""
     for patch in patches:
         outline, rough = patch.outline(), patch.friction > 1
-        look = {
-            "facecolor": "#b08d57" if rough else "#8ec5e8",
-            "alpha": 0.25 if rough else 0.15 + 0.35 * (1 - patch.friction),
-        }
-        ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, **look))
+        color, alpha = ("#b08d57", 0.25) if rough else ("#8ec5e8", 0.5 - 0.35 * patch.friction)
+        ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, facecolor=color, alpha=alpha))
         place = outline[:, 0].mean(), outline[:, 1].min()
         ax.text(*place, f"friction × {shown(patch.friction)}", fontsize=6, ha="center", va="bottom", zorder=0.6)
 
