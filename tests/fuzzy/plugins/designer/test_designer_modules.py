@@ -588,7 +588,9 @@ WRITTEN = """() => {
 
 def test_no_number_of_a_relief_stands_on_another(bench: Bench) -> None:
     """Seen from any side, also where two axes meet in a corner."""
-    bench.show("surface")
+    fis = system()
+    d, a = fis.inputs
+    bench.show("surface", replace(fis, inputs=(d, replace(a, universe=(-2.0, 2.0)))))  # numbers at both ends of both
     bench.page.evaluate(WRITTEN)
     bench.page.get_by_role("button", name="3-D").click()
     relief = bench.page.get_by_role("img", name="Surface of v")
