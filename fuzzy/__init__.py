@@ -16,6 +16,8 @@ Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, read_fll, write_fll, parse_fll,
     format_fll, find_fis, packaged_fis_files, without_hedges; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table, select_inputs; tune, a TunedSystem comes back
+Rules from nothing, exact for their size:
+    search_rules, a RuleFront of RuleFrontPoints comes back; plot_rule_front
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
     a FromScikitFuzzy comes back

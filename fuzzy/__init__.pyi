@@ -89,6 +89,10 @@ from fuzzy.plugins.ccode.writing import CFiles as CFiles
 from fuzzy.plugins.ccode.writing import write_c as write_c
 from fuzzy.plugins.designer.notebook import editor as editor
 from fuzzy.plugins.designer.starts.control import rule_table as rule_table
+from fuzzy.plugins.front.figures import plot_rule_front as plot_rule_front
+from fuzzy.plugins.front.search import RuleFront as RuleFront
+from fuzzy.plugins.front.search import RuleFrontPoint as RuleFrontPoint
+from fuzzy.plugins.front.search import search_rules as search_rules
 from fuzzy.plugins.loop.certificate import certify_step as certify_step
 from fuzzy.plugins.loop.controller import PID as PID
 from fuzzy.plugins.loop.controller import LoopError as LoopError

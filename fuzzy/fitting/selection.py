@@ -88,7 +88,7 @@ def select_inputs(
         left = [k for k in range(x.shape[1]) if k not in taken]
         tried = []
         for n, k in enumerate(left, 1):
-            errors = _held_back(x[:, [*taken, k]], y / spread, held, make)
+            errors = held_back_error(x[:, [*taken, k]], y / spread, held, make)
             if errors is not None:
                 tried.append(SelectionStep((*taken, k), *errors))
             if progress is not None:
@@ -106,10 +106,17 @@ def select_inputs(
     return InputSelection(tuple(steps), tuple(sorted(chosen.inputs)))
 
 
-def _held_back(
+def held_back_error(
     x: np.ndarray, y: np.ndarray, held: list[np.ndarray], make: Callable[[np.ndarray, np.ndarray], Sugeno]
 ) -> tuple[float, float] | None:
-    """The root of the mean over folds of the mean square error, with its standard error; None: no system comes."""
+    """The root of the mean over folds of the mean square error, with its standard error; None: no system comes.
+
+    Args:
+        x: The inputs (samples, inputs).
+        y: The outputs (samples, outputs).
+        held: The rows that each fold holds back.
+        make: Makes a system of the samples that are left.
+    """
     squares = []
     for rows in held:
         rest = np.setdiff1d(np.arange(len(x)), rows)
