@@ -57,7 +57,7 @@ def write_c_law(
     law = as_law(controller)
     plain = controller.partition(":")[0] if isinstance(controller, str) else type(law).__name__
     if law.safe == "yes" and type(law) not in SECTIONS:
-        law, plain = HandedOrder(safe="yes"), f"{plain}_monitor"
+        law, plain = HandedOrder(safe="yes", lead=0.0, smooth=0.0), f"{plain}_monitor"
     sources = law_sources(law, scenario.setting, name or identifier(plain), number)
     written = CLawFiles(law, sources, number, Path(folder))
     texts = [sources.header, sources.source]
