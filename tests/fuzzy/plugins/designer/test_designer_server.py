@@ -627,7 +627,7 @@ def test_what_a_process_loads_first_is_not_the_files_time(tmp_path, monkeypatch)
     (tmp_path / "slow_to_load.py").write_text(
         "import multiprocessing, time\n"
         "if multiprocessing.parent_process() is not None:\n"
-        "    time.sleep(1.5)\n"
+        "    time.sleep(4)\n"
         "def done():\n"
         "    return 'done'\n"
     )
@@ -635,7 +635,7 @@ def test_what_a_process_loads_first_is_not_the_files_time(tmp_path, monkeypatch)
     function = importlib.import_module("slow_to_load").done
 
     async def read():
-        workers = TimedWorkers(1.0)
+        workers = TimedWorkers(3.0)
         assert await workers.run("late", function) == "done"
         workers.close()
 
