@@ -310,18 +310,17 @@ def _firing(
     ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
     term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
     and_min, or_max, plain = header.and_min != 0.0, header.or_max != 0.0, header.plain != 0.0
-    needs, count, total = whole(header.needs), np.uint64(0), 0.0
+    needs, may_fire, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
     nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
     for t in range(min(whole(header.terms), MARKED_TERMS)):
         nowhere |= np.uint64(work[degrees + t] == 0.0) << t
-    for r in range(rules):
-        never = whole(system[needs + r]) & nowhere
-        if never and not every:
-            continue
-        begin, end, w = whole(system[ends + r - np.uint64(1)]) if r > 0 else np.uint64(0), whole(system[ends + r]), 0.0
-        if never:
-            pass
-        elif plain or system[is_or + r] == 0.0:
+    for r in range(rules):  # without a jump, of which the processor would guess many wrong
+        work[firing + rules + may_fire] = np.float64(r)
+        may_fire += np.uint64(every or not whole(system[needs + r]) & nowhere)
+    for n in range(may_fire):
+        r, w = whole(work[firing + rules + n]), 0.0
+        begin, end = whole(system[ends + r - np.uint64(1)]) if r > 0 else np.uint64(0), whole(system[ends + r])
+        if plain or system[is_or + r] == 0.0:
             w = 1.0
             for k in range(begin, end):
                 degree = work[degrees + whole(system[term + k])]
