@@ -8,7 +8,8 @@ from fuzzy.files.atomic import check_folder, replacing
 from fuzzy.plugins.ccode.identifier import identifier
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.plugins.ccode.source import LawSources, law_sources
+from robotics.plugins.ccode.guard import HandedOrder
+from robotics.plugins.ccode.source import SECTIONS, LawSources, law_sources
 from robotics.simulation.scenario.description import Scenario
 
 
@@ -40,7 +41,8 @@ def write_c_law(
     """Write a law's control step as C99 that allocates nothing and needs only math.h.
 
     Args:
-        controller: The law, or its specification, such as "fuzzy:rule_base=mine.fis".
+        controller: The law, or its specification, such as "fuzzy:rule_base=mine.fis". Of one that cannot be written but
+            says safe=yes, the monitor of passive safety is: the order is handed to it.
         scenario: Whose first robot and control period count.
         folder: Where to write, made if it is not there.
         number: "double" or "float".
@@ -55,6 +57,8 @@ def write_c_law(
     """
     law = as_law(controller)
     plain = controller.partition(":")[0] if isinstance(controller, str) else type(law).__name__
+    if law.safe == "yes" and type(law) not in SECTIONS:
+        law, plain = HandedOrder(safe="yes"), f"{plain}_monitor"
     sources = law_sources(law, scenario.setting, name or identifier(plain), number)
     folder = Path(folder)
     check_folder(folder)
