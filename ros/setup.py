@@ -25,6 +25,9 @@ setup(
         ),
     ],
     entry_points={
-        "console_scripts": [f"{command} = {_NAME}.{command}:main" for command in ("controller", "fleet", "simulator")]
+        "console_scripts": [
+            f"{command} = {_NAME}.{command}:main"
+            for command in ("controller", "excite", "fleet", "identify", "simulator")
+        ]
     },
 )

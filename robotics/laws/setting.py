@@ -15,6 +15,7 @@ from robotics.world.radio.faults import Fault
 from robotics.world.random_streams import START_STREAM
 from robotics.world.sensing.posture import Sensing
 from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
 from robotics.world.vehicle.wheel_loop import wheel_lag
@@ -63,6 +64,7 @@ class Setting:
         safety: "passive": the monitor of :mod:`robotics.simulation.safety` is below the law; "": it is not.
         others_speed: The greatest speed of what moves among the obstacles, which that assumes [m/s]; None: that of the
             fastest one.
+        patches: Where the floor's friction is another; no law knows of it.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Setting:
     truth: TrueParameters | None = None
     safety: Safety = ""
     others_speed: float | None = None
+    patches: tuple[Patch, ...] = ()
 
     @property
     def ensemble(self) -> bool:

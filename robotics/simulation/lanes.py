@@ -23,6 +23,7 @@ from robotics.world.radio.channel import Air
 from robotics.world.radio.faults import Trouble
 from robotics.world.sensing.carried import Looks
 from robotics.world.sensing.posture import Senses
+from robotics.world.vehicle.floor import Floor
 
 
 class PlantLanes(NamedTuple):
@@ -37,6 +38,7 @@ class PlantLanes(NamedTuple):
     code: int  # of robotics.world.vehicle.plant: velocities, torques, or the kinematic plant
     late_periods: int  # latency: whole periods,
     late_steps: int  # and steps of the plant beyond them
+    floor: Floor  # whose friction differs by place; without patches nobody looks at it
 
 
 class Lanes(NamedTuple):

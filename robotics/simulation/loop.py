@@ -28,7 +28,7 @@ from robotics.laws.universe import say_of_inputs
 from robotics.simulation.lanes import KEEP_TYPE, LOOK_TYPE, LOOKS_TYPE, Lanes, keeping, looking, machine_code
 from robotics.simulation.observer import Moment, Observer, moment_of, noted_type, watch_type
 from robotics.simulation.opening import Driver, PreparedRuns, has_equation
-from robotics.simulation.physics import Physics, as_physics
+from robotics.simulation.physics import Physics, PhysicsError, as_physics
 from robotics.simulation.recorder import OPTIONAL, Recorder
 from robotics.simulation.run import Run
 from robotics.simulation.safety.monitor import keep_safe
@@ -433,6 +433,8 @@ def record_run(
     seeds, name = checked_seeds(seeds), name or type(law).__name__
     physics = as_physics(plant)
     if physics is not None:
+        if setting.patches:
+            raise PhysicsError(f"the scenario {setting.name} has patches of another friction, and {plant} knows none")
         setting = replace(setting, name=f"{setting.name} in {plant}")
     recorder = Recorder(setting, law, len(seeds), besides=besides)
     if physics is not None or not has_equation(law):

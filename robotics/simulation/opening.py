@@ -19,6 +19,7 @@ from robotics.world.radio.faults import Faults, untroubled
 from robotics.world.sensing.carried import CarriedSensors, Looks, look, nothing_to_see, see_nothing
 from robotics.world.sensing.posture import PostureNoise, Sensing, SensingError, read_encoders, wheel_errors
 from robotics.world.vehicle import plant as p
+from robotics.world.vehicle.floor import compiled_floor
 
 
 class Driver(NamedTuple):
@@ -200,8 +201,9 @@ class PreparedRuns:
         late_periods, late_steps = divmod(round(latency / p.STEP), steps)
         code = p.KINEMATIC if setting.plant == "kinematic" else p.CODES[law.level]
         pending = np.zeros((late_periods + 2, 2, truth.shape[1]))
+        floor = compiled_floor(setting.patches, parameters)
         return PlantLanes(
-            parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps
+            parameters, truth, pending, np.empty(p.SCRATCH), steps, p.STEP, code, late_periods, late_steps, floor
         )
 
     def _reads(self) -> tuple[str, ...]:

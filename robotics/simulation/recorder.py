@@ -219,6 +219,7 @@ class Recorder:
                 rule_bases=bases,
                 message=names,
                 goals=setting.goals,
+                patches=setting.patches,
             ),
             seeds,
             times,

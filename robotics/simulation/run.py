@@ -28,6 +28,7 @@ from robotics.world.environment.world import Geometry
 from robotics.world.paths.goal import Reach
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.plant import Level
 from robotics.world.vehicle.robot import Robot
 
@@ -64,6 +65,7 @@ class About:
     rule_bases: Mapping[str, Sugeno] | None = field(default=None, repr=False)  # by task; None: an older file, not said
     message: tuple[str, ...] = field(default=(), repr=False)  # the names of the values that robots broadcast, if kept
     goals: tuple[Reach, ...] = field(default=(), repr=False)  # of the kind "goal": what each robot shall do
+    patches: tuple[Patch, ...] = field(default=(), repr=False)  # of the floor
 
 
 class Recorded(NamedTuple):
@@ -426,6 +428,8 @@ def _as_json(about: About, path: str) -> dict[str, Any]:
         plain["message"] = list(about.message)
     if about.goals:
         plain["goals"] = [asdict(goal) for goal in about.goals]
+    if about.patches:
+        plain["patches"] = [asdict(patch) for patch in about.patches]
     if about.rule_bases is not None:
         try:
             plain["rule_bases"] = {task: format_fis(system) for task, system in about.rule_bases.items()}
@@ -455,7 +459,15 @@ def _from_json(table: dict[str, Any]) -> About:
         rule_bases,
         tuple(map(str, table.get("message", ()))),
         tuple(map(_goal_from_json, table.get("goals", ()))),
+        tuple(map(_patch_from_json, table.get("patches", ()))),
     )
+
+
+def _patch_from_json(table: dict[str, Any]) -> Patch:
+    """Read a patch of the floor. Raises FloorError for one that cannot be."""
+    center, corners = table["center"], table["corners"]
+    points = {"center": center and tuple(center), "corners": corners and tuple(map(tuple, corners))}
+    return Patch(**table | points)
 
 
 def _goal_from_json(table: dict[str, Any]) -> Reach:

@@ -13,6 +13,7 @@ from robotics.world.paths.road import moving
 from robotics.world.radio.channel import broadcast, receive
 from robotics.world.radio.faults import notice
 from robotics.world.sensing.posture import encoders_of, measure_of
+from robotics.world.vehicle.floor import tread
 from robotics.world.vehicle.plant import SUBSTEPS, TruthColumns, tick_lanes
 
 VELOCITY = RobotColumns.v.row
@@ -147,6 +148,8 @@ def move_lanes(first, last, k, body, order, scratch):  # type: ignore[no-untyped
         now[0, i], now[1, i] = order[0, i], order[1, i]
     earlier = body.pending[(k - body.late_periods - 1) % flights]
     command = body.pending[(k - body.late_periods) % flights]
+    if len(body.floor.friction) > 0:
+        tread(first, last, body.floor, body.truth, body.parameters)
     tick_lanes(
         first, last, body.truth, body.truth, body.parameters, earlier, command,
         body.late_steps, body.steps, body.step, SUBSTEPS, body.code, scratch,

@@ -22,7 +22,7 @@ class Runs(Protocol):
     done: bool  # it has nothing more to do
 
     def leave(self) -> None:
-        """Do the last things, while messages can still be sent."""
+        """Do the last things, while messages can still be sent. It may raise InputError."""
         ...
 
     def destroy_node(self) -> Any:
@@ -61,14 +61,16 @@ def run(make: Callable[[], Runs], program: str, arguments: Sequence[str] | None 
             executor.add_node(node)
             gc.collect()
             gc.freeze()  # what is there now stays; to look through it again takes longer than two periods
-            while not told and not node.done:
-                executor.spin_once(timeout_sec=_LOOK)
+            try:
+                while not told and not node.done:
+                    executor.spin_once(timeout_sec=_LOOK)
+            finally:
+                node.leave()
     except InputError as error:
         print(f"{program}: {_line(error)}", file=sys.stderr)
         return 2
     finally:
         if node is not None:
-            node.leave()
             node.destroy_node()
         rclpy.try_shutdown()
     return 0

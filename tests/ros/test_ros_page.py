@@ -1,12 +1,14 @@
-"""The page docs/howto/on-ros-2.md: its snippets run as written, and what else it says is there."""
+"""The pages docs/howto/on-ros-2.md and turtlebot3.md: their snippets run as written, and what they name is there."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-from robotics import ScenarioError, measure, simulate
+from robotics import ScenarioError, load_run, load_scenario, measure, simulate
 from robotics.laws.catalogue import make_controller
+from robotics.plugins.identify.model import COORDINATE_NAMES, values_of
+from robotics.simulation.scenario.robots import load_robot
 from tests.snippets import run_commands, run_python, snippets
 
 ROOT = Path(__file__).parent.parent.parent
@@ -25,6 +27,30 @@ def test_every_snippet_of_the_page_runs_in_order(ros, tmp_path, monkeypatch, cap
     apart, said = capsys.readouterr().out.split(maxsplit=1)
     assert float(apart) < 1e-9
     assert said == "m apart\n"
+
+
+@pytest.mark.long
+def test_the_stand_in_of_the_turtlebots_page_comes_out_of_its_drive(ros, tmp_path, monkeypatch):
+    """By the commands of the page, as written: other numbers than the data sheet's, and the tuned law drives."""
+    monkeypatch.chdir(tmp_path)
+    found = snippets(PAGE.with_name("turtlebot3.md"))
+    assert [kind for kind, _ in found] == ["toml", "toml", "sh"]
+    for _, text in found[:2]:
+        (tmp_path / re.match(r"# (\S+):", text)[1]).write_text(text, encoding="utf-8")
+    run_commands(found[2][1])
+    told = re.search(r"^#   latency = (\S+)", (tmp_path / "myrobot.toml").read_text(encoding="utf-8"), re.MULTILINE)
+    assert float(told[1]) == pytest.approx(0.12, abs=0.005)
+    robots = load_robot("myrobot.toml").robot, load_scenario("standin.toml").robots[0].robot
+    found, true = (dict(zip(COORDINATE_NAMES, values_of(robot), strict=True)) for robot in robots)
+    for name, share in {
+        "v_rate_max": 0.005,
+        "w_max": 0.005,
+        "wheel_max": 0.005,
+        "gyration": 0.02,
+        "friction": 0.2,
+    }.items():
+        assert found[name] == pytest.approx(true[name], rel=share), name
+    assert measure(load_run("drive.npz"))["rms_cross_track_under_way_m"].max() < 0.1
 
 
 def test_a_burger_can_drive_on_the_floor_of_the_page_and_not_the_default(tmp_path):

@@ -180,7 +180,7 @@ class OpenDocuments:
 
         Raises InputError, also where it takes too long, or WorkError.
         """
-        late = f"{name} was not read within {self._patience:g} s and is given up; it is too large for the designer"
+        late = f"{name} was not read within {self._patience:g} s: it is too large, or this machine is busy"
         return await self._reader.run(late, function, *args)
 
     def _found(self, path: Path) -> Document | None:

@@ -15,6 +15,11 @@ _KEYS = """(event) => {
   event.preventDefault();
   emit(event.key);
 }"""
+# Where the panes of a group are swiped, the view that is chosen is the first of them.
+_CLICK = """(event) => {
+  event.currentTarget.closest(".shell-group").scrollLeft = 0;
+  emit();
+}"""
 _ESCAPE = """(event) => {
   if (event.key === "Escape" && !event.defaultPrevented && !event.target.closest("dialog, details[open]")) emit();
 }"""
@@ -61,7 +66,7 @@ class TabGroup:
 
     def _button(self, tab: Tab) -> TextElement:
         button = TextElement(tag="button", text=tab.title).props('type="button" role="tab"')
-        button.on("click", lambda: self.show(tab.title), args=[])
+        button.on("click", lambda: self.show(tab.title), js_handler=_CLICK)
         button.on("keydown", lambda event: self._key(tab.title, event), js_handler=_KEYS)
         return button
 

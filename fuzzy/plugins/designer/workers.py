@@ -81,6 +81,7 @@ class TimedWorkers:
         async with self._turns:
             worker = self._free.pop()
             try:
+                await worker.run(_arrived, function)  # a process that begins loads the function's modules first
                 return await asyncio.wait_for(worker.run(function, *args), self._limit)
             except TimeoutError:
                 worker.close()
@@ -107,6 +108,10 @@ def follow_parent() -> None:
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
+
+
+def _arrived(function: Callable[..., Any]) -> None:
+    """Do nothing: whoever was sent a function has its modules."""
 
 
 _seen: set[int] = set()  # how many modules there were when they were set aside

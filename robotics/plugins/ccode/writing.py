@@ -1,10 +1,9 @@
 """The files of a control law in C, written whole or not at all."""
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.identifier import identifier
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
@@ -58,15 +57,10 @@ def write_c_law(
     law = as_law(controller)
     plain = controller.partition(":")[0] if isinstance(controller, str) else type(law).__name__
     if law.safe == "yes" and type(law) not in SECTIONS:
-        law, plain = HandedOrder(safe="yes"), f"{plain}_monitor"
+        law, plain = HandedOrder(safe="yes", lead=0.0, smooth=0.0), f"{plain}_monitor"
     sources = law_sources(law, scenario.setting, name or identifier(plain), number)
-    folder = Path(folder)
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    written = CLawFiles(law, sources, number, folder)
+    written = CLawFiles(law, sources, number, Path(folder))
     texts = [sources.header, sources.source]
     texts += [text for base in sources.bases for text in (base.header, base.source)]
-    with ExitStack() as stack:
-        for path in [stack.enter_context(replacing(file)) for file in written.files]:
-            path.write_text(texts.pop(0), encoding="utf-8")
+    write_together(folder, {file.name: text for file, text in zip(written.files, texts, strict=True)})
     return written

@@ -25,6 +25,7 @@ from robotics.plugins.designer.tunetask import TuneTask
 
 _MODULE = Path(__file__).parent / "static" / "tuning.js"
 _BEFORE = "before tuning"
+_LOOKING = "the laws and scenarios that suit this rule base are looked for …"
 _HELD: set[Path] = set()  # searches that run in this process, whichever page began them
 
 
@@ -45,7 +46,7 @@ class TuneSession(TaskSession):
         )  # fmt: skip
         self.offers = FolderOffers(self.folder, bench.read)
         self.kind = ""  # of the scenarios for which scenarios and cost were chosen
-        self.offer: dict[str, Any] = {"laws": [], "symmetric": False, "variables": []}
+        self.offer: dict[str, Any] = {"laws": [], "symmetric": False, "variables": [], "why": _LOOKING}
         self.packaged: list[dict[str, str]] = []  # the package's scenarios: name, title, kind
         self.own: list[str] = []  # the folder's
         self.task: TuneTask | None = None

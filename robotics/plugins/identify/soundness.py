@@ -103,6 +103,12 @@ def _check_sizes(signals: Signals) -> None:
             f"{shown(np.abs(signals.commands.w).max(), 1)} rad/s, and never moved: were its motors on, and is this the "
             "odometry of the same robot?"
         )
+    for name, each in zip(("speed", "turn rate"), spread, strict=True):
+        if each < 1e-9:
+            raise IdentifyError(
+                f"{signals.log}: the measured {name} is the same all the time: a drive must go straight on and turn, "
+                "as the commands of robotics excite do"
+            )
 
 
 def _without_long_gaps(signals: Signals) -> tuple[Signals, list[str]]:

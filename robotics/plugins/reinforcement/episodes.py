@@ -27,6 +27,7 @@ from robotics.world.random_streams import RELATIVE_STREAM
 from robotics.world.sensing.carried import CarriedSensors, Looks
 from robotics.world.sensing.posture import wheel_errors
 from robotics.world.vehicle import plant as p
+from robotics.world.vehicle.floor import usual
 
 BROADCAST = RobotColumns.leaves()  # what every robot broadcasts
 _SHARE = 256  # lanes of a thread at least: fewer are not worth one
@@ -97,6 +98,7 @@ class Episodes:
         if (errors := wheel_errors(setting.sensing, seeds)) is not None:
             p.ParameterColumns(parameters).odometry.array[...] *= errors
         lanes.body.parameters[:, chosen] = parameters
+        lanes.body.floor.usual[:, chosen] = usual(parameters)
         lanes.body.pending[:, :, chosen] = 0.0
         for array in (lanes.senses.counts, lanes.moment.seen, lanes.moment.command, notes.columns):
             array[:, chosen] = 0.0

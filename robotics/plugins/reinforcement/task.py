@@ -19,7 +19,14 @@ from robotics.world.environment.world import World, compile_worlds
 from robotics.world.vehicle.plant import Level
 
 RewardKind = Literal["dense", "cost"]
-SHARED = ("period", "latency", "plant", "sensing", "divergence")  # what scenarios of one environment have in common
+SHARED = (
+    "period",
+    "latency",
+    "plant",
+    "sensing",
+    "divergence",
+    "patches",
+)  # what scenarios of one environment have in common
 
 
 class TaskError(InputError):

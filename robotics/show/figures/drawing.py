@@ -12,6 +12,7 @@ from matplotlib.axis import Axis
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from fuzzy.errors import InputError
@@ -21,6 +22,7 @@ from robotics.laws.catalogue import law_title
 from robotics.measures.contacts import MOST_DRAWN, contacts, first_contact
 from robotics.measures.standing import last_move
 from robotics.simulation.run import Run
+from robotics.world.vehicle.floor import Patch
 
 TARGET: dict[str, Any] = {"color": "0.45", "linestyle": (0, (4, 2)), "linewidth": 1.0}  # how every reference is drawn
 # A legend over a panel, at its right edge
@@ -353,6 +355,16 @@ def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
     closed, walls = split_outlines(lines)
     ax.add_collection(PolyCollection(closed, **look))
     ax.add_collection(LineCollection(walls, colors=look["edgecolor"], linewidths=2.0, zorder=look["zorder"]))
+
+
+def draw_patches(ax: Axes, patches: Sequence[Patch]) -> None:
+    """Draw the patches of a floor in a top view, each with its friction; bluer where it is more slippery."""
+    for patch in patches:
+        outline, rough = patch.outline(), patch.friction > 1
+        color, alpha = ("#b08d57", 0.25) if rough else ("#8ec5e8", 0.5 - 0.35 * patch.friction)
+        ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, facecolor=color, alpha=alpha))
+        place = outline[:, 0].mean(), outline[:, 1].min()
+        ax.text(*place, f"friction × {shown(patch.friction)}", fontsize=6, ha="center", va="bottom", zorder=0.6)
 
 
 def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:

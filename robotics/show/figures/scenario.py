@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 from fuzzy.figures.drawing import COLORS, DOUBLE, LINES, styled_figure
-from robotics.show.figures.drawing import draw_obstacles, rectangles, strided
+from robotics.show.figures.drawing import draw_obstacles, draw_patches, rectangles, strided
 from robotics.simulation.scenario.description import Scenario
 from robotics.studies.inspection import ScenarioFinding
 from robotics.world.environment.world import outlines
@@ -65,6 +65,7 @@ def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     parts = [path.table[:2].T for path in scenario.trajectory.paths] + [scenario.starts[:, :2]]
     if scenario.setting.world is not None:
         parts += outlines(scenario.setting.world.at(0.0))
+    parts += [patch.outline() for patch in scenario.patches]
     points = np.concatenate(parts)
     low, high = points.min(axis=0), points.max(axis=0)
     margin = max(float((high - low).max()) * 0.04, 0.4)
@@ -72,7 +73,8 @@ def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _draw_obstacles(ax: Axes, scenario: Scenario) -> None:
-    """Draw obstacles; one that moves is faint at the end of the run, and its way dotted."""
+    """Draw patches and obstacles; one that moves is faint at the end of the run, and its way dotted."""
+    draw_patches(ax, scenario.patches)
     world = scenario.setting.world
     if world is None:
         return

@@ -8,7 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from fuzzy.figures.drawing import COLORS
-from robotics.show.figures.drawing import draw_legend, draw_obstacles, draw_top_view, mark_contacts, rectangles
+from robotics.show.figures.drawing import (
+    draw_legend,
+    draw_obstacles,
+    draw_patches,
+    draw_top_view,
+    mark_contacts,
+    rectangles,
+)
 from robotics.simulation.run import Run
 from robotics.world.environment.world import outlines
 
@@ -16,7 +23,8 @@ _MOMENTS = 8  # number of samples at which robots, and obstacles that move, are 
 
 
 def draw_world(ax: Axes, run: Run, last: int) -> None:
-    """Draw the obstacles of ``run``, if it has any; those that move are drawn at _MOMENTS samples up to ``last``."""
+    """Draw the patches and obstacles of ``run``; those that move are drawn at _MOMENTS samples up to ``last``."""
+    draw_patches(ax, run.about.patches)
     if run.obstacles is None:
         return
     if len(run.obstacles.counts) == 1:

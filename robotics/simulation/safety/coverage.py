@@ -93,6 +93,9 @@ def _told(robot: Robot, sensors: Mapping[str, RangeSensor], setting: Setting) ->
     if robot.imperfections:
         has = listed([f"{name} {shown(value)}" for name, value in robot.imperfections.items()])
         parts.append(f"it is proven of wheels that roll, and follow every command, and this robot has {has}")
+    if setting.patches:
+        least = shown(min(patch.friction for patch in setting.patches))
+        parts.append(f"it is proven of one floor, and this one has patches, the most slippery of friction {least}")
     if any(sensor.dropout > 0 for sensor in sensors.values()):
         parts.append("an echo that is lost is taken for free ground")
     return "passive safety: " + "; ".join(parts) if parts else ""

@@ -31,6 +31,7 @@ from robotics.world.radio.description import Radio
 from robotics.world.radio.faults import Fault
 from robotics.world.sensing.posture import Sensing
 from robotics.world.sensing.sonar import RangeSensor
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.plant import STEP
 from robotics.world.vehicle.robot import Robot
 
@@ -174,6 +175,7 @@ class Scenario:
     radio: Radio = described("The radio of a team.", default_factory=Radio)
     faults: tuple[Fault, ...] = described("Faults of robots and of their radio.", ())
     obstacles: tuple[Obstacle, ...] = described("Obstacles, which the robots do not know but only sense.", ())
+    patches: tuple[Patch, ...] = described("Patches of the floor where its friction is another.", ())
     safety: Safety = described(
         "passive: below any controller a monitor keeps each robot from driving into what its sensors could see, or "
         "into a robot that it hears; left out: there is none.",
@@ -210,6 +212,10 @@ class Scenario:
             steps = getattr(self, name) / STEP
             if abs(steps - round(steps)) > 1e-9:
                 raise ScenarioError(f"{name} must be a multiple of {STEP:g} s, got {getattr(self, name)!r}").about(name)
+        if self.patches and self.plant == "kinematic":
+            raise ScenarioError(
+                'patches of the floor are for plant = "dynamic": the kinematic one slips nowhere'
+            ).about("patches")
         if self.ticks < 1:
             what = f"duration must be at least a period, {self.period:g} s; got {self.duration!r}"
             raise ScenarioError(what).about("duration")
@@ -292,6 +298,7 @@ class Scenario:
             knowledge=self.knowledge,
             safety=self.safety,
             others_speed=self.others_speed,
+            patches=self.patches,
         )
 
     def _way_off(self) -> float:

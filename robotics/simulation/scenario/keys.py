@@ -19,6 +19,7 @@ from robotics.world.paths.path import Shape, shapes
 from robotics.world.paths.trajectory import Timing
 from robotics.world.radio.description import RADIO_PRESETS, Radio
 from robotics.world.sensing.sonar import SENSOR_PRESETS, RangeSensor
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.robot import ALTERNATIVES, NEEDED, Robot
 
 _NAME = "the name of a robot or the path of its file in quotes"
@@ -38,7 +39,7 @@ def scenario_table() -> KeyTable:
     )
     by_name = {key.name: key for key in keys_of(Scenario, _SPECIALS, also=also)}
     first = ("title", "source", "kind", "controller", "metrics", "duration", "period", "latency", "plant", "divergence")
-    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "faults")
+    last = ("sensing", "sensors", "radio", "robot", "robots", "virtual", "obstacles", "patches", "faults")
     between = [name for name in by_name if name not in (*first, *last)]
     keys = tuple(by_name[name] for name in (*first, *between, *last))
     return KeyTable("scenario", "A scenario: its robots, their sensing and radio, and obstacles.", keys)
@@ -84,6 +85,12 @@ def _obstacles() -> KeyTable:
 
 
 @cache
+def _patches() -> KeyTable:
+    form = ("center", "corners"), ("radius", "corners")
+    return KeyTable("patches", first_line(Patch), keys_of(Patch), one_of=form)
+
+
+@cache
 def _timing() -> KeyTable:
     return KeyTable("timing", first_line(Timing), keys_of(Timing), one_of=(("speed", "duration", "x_rate", "rest"),))
 
@@ -119,5 +126,6 @@ _SPECIALS: Specials = {
     Timing: _special(_timing),
     Radio: _special(_radio),
     tuple[Obstacle, ...]: _special(_obstacles, "tables"),
+    tuple[Patch, ...]: _special(_patches, "tables"),
     Mapping[str, RangeSensor]: _special(_sensors, "tables"),
 }

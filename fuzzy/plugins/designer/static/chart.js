@@ -354,16 +354,38 @@ export function watch(model, names, f) {
   };
 }
 
-/** Call f now and whenever the width of `node` changes; returns what ends it. */
+/** Call f now, whenever the width of `node` changes, and when it is shown again; returns what ends it. */
 export function whenSized(node, f) {
   let width = -1;
   const observer = new ResizeObserver(() => {
-    if (node.clientWidth === width || node.clientWidth === 0) return;
+    if (node.clientWidth === width) return;
     width = node.clientWidth;
-    f();
+    if (width) f();
   });
   observer.observe(node);
   return () => observer.disconnect();
+}
+
+const measured = new WeakMap();
+/**
+ * The height that a picture may take below what stands above it on the canvas, however much is said below why [px];
+ * endless where it is on no canvas of its own. It is measured anew for another `key`: each measuring lays the page out.
+ */
+export function heightLeft(node, key) {
+  const [known, left] = measured.get(node) ?? [];
+  const now = `${key} ${innerHeight}`;
+  if (known === now) return left;
+  const view = node.closest(".shell-view"),
+    group = view?.closest(".shell-group");
+  if (!group || view.clientHeight === 0) return Infinity; // in a notebook, or hidden
+  let room = Infinity;
+  if (getComputedStyle(view).overflowY === "auto") {
+    const why = parseFloat(getComputedStyle(group.lastElementChild).maxHeight) / 100, // at most
+      above = node.getBoundingClientRect().top + view.scrollTop - group.getBoundingClientRect().top;
+    room = group.clientHeight * (1 - why) - above;
+  }
+  measured.set(node, [now, room]);
+  return room;
 }
 
 /** Call f whenever `node` is shown after it was hidden; returns what ends it. */

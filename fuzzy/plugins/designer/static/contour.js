@@ -26,14 +26,15 @@ export function contourPicture(cross) {
     if (busy) fine = setTimeout(() => paintBands(bands, drawn, levels, map, { ...style, ratio: 2 }), REST);
   }
 
-  function draw({ drawn, old, levels, map, title, width, colours, a, b, at }) {
+  function draw({ drawn, old, levels, map, title, width, tall, colours, a, b, at }) {
     // The scale of colours is as wide as its numbers.
     const bar = Math.max(60, 22 + Math.max(...levels.map((level) => widthOf(said(level, 3), 12))));
-    const box = { left: 52, right: width - bar - 16, top: 22, bottom: 22 + clamp((width - 128) * 0.78, 200, 400) };
-    const [wide, high] = [box.right - box.left, box.bottom - box.top];
+    const high = clamp(Math.min((width - 128) * 0.78, tall - 72), 140, 400);
+    const box = { left: 52, right: width - bar - 16, top: 22, bottom: 22 + high };
+    const wide = box.right - box.left;
     const x = scale(a.low, a.high, box.left, box.right);
     const y = scale(b.low, b.high, box.bottom, box.top);
-    const key = JSON.stringify([levels, map, width, colours.paper]);
+    const key = JSON.stringify([levels, map, width, high, colours.paper]);
     if (drawn !== shown || key !== looks) {
       [shown, looks] = [drawn, key];
       paintSoon(drawn, levels, map, {

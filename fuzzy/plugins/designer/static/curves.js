@@ -184,7 +184,8 @@ export function membershipChart(hands) {
         last = ys.lastIndexOf(top);
       const text = cut(term.name, 150, 13, 600);
       // A function that has no formula here has no curve; its name stands in the middle.
-      return { text, x: x(((xs[first] ?? low) + (xs[last] ?? high)) / 2), width: widthOf(text, 13, bold ? 600 : 500) };
+      const middle = x(((xs[first] ?? low) + (xs[last] ?? high)) / 2);
+      return { text, x: middle, top, width: widthOf(text, 13, bold ? 600 : 500) };
     });
     const rows = rowsOf(labels, box.left, box.right, 12),
       count = Math.max(1, ...rows.map(({ row }) => row + 1));
@@ -235,7 +236,17 @@ export function membershipChart(hands) {
       );
       const at = rows[i],
         base = box.top - 14 - at.row * ROW,
-        half = labels[i].width / 2;
+        half = labels[i].width / 2,
+        peak = labels[i].x;
+      // A name that stands higher is led to its peak, behind the names below it.
+      if (at.row && Number.isFinite(labels[i].top))
+        layers.names.prepend(
+          shape("path", {
+            class: "fd-leader",
+            d: line([clamp(peak, at.x - half, at.x + half), peak, peak], [base + 4, box.top - 8, y(labels[i].top)]),
+            style: `stroke: ${each.color}`,
+          }),
+        );
       layers.names.append(
         shape(
           "g",

@@ -26,6 +26,7 @@ export function render({ model, el }) {
   el.append(root);
 
   function choose(purpose) {
+    root.closest(".shell-group")?.scrollTo({ left: 0 }); // where the panes are swiped
     if (purpose !== model.get("purpose")) model.send({ purpose });
   }
   root.addEventListener("keydown", (event) => {

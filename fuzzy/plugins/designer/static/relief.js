@@ -129,22 +129,24 @@ export function paintRelief(canvas, field, view, scene) {
   pen.font = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif';
   pen.fillStyle = theme.quiet;
   pen.textBaseline = "middle";
-  const centre = project(0.5, 0.5, 0);
-  const write = (text, p, out, strong = false) => {
-    const d = Math.hypot(p[0] - centre[0], p[1] - centre[1]) || 1,
-      wide = widthOf(text, 12),
-      ux = (p[0] - centre[0]) / d,
-      uy = (p[1] - centre[1]) / d;
+  const centre = project(0.5, 0.5, 0),
+    middles = [project(0.5, 1 - backY, 0), project(1 - backX, 0.5, 0)];
+  // All numbers of an edge go the same way: where two edges meet they part.
+  const ways = middles.map(([x, y]) => {
+    const d = Math.hypot(x - centre[0], y - centre[1]) || 1;
+    return [(x - centre[0]) / d, (y - centre[1]) / d];
+  });
+  const write = (text, p, [ux, uy], out, strong = false) => {
+    const wide = widthOf(text, 12);
     pen.fillStyle = strong ? theme.ink : theme.quiet;
     pen.textAlign = "center";
     const x = p[0] + ux * (out + Math.abs(ux) * wide * 0.5),
       y = p[1] + Math.max(uy, 0.25) * out + (strong ? 3 : 0);
     pen.fillText(text, Math.min(width - wide / 2 - 2, Math.max(wide / 2 + 2, x)), Math.min(height - 8, y));
   };
-  for (const [value, t] of marks[0]) write(said(value, 3), project(t, 1 - backY, 0), 13);
-  for (const [value, t] of marks[1]) write(said(value, 3), project(1 - backX, t, 0), 13);
-  write(names[0], project(0.5, 1 - backY, 0), 36, true);
-  write(names[1], project(1 - backX, 0.5, 0), 36, true);
+  for (const [value, t] of marks[0]) write(said(value, 3), project(t, 1 - backY, 0), ways[0], 13);
+  for (const [value, t] of marks[1]) write(said(value, 3), project(1 - backX, t, 0), ways[1], 13);
+  middles.forEach((p, k) => write(names[k], p, ways[k], 36, true));
   const posts = [
     [1 - backX, backY],
     [backX, 1 - backY],

@@ -4,6 +4,7 @@ import {
   choices,
   clamp,
   element,
+  heightLeft,
   labelled,
   offer,
   put,
@@ -299,6 +300,8 @@ export function render({ model, el }) {
     for (const view of views) put(view, { "aria-pressed": String(view.dataset.view === state.view) });
     flat.hidden = !now.flat || state.view !== "contour";
     relief.hidden = !now.flat || state.view !== "3d";
+    const above = [room, mode, state.view, compareField.hidden, held.node.childElementCount],
+      tall = heightLeft(area, above.join());
     const scene = {
       drawn,
       old,
@@ -306,6 +309,7 @@ export function render({ model, el }) {
       map,
       title,
       width,
+      tall,
       colours: theme(),
       a: inputs[a],
       b: inputs[b],
@@ -316,7 +320,7 @@ export function render({ model, el }) {
       const names = [labelled(scene.a), labelled(scene.b), labelled(title)];
       paintRelief(relief, drawn, state, {
         width,
-        height: clamp(width * 0.72, 260, 460),
+        height: clamp(Math.min(width * 0.72, tall), 200, 460),
         levels,
         map,
         names,

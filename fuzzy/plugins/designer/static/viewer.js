@@ -118,7 +118,7 @@ export function render({ model, el }) {
       room = scroll.clientHeight - HEAD - FOOT,
       seen = (r) => r * ROW >= scroll.scrollTop - 1 && (r + 1) * ROW <= scroll.scrollTop + room + 1;
     if (strongest < 0 || firing.some((value, r) => value > 0 && seen(r)) || !(firing[strongest] > 0)) return;
-    scroll.scrollTop = Math.max(0, strongest * ROW - (room - ROW) / 2);
+    scroll.scrollTop = Math.max(0, strongest * ROW - Math.max(0, room - ROW) / 2);
   }
 
   function move(i, value, pressed) {
@@ -303,7 +303,7 @@ export function render({ model, el }) {
       shape(
         "text",
         { x: column.from, y: 15, class: "fd-name fd-strong" },
-        cut(first, column.to - column.from + 8, 12, 600),
+        cut(first, column.to - column.from, 12, 600),
         shape("title", {}, first),
       );
     head.values = columns.map((column) =>

@@ -8,6 +8,7 @@ import {
   color,
   element,
   framed,
+  heightLeft,
   heldLine,
   keepDrawn,
   keyed,
@@ -129,7 +130,11 @@ export async function render({ model, el }) {
   const scales = Object.keys(FACTORS).map((name) => number([name, name]));
   const begin = form.act("Start from the PID's gains", "pid"),
     code = form.act("C of the whole controller", "code");
-  const factors = put(row(...scales, begin), { role: "group", "aria-label": "Scale factors" });
+  const factors = put(row(...scales, begin), {
+    class: "pn-row st-factors",
+    role: "group",
+    "aria-label": "Scale factors",
+  });
   const rival = folded(
     "Beside it",
     row(form.check("the file's design", "before").node, form.check("a PID", "rival").node, ...GAINS.map(number)),
@@ -253,7 +258,10 @@ export async function render({ model, el }) {
 
   /** A chart of the rows' lists over time; gives the scales. */
   function drawOver(svg, response, name, label, more, marks) {
-    const box = boxed(svg, HEIGHTS[name], MARGINS);
+    // The first picture is in sight with all that stands above it.
+    const above = [factors.clientHeight, keys.clientHeight, figures.node.clientHeight].join(),
+      tall = svg === outputs ? heightLeft(svg, above) : Infinity;
+    const box = boxed(svg, Math.max(170, Math.min(HEIGHTS[name], tall)), MARGINS);
     const values = [...finite(response.rows.map((r) => r[name])), ...more];
     const low = Math.min(...values),
       high = Math.max(...values),
@@ -292,7 +300,7 @@ export async function render({ model, el }) {
     results.hidden = response === null;
     drawFigures(response);
     drawShown(response);
-    if (response === null) return say(state, "");
+    if (response === null) return say(state, get("problem") ? "" : "The loop is being simulated …");
     const own = response.rows[0],
       reference = response.reference,
       [start] = own.output;
@@ -301,6 +309,14 @@ export async function render({ model, el }) {
     slider.value = String(sample ?? 0);
     say(at, `Time ${said(now(response))} s: the viewer shows what the rules knew then`);
     put(slider, { "aria-valuetext": `${said(now(response))} s` });
+    const shown = response.rows.map((r) => r.name).join();
+    if (keys.dataset.shown !== shown) {
+      keys.dataset.shown = shown;
+      keys.replaceChildren(
+        ...response.rows.map((r, k) => keyed(classOf(r), kind(r), KINDS[r.name] ? null : color(k))),
+        keyed("st-reference", "reference, ±2 %"),
+      );
+    }
     drawOver(outputs, response, "output", "output y", [reference], (x, y, box) => {
       const marks = [
         shape("rect", {
@@ -341,14 +357,6 @@ export async function render({ model, el }) {
       );
     if (response.words) words.push(response.words);
     say(state, words.join(" "));
-    const shown = response.rows.map((r) => r.name).join();
-    if (keys.dataset.shown !== shown) {
-      keys.dataset.shown = shown;
-      keys.replaceChildren(
-        ...response.rows.map((r, k) => keyed(classOf(r), kind(r), KINDS[r.name] ? null : color(k))),
-        keyed("st-reference", "reference, ±2 %"),
-      );
-    }
   }
 
   /** What may be shown of a plant with operating points, and how their variable moves. */

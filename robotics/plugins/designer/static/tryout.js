@@ -5,9 +5,11 @@
 import {
   axes,
   choices,
+  clamp,
   color,
   element,
   framed,
+  heightLeft,
   keyed,
   line,
   numbersOf,
@@ -534,10 +536,10 @@ export async function render({ model, el }) {
     return Math.max(240, state.widths.get(svg) ?? root.clientWidth);
   }
 
-  /** What is left for the top view where it, the time and the strip of rules are in sight together [px]. */
+  /** What is left for the top view's plane where it, the time and the strip of rules are in sight together [px]. */
   function room() {
-    if (!state.widths.has(el)) state.widths.set(el, el.closest(".shell-view")?.clientHeight || 700);
-    return Math.min(380, Math.max(180, state.widths.get(el) - 330));
+    const parts = [figures.node, strip.node, editor.node, form.note, kept].map(({ hidden }) => hidden);
+    return clamp(heightLeft(above, [shown().length, measured(above), ...parts]) - 182, 180, 380);
   }
 
   /** The picture of the plane: paths to follow and starts, and between them what `fill` draws. */

@@ -575,6 +575,50 @@ def test_the_surface_turns_and_gaps_are_hatched(bench: Bench) -> None:
     assert bench.design.point[0] == 2.0
 
 
+WRITTEN = """() => {
+  const paint = CanvasRenderingContext2D.prototype, write = paint.fillText, clear = paint.clearRect;
+  paint.clearRect = function (...area) { window.written = []; return clear.apply(this, area); };
+  paint.fillText = function (text, x, y) {
+    const wide = this.measureText(text).width;
+    window.written.push([text, x - { left: 0, center: 0.5, right: 1 }[this.textAlign] * wide, wide, y]);
+    return write.call(this, text, x, y);
+  };
+}"""
+
+
+def test_no_number_of_a_relief_stands_on_another(bench: Bench) -> None:
+    """Seen from any side, also where two axes meet in a corner."""
+    fis = system()
+    d, a = fis.inputs
+    bench.show("surface", replace(fis, inputs=(d, replace(a, universe=(-2.0, 2.0)))))  # numbers at both ends of both
+    bench.page.evaluate(WRITTEN)
+    bench.page.get_by_role("button", name="3-D").click()
+    relief = bench.page.get_by_role("img", name="Surface of v")
+    for _ in range(18):  # all round
+        relief.press("Shift+ArrowLeft")
+        written = bench.page.evaluate("window.written")
+        assert len(written) > 8
+        for k, (text, left, wide, y) in enumerate(written):
+            for other, left2, wide2, y2 in written[:k]:
+                apart = max(left - left2 - wide2, left2 - left - wide), abs(y - y2) - 8  # 8 px: a digit's height
+                assert max(apart) >= 0, (text, other)
+
+
+def test_names_that_stand_higher_are_led_to_their_peaks(bench: Bench) -> None:
+    terms = {
+        "very near": fuzzy.Triangle(0, 0, 0.1),
+        "near": fuzzy.Triangle(0, 0.1, 0.3),
+        "far": fuzzy.Triangle(0, 2, 2),
+    }
+    rules = ["if d is far then v is fast"]
+    inputs, outputs = [fuzzy.Variable("d", (0.0, 2.0), terms)], [fuzzy.Variable("v", (0.0, 1.0), {"fast": 1.0})]
+    bench.show("terms", fuzzy.Sugeno(inputs, outputs, rules))
+    (leader,) = bench.page.locator("path.fd-leader").all()
+    end = leader.get_attribute("d").rpartition("L")[2]
+    assert end in bench.curve("near")
+    assert end not in bench.curve("very near")
+
+
 def test_difference_to_another_design(bench: Bench) -> None:
     fis = system()
     design = design_of(fis)

@@ -957,27 +957,36 @@ def test_why_says_what_counts_and_can_be_folded_and_enlarged(tab):
 
 @pytest.mark.parametrize(("width", "height"), [(1600, 1000), (1100, 800)])
 def test_the_first_picture_is_in_sight(tab, server, folder, width, height):
-    """Of each purpose, without scrolling: the picture, and why below it."""
+    """Of each purpose, without scrolling: the whole picture, and why below it, also with many inputs above it."""
     from importlib.resources import files
 
     from fuzzy.plugins.designer.starts.control import rule_table
 
     text = (files("robotics") / "data" / "rulebases" / "tracking.fis").read_text(encoding="utf-8")
     (folder / "tracking.fis").write_text(text, encoding="utf-8")
-    write_fis(rule_table("pi", 5), folder / "pi.fis")
+    write_fis(rule_table("pid", 3), folder / "pid.fis")
     page = tab.page
     page.set_viewport_size({"width": width, "height": height})
-    for file, picture in (
-        ("tipper.fis", ".fd-surface svg"),
-        ("pi.fis", ".fd-step svg:has(path.st-design)"),
-        ("tracking.fis", ".fd-tryout svg:has(path[data-run=tried])"),
+    for file, purpose, view, picture in (
+        ("tipper.fis", "Function", "contour", ".fd-surface .fd-bands svg"),
+        ("pid.fis", "Loop", "", ".fd-step svg.pn-plot:has(path.st-design)"),
+        ("tracking.fis", "Robot", "", ".fd-tryout svg.pn-plot:has(path[data-run=tried])"),
+        ("tracking.fis", "Function", "contour", ".fd-surface .fd-bands svg"),
+        ("tracking.fis", "Function", "3d", ".fd-surface canvas.fd-relief"),
     ):
-        tab.open(f"{server.url}?file={file}")
+        if file not in page.url:
+            tab.open(f"{server.url}?file={file}")
+        page.get_by_role("radio", name=purpose).click()
+        if view:
+            page.locator(f".fd-surface .fd-tab[data-view='{view}']").click()
         first = page.locator(picture).first
         first.wait_for()
         rest(page)
         box, why = first.bounding_box(), page.get_by_role("region", name="Why").bounding_box()
-        assert box["y"] + box["height"] <= why["y"] + 45, file  # but for the axis' name
+        assert box["height"] > 150, file
+        if file == "tracking.fis":  # its strongest rule is the first, and not hidden by the head
+            assert page.locator(".shell-why .fd-scroll").evaluate("(rules) => rules.scrollTop") == 0
+        assert box["y"] + box["height"] <= why["y"] + 1, (file, purpose, view)
         assert why["y"] + why["height"] <= height, file
         assert page.evaluate("document.documentElement.scrollWidth") <= width
     tab.open(server.url)

@@ -1,6 +1,7 @@
 """The designer's server without a browser: who may ask, what may be read, work beside the page, notebooks' modules."""
 
 import asyncio
+import importlib
 import os
 import re
 import socket
@@ -620,6 +621,25 @@ def test_a_slow_file_keeps_no_other_waiting(tmp_path):
 
     run_apart(read())
     run_apart(give_up())
+
+
+def test_what_a_process_loads_first_is_not_the_files_time(tmp_path, monkeypatch):
+    (tmp_path / "slow_to_load.py").write_text(
+        "import multiprocessing, time\n"
+        "if multiprocessing.parent_process() is not None:\n"
+        "    time.sleep(1.5)\n"
+        "def done():\n"
+        "    return 'done'\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    function = importlib.import_module("slow_to_load").done
+
+    async def read():
+        workers = TimedWorkers(1.0)
+        assert await workers.run("late", function) == "done"
+        workers.close()
+
+    run_apart(read())
 
 
 def test_figures():

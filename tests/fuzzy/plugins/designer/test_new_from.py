@@ -213,6 +213,11 @@ def test_anfis_learns_with_progress_and_is_stopped(tab):
     menu(page, "New from …")
     card(page, "anfis").click()
     page.wait_for_selector(".start-columns .row")
+    for width, height in ((390, 844), (1100, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        create, form = (page.locator(f".new-from {part}").bounding_box() for part in ("button.first", "form"))
+        assert create["y"] + create["height"] <= form["y"] + form["height"] <= height  # though there is more than fits
+        assert page.locator(".new-from").evaluate("(box) => box.scrollHeight <= box.clientHeight")
     page.get_by_label("Epochs", exact=True).fill("2000")
     page.get_by_role("button", name="Create").click()
     page.wait_for_selector(".start-progress span:text('epoch')")

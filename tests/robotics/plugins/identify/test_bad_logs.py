@@ -64,6 +64,10 @@ def back(columns: Columns) -> np.ndarray:
 
 BAD = {
     "no motion": (changed(v=lambda c: 0 * c["v"], w=lambda c: 0 * c["w"]), "never moved"),
+    "straight on alone": (
+        changed(w_command=lambda c: 0 * c["w"], w=lambda c: 0 * c["w"], heading=lambda c: 0 * c["w"]),
+        "the measured turn rate is the same all the time: a drive must go straight on and turn",
+    ),
     "no commands": (changed(v_command=lambda c: 0 * c["v"], w_command=lambda c: 0 * c["w"]), "nothing but to stand"),
     "swapped commands": (
         changed(v_command=lambda c: c["w_command"], w_command=lambda c: c["v_command"]),

@@ -13,6 +13,7 @@ from robotics.studies.tuning.cost import Cost, costs_of
 from robotics.world.environment.world import Disc
 from robotics.world.sensing.carried import sensor_names
 from robotics.world.sensing.posture import Sensing
+from robotics.world.vehicle.floor import Patch
 from robotics.world.vehicle.plant import TruthColumns as Truth
 
 pytest.importorskip("gymnasium", reason="needs gymnasium")
@@ -83,6 +84,15 @@ def test_a_kinematic_plant_is_driven_too():
     scenario = replace(SHORT, plant="kinematic")
     run = robotics.simulate(scenario, "lyapunov")
     driven(TrackingEnv(scenario, units=True), run)
+
+
+def test_a_floor_with_patches_is_that_of_a_run_and_of_the_next_episode():
+    scenario = replace(SHORT, patches=(Patch(friction=0.05, center=(0.3, 1.0), radius=0.4),), duration=8.0)
+    run, env = robotics.simulate(scenario, "lyapunov"), TrackingEnv(scenario, units=True)
+    plain = robotics.simulate(replace(scenario, patches=()), "lyapunov")
+    assert np.abs(run["x"] - plain["x"]).max() > 1e-3
+    for _ in range(2):
+        driven(env, run)
 
 
 @pytest.mark.parametrize("number", [0, 1])
