@@ -63,10 +63,8 @@ def infer(fis: Sugeno, x: Any) -> Inference:
     x = as_float(x)
     check_points(fis, x)
     x = within_universe(fis, x)
-    logs = logarithmic(fis)
-    degrees = degrees_of(fis, x, premise_parameters(fis, x), logs)
-    firing, weights = _log_firing(fis, degrees) if logs else _linear_firing(fis, degrees)
-    if logs:
+    degrees, firing, weights = _fired(fis, x)
+    if logarithmic(fis):
         with np.errstate(under="ignore"):
             degrees = array_namespace(x).exp(degrees)
     memberships = tuple(degrees[..., a:b] for a, b in columns_of(fis))
@@ -74,6 +72,23 @@ def infer(fis: Sugeno, x: Any) -> Inference:
         outputs = rule_outputs(fis, x)
         output, fired = _defuzzified(fis, x, degrees, firing, weights, outputs)
     return Inference(memberships, firing, weights, outputs, output, fired)
+
+
+def _fired(fis: Sugeno, x: Array) -> tuple[Array, Array, Array]:
+    """Layers 1 to 3 at points: degrees, or their logarithms where the system is evaluated so, strengths and weights."""
+    logs = logarithmic(fis)
+    degrees = degrees_of(fis, x, premise_parameters(fis, x), logs)
+    return degrees, *(_log_firing(fis, degrees) if logs else _linear_firing(fis, degrees))
+
+
+def firing_at(fis: Sugeno, x: Any) -> Array:
+    """The firing strengths (..., rules) of :func:`infer` at points (..., inputs), and nothing beyond layer 3.
+
+    Nothing is said of inputs outside their universes.
+    """
+    x = as_float(x)
+    check_points(fis, x)
+    return _fired(fis, within_universe(fis, x) if fis.out_of_range == "clip" else x)[1]
 
 
 def forgiving(fis: Sugeno, no_rule_fires: NoRuleFires | None = None) -> Sugeno:

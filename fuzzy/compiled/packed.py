@@ -63,6 +63,7 @@ class PackedColumns(Columns):
     complete = column("", "(outputs,): 1: all rules have one")
     constant = column("", "(outputs, rules): its constant, 0 without")
     linear = column("", "(outputs,): 1: the output has a first-order consequent")
+    sloped = column("", "(outputs, rules): 1: its slopes count; without clipping those of 0, too, where one counts")
     slopes = column("", "(outputs, rules, inputs)")
     default = column("", "(outputs,): the value where no rule fires")
     samples = column("", "of each term without a number READ_STEPS + 1 degrees, from place a on, between b and c")
@@ -106,7 +107,9 @@ def packed(fis: Sugeno | Any, sample: bool = False) -> np.ndarray:
     lists["takes_part"] = s.consequent >= 0
     lists["complete"] = (s.consequent >= 0).all(axis=-1)
     lists["constant"], lists["slopes"] = proposed_numbers(fis)
-    lists["linear"] = [any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs]
+    lists["linear"] = np.array([any(isinstance(t, Linear) for t in v.terms.values()) for v in fis.outputs])
+    slopes = lists["slopes"].any(axis=-1) if fis.out_of_range == "clip" else True
+    lists["sloped"] = slopes & lists["linear"][:, None] & lists["takes_part"]
     lists["default"] = [v.midrange if fis.no_rule_fires == "midrange" else np.nan for v in fis.outputs]
     rows = {name: np.asarray(lists[name], dtype=np.float64).ravel() for name in PackedColumns.columns if name in lists}
     begins = np.cumsum([PackedColumns.size, *(len(row) for row in rows.values())])
@@ -228,17 +231,24 @@ def _at_trapezoid(x: float, a: float, b: float, c: float, d: float) -> float:
 
 
 @compiled_only(forceinline=True)
-def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: np.ndarray, at: int) -> None:
-    """Degrees of one segment, whose input is ``work[i]``; from Gaussian on as logarithms, not-a-number if unknown."""
+def _degrees(
+    kind: int, system: np.ndarray, lists: Any, begin: int, end: int, i: int, work: np.ndarray, at: int
+) -> bool:
+    """Degrees of one segment, whose input is ``work[i]``; from Gaussian on as logarithms.
+
+    ``lists`` are where those of the parameters begin. Returns whether one is not-a-number, of straight lines only.
+    """
     header = PackedColumns(system)
-    a, b, c, d, x = whole(header.a), whole(header.b), whole(header.c), whole(header.d), work[i]
+    (a, b, c, d), x, unknown = lists, work[i], False
     if kind == KIND.Gaussian:
         for t in range(begin, end):
             work[at + t] = clipped(log_gaussian(x, system[a + t], system[b + t]))
     elif kind in (KIND.Triangle, KIND.Trapezoid):
         c, d = (b, c) if kind == KIND.Triangle else (c, d)
         for t in range(begin, end):
-            work[at + t] = _at_trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
+            degree = _at_trapezoid(x, system[a + t], system[b + t], system[c + t], system[d + t])
+            unknown |= degree != degree
+            work[at + t] = degree
     elif kind == KIND.Sampled:
         for t in range(begin, end):
             values = whole(header.samples + system[a + t])
@@ -246,6 +256,7 @@ def _degrees(kind: int, system: np.ndarray, begin: int, end: int, i: int, work: 
     else:
         for t in range(begin, end):
             _degree(kind, system[a + t], system[b + t], system[c + t], system[d + t], work[i:], work[at + t :])
+    return unknown
 
 
 @compiled_only(forceinline=True)
@@ -254,13 +265,14 @@ def _memberships(system: np.ndarray, work: np.ndarray, at: int, logs: bool) -> b
     header = PackedColumns(system)
     begin, unknown = np.uint64(0), False
     inputs, kinds, ends = whole(header.segment_input), whole(header.segment_kind), whole(header.segment_end)
+    lists = whole(header.a), whole(header.b), whole(header.c), whole(header.d)
     for s in range(whole(header.segments)):
         kind, end = np.int64(system[kinds + s]), whole(system[ends + s])
-        _degrees(kind, system, begin, end, whole(system[inputs + s]), work, at)
+        unknown |= _degrees(kind, system, lists, begin, end, whole(system[inputs + s]), work, at)
         if kind >= KIND.Gaussian and not logs:
             for t in range(begin, end):
                 work[at + t] = exp_nonpositive(work[at + t])
-        if kind != KIND.Gaussian:  # which is known wherever its input is
+        if kind not in (KIND.Gaussian, KIND.Triangle, KIND.Trapezoid):
             for t in range(begin, end):
                 degree = work[at + t]
                 unknown |= degree != degree
@@ -298,15 +310,17 @@ def _firing(
     ends, is_or, weight = whole(header.rule_end), whole(header.is_or), whole(header.weight)
     term, power, negated = whole(header.clause_term), whole(header.clause_power), whole(header.clause_negated)
     and_min, or_max, plain = header.and_min != 0.0, header.or_max != 0.0, header.plain != 0.0
-    needs, begin, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
+    needs, may_fire, count, total = whole(header.needs), np.uint64(0), np.uint64(0), 0.0
     nowhere = np.uint64(0)  # a bit for each term whose degree is 0: what needs one of them does not fire
     for t in range(min(whole(header.terms), MARKED_TERMS)):
         nowhere |= np.uint64(work[degrees + t] == 0.0) << t
-    for r in range(rules):
-        end, w = whole(system[ends + r]), 0.0
-        if whole(system[needs + r]) & nowhere:
-            pass
-        elif plain or system[is_or + r] == 0.0:
+    for r in range(rules):  # without a jump, of which the processor would guess many wrong
+        work[firing + rules + may_fire] = np.float64(r)
+        may_fire += np.uint64(every or not whole(system[needs + r]) & nowhere)
+    for n in range(may_fire):
+        r, w = whole(work[firing + rules + n]), 0.0
+        begin, end = whole(system[ends + r - np.uint64(1)]) if r > 0 else np.uint64(0), whole(system[ends + r])
+        if plain or system[is_or + r] == 0.0:
             w = 1.0
             for k in range(begin, end):
                 degree = work[degrees + whole(system[term + k])]
@@ -326,7 +340,6 @@ def _firing(
             work[firing + count], work[firing + rules + count] = w, np.float64(r)
             total += w
             count += np.uint64(1)
-        begin = end
     return count, total
 
 
@@ -374,8 +387,7 @@ def _defuzzified(
     header = PackedColumns(system)
     row, inputs = o * rules, whole(header.inputs)
     takes_part, constant = whole(header.takes_part) + row, whole(header.constant) + row
-    slopes = whole(header.slopes) + row * inputs
-    linear = system[whole(header.linear) + o] != 0.0
+    slopes, sloped = whole(header.slopes) + row * inputs, whole(header.sloped) + row
     weighted_sum, logs, clips = header.weighted_sum != 0.0, header.logs != 0.0, header.clip != 0.0
     total, output = 0.0, 0.0
     for n in range(count):
@@ -386,7 +398,7 @@ def _defuzzified(
         share = work[firing + n] if weighted_sum else weight
         total += weight
         proposal = system[constant + r]
-        if linear and (share != 0.0 or not clips):  # an input beyond its universe may be infinite
+        if system[sloped + r] != 0.0 and (share != 0.0 or not clips):  # an input beyond its universe may be infinite
             for i in range(inputs):
                 proposal += system[slopes + r * inputs + i] * work[i]
         output += share * proposal

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.detached import detached
-from fuzzy.inference import forgiving, infer_quietly
+from fuzzy.inference import firing_at, infer_quietly
 from fuzzy.rule import Rule
 from fuzzy.shown import shown
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
@@ -209,7 +209,7 @@ def firing_strengths(fis: Sugeno, x: Any) -> np.ndarray:
     """
     fis = detached(fis)
     x = np.asarray(x, dtype=float)
-    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, infer_quietly(forgiving(fis), x).firing)
+    return np.where(np.isnan(x).any(axis=-1, keepdims=True), np.nan, firing_at(fis, x))
 
 
 def _known(values: tuple[float, ...]) -> list[float]:

@@ -14,6 +14,7 @@ from fuzzy.system import Sugeno
 from robotics.simulation.run import Run
 from robotics.simulation.spans import span
 
+_POINTS = 20_000  # at which firing strengths are found at a time, about
 NONE, UNKNOWN = 0, -1  # in place of a rule's number: no rule fired; an input was not a number
 
 
@@ -30,9 +31,11 @@ class Decisions(NamedTuple):
 
     def firing(self) -> np.ndarray:
         """The firing strengths (samples, robots, rules); not-a-number where an input is."""
-        # A robot at a time: the inference of all samples of a large team at once would be large.
-        robots = range(self.inputs.shape[1])
-        return np.stack([firing_strengths(self.system, self.inputs[:, robot]) for robot in robots], axis=1)
+        # Few robots at a time: the inference of all samples of a large team at once would be large.
+        samples, robots = self.inputs.shape[:2]
+        each = max(1, _POINTS // max(samples, 1))
+        parts = [firing_strengths(self.system, self.inputs[:, n : n + each]) for n in range(0, robots, each)]
+        return np.concatenate(parts, axis=1)
 
 
 class RuleSpan(NamedTuple):

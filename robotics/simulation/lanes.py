@@ -64,13 +64,15 @@ class Lanes(NamedTuple):
     held_for: Floats1  # (lanes,) s without a new command
     stopped: Ints1  # (lanes,): the period in which the robot was stopped, or -1
     lost: Bools1  # (lanes,): it is stopped in this period
-    goes_on: Bools1  # (runs,): its law is asked
+    goes_on: Bools1  # (runs,): it goes on: its robots sense, look, decide and move
     guard: MonitorLanes  # the monitor of passive safety
 
 
 LANES_TYPE, LOOKS_TYPE = compiled_type(Lanes), compiled_type(Looks)
 # Of robotics.world.sensing.carried.look
-LOOK_TYPE = types.void(LOOKS_TYPE, types.int64, types.float64[:, ::1], types.int64, types.float64[:, ::1])
+LOOK_TYPE = types.void(
+    LOOKS_TYPE, types.int64, types.float64[:, ::1], types.int64, types.float64[:, ::1], types.boolean[::1]
+)
 GUARD_TYPE = compiled_type(MonitorLanes)
 # Of robotics.simulation.safety.monitor.keep_safe
 KEEP_TYPE = types.void(

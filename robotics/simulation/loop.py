@@ -8,7 +8,7 @@ which runs are beside it, nor on how many threads share them out.
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import count
 from multiprocessing import parent_process
 from threading import Lock
@@ -61,8 +61,11 @@ def _periods(law, look, keep, watch, looks, notes, k, end, last, halfway, lanes)
     truth, seen, command, order, stops = body.truth, known.seen, lanes.command, lanes.order, lanes.stopped
     while k < end:
         if not halfway:
-            sense(k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references)
-            look(looks, k, truth, lanes.robots, known.ranges)
+            sense(
+                k, period, body.parameters, truth, lanes.senses, seen, lanes.road, lanes.path, lanes.references,
+                lanes.goes_on,
+            )  # fmt: skip
+            look(looks, k, truth, lanes.robots, known.ranges, lanes.goes_on)
             hear(k, period, trouble, air)
             decide(law, k, lanes.robots, lanes.goes_on, known, lanes.memory, command, lanes.work)
             obey(
@@ -82,7 +85,7 @@ def _periods(law, look, keep, watch, looks, notes, k, end, last, halfway, lanes)
         halfway = False
         if k < last:
             say(k, period, trouble.cut, air, command, truth)
-            move(k, body, order, stops, lanes.lost)
+            move(k, body, order, stops, lanes.lost, lanes.goes_on)
         k += 1
     return k
 
@@ -202,7 +205,8 @@ class Simulation:
         self.name, self.recorder = name, recorder
         self.observers = [*observers] if recorder is None else [recorder.observer(0, len(seeds)), *observers]
         self.lanes, self.supply = PreparedRuns.of([Driver(setting, law)], seeds, faults).lanes(0, len(seeds))
-        self.mover = move if physics is None else physics.opened(setting, self.lanes.body)
+        own = partial(move, goes_on=self.lanes.goes_on)
+        self.mover = own if physics is None else physics.opened(setting, self.lanes.body)
         self.end = setting.ticks
         self.ranges: Ranges | None = None
         self.memory = self.lanes.memory if has_equation(law) else checked_init(law, setting, len(seeds))
@@ -229,13 +233,14 @@ class Simulation:
         self.lanes = self.supply.to(self.lanes, k)
         one = self.lanes
         truth, seen, road = one.body.truth, one.known.seen, one.road
-        sense(k, one.period, one.body.parameters, truth, one.senses, seen, road, one.path, one.references)
+        sense(k, one.period, one.body.parameters, truth, one.senses, seen, road, one.path, one.references, one.goes_on)
 
     def look(self, k: int) -> None:
         """Read the range sensors."""
         if self.supply.sensors is not None:
             lanes = self.lanes
-            looking(read_ranges)(self.supply.looks, k, lanes.body.truth, self.robots, lanes.known.ranges)
+            looks, ranges = self.supply.looks, lanes.known.ranges
+            looking(read_ranges)(looks, k, lanes.body.truth, self.robots, ranges, lanes.goes_on)
             readings = lanes.readings.reshape(self.runs, self.robots, -1).copy()
             self.ranges = Ranges(self.supply.sensors.names, readings)
 

@@ -42,7 +42,7 @@ class Moment(NamedTuple):
     heard: Floats3  # (HeardColumns and values, lanes, robots)
     readings: Floats2  # (lanes, sensors) m
     stopped: Ints1  # (lanes,): the period in which the robot was stopped, or -1
-    goes_on: Bools1  # (runs,): the law of a run that does not is not asked any more; an observer may end a run
+    goes_on: Bools1  # (runs,): in a run that does not nobody looks, decides or moves any more; an observer may end it
 
 
 def moment_of(lanes: Lanes, k: int) -> Moment:

@@ -12,7 +12,7 @@ from robotics.laws.equation import AimColumns, CommandColumns, Known, RobotColum
 from robotics.world.paths.road import moving
 from robotics.world.radio.channel import broadcast, receive
 from robotics.world.radio.faults import notice
-from robotics.world.sensing.posture import measure, read_encoders
+from robotics.world.sensing.posture import encoders_of, measure_of
 from robotics.world.vehicle.floor import tread
 from robotics.world.vehicle.plant import SUBSTEPS, TruthColumns, tick_lanes
 
@@ -20,8 +20,8 @@ VELOCITY = RobotColumns.v.row
 
 
 @without_refcounts
-def sense(k, period, parameters, truth, senses, seen, road, path, references):  # type: ignore[no-untyped-def]
-    """Measure encoders and postures, and look up where the references are in period ``k``.
+def sense(k, period, parameters, truth, senses, seen, road, path, references, goes_on):  # type: ignore[no-untyped-def]
+    """Measure encoders and postures, and look up where the references are in period ``k``, of the runs that go on.
 
     Args:
         k: The control period.
@@ -31,11 +31,15 @@ def sense(k, period, parameters, truth, senses, seen, road, path, references):  
         seen: What is written (SeenColumns, lanes).
         road, path: The references' road, and each lane's path on it.
         references: Those that all runs share, looked up at once; or no samples.
+        goes_on: (runs,).
     """
-    velocity = seen[VELOCITY : VELOCITY + 2]
-    read_encoders(parameters, truth, senses.counts, period, velocity)
-    measure(senses, parameters, truth, seen[:VELOCITY], velocity, k, period)
+    posture, velocity = seen[:VELOCITY], seen[VELOCITY : VELOCITY + 2]
+    robots, drawn = seen.shape[1] // len(goes_on), k - senses.drawn
     for i in range(seen.shape[1]):
+        if not goes_on[i // robots]:
+            continue
+        encoders_of(i, parameters, truth, senses.counts, period, velocity)
+        measure_of(i, i // robots, i % robots, senses, parameters, truth, posture, velocity, k, drawn, period)
         lane = SeenColumns(seen, i)
         if references.shape[1] > 0:
             lane.aim = AimColumns(references, k, i % references.shape[2])
@@ -57,12 +61,21 @@ def decide(law, k, robots, goes_on, old, memory, command, work):  # type: ignore
 
     What is known is ``old``, but for the time.
     """
-    first = 0
-    for run in range(len(goes_on) + 1):
-        if run == len(goes_on) or not goes_on[run]:
-            if run > first:
-                _decide(law, k, first * robots, run * robots, old, memory, command, work)
-            first = run + 1
+    first, last = _going(goes_on, 0)
+    while first < last:
+        _decide(law, k, first * robots, last * robots, old, memory, command, work)
+        first, last = _going(goes_on, last)
+
+
+@compiled_only
+def _going(goes_on, run):  # type: ignore[no-untyped-def]
+    """The next runs from ``run`` on that go on, one after the other: the first, and the one behind the last."""
+    while run < len(goes_on) and not goes_on[run]:
+        run += 1
+    last = run
+    while last < len(goes_on) and goes_on[last]:
+        last += 1
+    return run, last
 
 
 @compiled_only
@@ -112,14 +125,18 @@ def say(k, period, cut, air, command, truth):  # type: ignore[no-untyped-def]
 
 
 @without_refcounts
-def move(k, body, order, stopped, lost):  # type: ignore[no-untyped-def]
-    """Stop the robots that are lost, and move the plant by period ``k``."""
+def move(k, body, order, stopped, lost, goes_on):  # type: ignore[no-untyped-def]
+    """Stop the robots that are lost, and move the plant of the runs that go on by period ``k``."""
     for i in range(order.shape[1]):
         if lost[i]:
             stopped[i] = k
         if stopped[i] >= 0:
             order[0, i], order[1, i] = 0.0, 0.0
-    move_lanes(0, order.shape[1], k, body, order, body.scratch)
+    robots = order.shape[1] // len(goes_on)
+    first, last = _going(goes_on, 0)
+    while first < last:
+        move_lanes(first * robots, last * robots, k, body, order, body.scratch)
+        first, last = _going(goes_on, last)
 
 
 @compiled_only

@@ -23,6 +23,7 @@ from robotics.laws.avoidance.sidestep import roundabout, sidestepped
 from robotics.laws.law import ControllerError
 from robotics.laws.setting import Setting
 from robotics.world.paths.joined import PathTable, join_tables
+from robotics.world.paths.path import PathColumns
 from robotics.world.paths.references import References
 from robotics.world.paths.road import TIMED, road_of
 
@@ -133,7 +134,7 @@ def _planned(
     if (plan.found & (plan.factor <= _LONG)).all():
         return plan, paths, longer
     tables = [
-        [paths.table[:, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
+        [paths.table[: PathColumns.size, f : f + c + 1] for f, c in zip(first, cells, strict=True)]
         for first, cells in zip(paths.first.reshape(-1, robots), paths.cells.reshape(-1, robots), strict=True)
     ]
     original = list(tables)

@@ -190,7 +190,7 @@ def _track(robot, gain, memory, command, work, known, i, rules, table, pace, in_
     road, path, aim, own = known.road, known.path[i], work.tracking.aim, work.tracking
     ahead = min(memory.clock + gain.look_ahead * pace, TeamColumns(table).end)
     aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path, ahead)
-    behind, phase = hold(road, path, robot, work.now.place, aim, gain.reach)
+    behind, phase = hold(road, path, robot, work.now.place, work.now.off, aim, gain.reach)
     v, w, _ = toward(robot, aim, behind, 0.0, False, gain.tracker, rules, own)
     if phase == JOINING:
         # Back to its path a robot steers straight to it, and turns first: at speed it would circle about a target

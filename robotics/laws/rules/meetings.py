@@ -21,6 +21,7 @@ LOOK = 4.0  # m: a meeting farther ahead is none yet
 NO_MEETING = 9.0  # m, and s: what is told where two paths do not meet any more
 INSIDE = -0.1  # m: what is told of a robot that is in the meeting
 NOWHERE = -1.0  # the abscissa of a cell that is in conflict with nothing
+_BITS = 3  # 2 to this are the cells that are looked at together
 
 
 class Meetings(NamedTuple):
@@ -28,6 +29,7 @@ class Meetings(NamedTuple):
 
     first: np.ndarray  # (runs, robots, robots) bool: the row's robot goes first, as far as the paths' ends demand it
     last: np.ndarray  # (runs, robots, robots, cells) m: the last abscissa of the other's path in conflict, or NOWHERE
+    peaks: np.ndarray  # (runs, robots, robots, blocks) m: the greatest of each 2^_BITS cells of ``last``
     points: np.ndarray  # (runs, robots, cells, 2) m: the cells of the paths
 
     @classmethod
@@ -44,7 +46,8 @@ class Meetings(NamedTuple):
             points[:, :, c, 0], points[:, :, c, 1] = at.x.reshape(-1, robots), at.y.reshape(-1, robots)
         apart = radii[:, None] + radii + margin
         last = _conflicts(points, lengths, apart)
-        return cls(_first(last, points, lengths, apart), last, points)
+        peaks = np.maximum.reduceat(last, range(0, cells, 1 << _BITS), axis=-1)
+        return cls(_first(last, points, lengths, apart), last, peaks, points)
 
 
 @kernel
@@ -94,7 +97,7 @@ def _first(last, points, lengths, apart):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-def]
+def next_meeting(last, peaks, place, others, room, i, j):  # type: ignore[no-untyped-def]
     """The next meeting of robot i, at ``place`` [m], with j.
 
     Returns the way [m] to the line at which it would wait, INSIDE beyond it, NO_MEETING where they meet no more; from
@@ -102,6 +105,7 @@ def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-de
 
     Args:
         last: Of its run, as :attr:`Meetings.last` (robots · robots · cells,), one after the other.
+        peaks: Likewise.
         place: Its abscissa [m].
         others: Those of all robots, as far as it knows them (robots,) [m].
         room: What it needs between two meetings in order to wait there [m].
@@ -112,13 +116,8 @@ def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-de
     cells = len(last) // (robots * robots)
     if i == j or np.isnan(s):
         return NO_MEETING, 0.0, NO_MEETING
-    mine, yours = (i * robots + j) * cells, (j * robots + i) * cells
-    here, reach = int(max(place, 0.0) / CELL), int(LOOK / CELL)
-    found = -1
-    for c in range(here, min(here + reach, cells)):
-        if last[mine + c] >= s:
-            found = c
-            break
+    mine, here, reach = (i * robots + j) * cells, int(max(place, 0.0) / CELL), int(LOOK / CELL)
+    found = _first_taken(last, peaks, robots, i, j, s, here, min(here + reach, cells))
     if found < 0:
         return NO_MEETING, 0.0, NO_MEETING
     out = found
@@ -128,11 +127,28 @@ def next_meeting(last, place, others, room, i, j):  # type: ignore[no-untyped-de
     way = INSIDE if found == here else max(line * CELL - place, 0.0)
     # the other's way to its own line, as far as I can tell: without third robots
     start, theirs = int(max(s, 0.0) / CELL), NO_MEETING
-    for c in range(start, min(start + reach, cells)):
-        if last[yours + c] >= place:
-            theirs = INSIDE if c == start else c * CELL - s
-            break
+    c = _first_taken(last, peaks, robots, j, i, place, start, min(start + reach, cells))
+    if c >= 0:
+        theirs = INSIDE if c == start else c * CELL - s
     return way, (out - min(line, found)) * CELL, theirs
+
+
+@compiled_only
+def _first_taken(last, peaks, robots, i, j, until, begin, end):  # type: ignore[no-untyped-def]
+    """The first cell of robot i, from ``begin`` to before ``end``, in conflict with j at ``until`` [m] or later; or -1.
+
+    A block of cells none of which is, is passed over.
+    """
+    pair = i * robots + j
+    cells, blocks, c = len(last) // (robots * robots), len(peaks) // (robots * robots), begin
+    while c < end:
+        if peaks[pair * blocks + (c >> _BITS)] < until:
+            c = ((c >> _BITS) + 1) << _BITS
+        elif last[pair * cells + c] >= until:
+            return c
+        else:
+            c += 1
+    return -1
 
 
 @compiled_only
@@ -171,29 +187,29 @@ def off_the_way(way, place, x, y, reach):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def goes_first(last, reached, robots, place, other, i, j):  # type: ignore[no-untyped-def]
+def goes_first(last, peaks, reached, robots, place, other, i, j):  # type: ignore[no-untyped-def]
     """Who goes first by a plan where robots meet next: 1: robot i, at ``place`` [m], -1: j, at ``other``; 0: neither.
 
     Either robot has a next meeting of its own, and what the plan passes first of the two counts: the two agree.
 
-    ``last`` is as of :func:`next_meeting`, ``reached`` is when the plan has each robot at each cell of its path
-    (robots · cells,) [s]; an ``other`` that is not a number is not known.
+    ``last`` and ``peaks`` are as of :func:`next_meeting`, ``reached`` is when the plan has each robot at each cell of
+    its path (robots · cells,) [s]; an ``other`` that is not a number is not known.
     """
     if i == j or np.isnan(other):
         return 0.0
-    mine, theirs = _passing(last, reached, robots, i, j, place, other)
-    their_own, my_own = _passing(last, reached, robots, j, i, other, place)
+    mine, theirs = _passing(last, peaks, reached, robots, i, j, place, other)
+    their_own, my_own = _passing(last, peaks, reached, robots, j, i, other, place)
     if min(my_own, their_own) < min(mine, theirs):
         mine, theirs = my_own, their_own
     return 1.0 if mine < theirs else -1.0 if theirs < mine else 0.0
 
 
 @compiled_only
-def _passing(last, reached, robots, i, j, place, other):  # type: ignore[no-untyped-def]
+def _passing(last, peaks, reached, robots, i, j, place, other):  # type: ignore[no-untyped-def]
     """When robot i, at ``place``, enters its next meeting with j, at ``other``, and when j leaves it; infinite: none"""
     cells = len(reached) // robots
-    mine = (i * robots + j) * cells
-    for c in range(int(max(place, 0.0) / CELL), cells):
-        if last[mine + c] >= other:
-            return reached[i * cells + c], reached[j * cells + min(int(np.ceil(last[mine + c] / CELL)), cells - 1)]
-    return np.inf, np.inf
+    c = _first_taken(last, peaks, robots, i, j, other, int(max(place, 0.0) / CELL), cells)
+    if c < 0:
+        return np.inf, np.inf
+    until = last[(i * robots + j) * cells + c]
+    return reached[i * cells + c], reached[j * cells + min(int(np.ceil(until / CELL)), cells - 1)]

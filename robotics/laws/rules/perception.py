@@ -329,8 +329,8 @@ def _goes_first(head, table, robots, place, other, i, j):  # type: ignore[no-unt
     """1 where robot i goes before j, -1 where j does: by the plan, the ends of the paths, or their numbers."""
     first = int(head.first)
     if head.planned == 1:
-        last, reached = table[int(head.last) : int(head.points)], table[int(head.reached) : int(head.sights)]
-        order = goes_first(last, reached, robots, place, other, i, j)
+        last, peaks = table[int(head.last) : int(head.peaks)], table[int(head.peaks) : int(head.points)]
+        order = goes_first(last, peaks, table[int(head.reached) : int(head.sights)], robots, place, other, i, j)
         if order != 0:
             return order
     demanded = table[first + i * robots + j] - table[first + j * robots + i]
@@ -340,8 +340,8 @@ def _goes_first(head, table, robots, place, other, i, j):  # type: ignore[no-unt
 @compiled_only(forceinline=True)
 def _meetings(robot, known, i, head, table, now, rest):  # type: ignore[no-untyped-def]
     """Where the robot's path meets that of each other next. One that is parked is met nowhere."""
-    robots, begin, last = known.heard.shape[2], int(head.sensors), table[int(head.last) : int(head.points)]
-    number = i % robots
+    robots, begin, number = known.heard.shape[2], int(head.sensors), i % known.heard.shape[2]
+    last, peaks = table[int(head.last) : int(head.peaks)], table[int(head.peaks) : int(head.points)]
     places, room = rest[begin : begin + robots], 2 * table[int(head.radii) + number]
     for j in range(robots):
         other, length = other_of(rest, head, robots, j), known.road.lengths[known.path[i] - number + j]
@@ -350,7 +350,7 @@ def _meetings(robot, known, i, head, table, now, rest):  # type: ignore[no-untyp
     for j in range(robots):
         other = other_of(rest, head, robots, j)
         if other.counts == 1:
-            way, through, theirs = next_meeting(last, now.place, places, room, number, j)
+            way, through, theirs = next_meeting(last, peaks, now.place, places, room, number, j)
             lead = theirs / max(other.speed, CRUISE) - (max(way, 0.0) + through) / mine
             other.told[TOLD.meeting], other.told[TOLD.their_meeting] = way, theirs
             other.told[TOLD.lead] = min(max(lead, -NOTHING_NEAR), NOTHING_NEAR)

@@ -170,7 +170,9 @@ def steered(  # type: ignore[no-untyped-def]
     # The sample to drive to
     aim.x, aim.y, aim.heading, aim.v, aim.w, aim.s = moving(road, path, min(clock + look_ahead, gain.end))
     if repaired:
-        x_err, memory.phase = hold(road, path, robot, place, aim, gain.reach)
+        near_x, near_y, _, _ = point_at(road, path, place)
+        off = math.hypot(near_x - robot.x, near_y - robot.y)
+        x_err, memory.phase = hold(road, path, robot, place, off, aim, gain.reach)
     else:
         ahead = math.cos(robot.heading) * (aim.x - robot.x) + math.sin(robot.heading) * (aim.y - robot.y)
         memory.phase = _FOLLOWING if ahead >= 0 else WAITING
@@ -217,13 +219,11 @@ def _listened(i, known, due, literal):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def hold(road, path, robot, place, aim, reach):  # type: ignore[no-untyped-def]
-    """Move the ``aim``, which is the sample due, near one robot; see :func:`held`.
+def hold(road, path, robot, place, off, aim, reach):  # type: ignore[no-untyped-def]
+    """Move the ``aim``, which is the sample due, near one robot, ``off`` [m] from its ``place`` [m]; see :func:`held`.
 
     Returns how far it is ahead [m], and the phase.
     """
-    near_x, near_y, _, _ = point_at(road, path, place)
-    off = math.hypot(near_x - robot.x, near_y - robot.y)
     dx, dy = aim.x - robot.x, aim.y - robot.y
     ahead = math.cos(robot.heading) * dx + math.sin(robot.heading) * dy
     behind, s = aim.s - place, min(aim.s, place + reach)

@@ -34,7 +34,7 @@ class JudgeNotes(NamedTuple):
     watch: ContactWatch  # of the runs that go on
     ended: Floats2  # (contacts, 7): those that ended in the last period, as of robotics.world.environment.swept.sweep
     many: Ints1  # (1,): how many they are
-    stops: int  # 1: the law of a run that is over is not asked any more
+    stops: int  # 1: a run that is over does not go on
 
 
 @observer

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.world.paths.path import Path, PathColumns, PathPoint, point
+from robotics.world.paths.path import NodeColumns, Path, PathColumns, PathPoint, point, with_tangents
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class PathTable:
     """
 
     lengths: np.ndarray  # (robots,) or (runs, robots) m
-    table: np.ndarray = field(repr=False)  # (5, nodes of all paths): as of Path, one path after the other
+    table: np.ndarray = field(repr=False)  # (NodeColumns, nodes of all paths): one path after the other
     first: np.ndarray = field(repr=False)  # as lengths, but flat: the column at which each begins
     cells: np.ndarray = field(repr=False)  # as lengths, but flat: the number of its nodes minus 1
     # As of Path, one for each path; None: the shares of all paths are those of their lengths
@@ -32,7 +32,7 @@ class PathTable:
         rows = zip(self.lengths.ravel(), self.first, self.cells, strict=True)
         shares: Sequence[np.ndarray | None] = self.shares or [None] * self.lengths.size
         return tuple(
-            Path(float(length), np.ascontiguousarray(self.table[:, k : k + n + 1]), share)
+            Path(float(length), np.ascontiguousarray(self.table[: PathColumns.size, k : k + n + 1]), share)
             for (length, k, n), share in zip(rows, shares, strict=True)
         )
 
@@ -106,7 +106,7 @@ def _even(path: Path) -> np.ndarray:
 
 def _joined(lengths: np.ndarray, tables: Sequence[np.ndarray]) -> PathTable:
     nodes = np.array([table.shape[1] for table in tables])
-    joined = np.ascontiguousarray(np.concatenate(tables, axis=1))
+    joined = with_tangents(np.concatenate(tables, axis=1))
     return PathTable(lengths, joined, np.concatenate([[0], np.cumsum(nodes)[:-1]]), nodes - 1)
 
 
@@ -182,12 +182,13 @@ def _nearest_beside(table, first, cells, h, x, y, best, low, high):  # type: ign
     method, held in a bracket.
     """
     k = first + best
-    ca, sa = np.cos(table[2, k]), np.sin(table[2, k])
-    ahead = ca * (x - table[0, k]) + sa * (y - table[1, k]) > 0
+    node = NodeColumns(table, k)
+    ca, sa = node.cos, node.sin
+    ahead = ca * (x - node.x) + sa * (y - node.y) > 0
     if (best == cells) if ahead else (best == 0):
         return best * h
     other = k + 1 if ahead else k - 1
-    cb, sb = np.cos(table[2, other]), np.sin(table[2, other])
+    cb, sb = NodeColumns(table, other).cos, NodeColumns(table, other).sin
     if not ahead:
         ca, sa, cb, sb = cb, sb, ca, sa
     k, cell = min(k, other), best if ahead else best - 1

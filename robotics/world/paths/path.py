@@ -6,6 +6,7 @@ the abscissa s; :meth:`Path.at` evaluates arrays of abscissae at once by cubic H
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from math import hypot, pi
 from typing import Literal, NamedTuple, Protocol
@@ -293,6 +294,28 @@ class PathColumns(Columns):
     u = column("1", "the shape's parameter")
 
 
+class NodeColumns(PathColumns):
+    """The same with the directions of the tangents, which a point between two nodes is made of."""
+
+    cos = column("1", "of the heading")
+    sin = column("1")
+
+
+def with_tangents(table: np.ndarray) -> np.ndarray:
+    """The nodes of a path's ``table`` (PathColumns, nodes) as NodeColumns."""
+    nodes = np.empty((NodeColumns.size, table.shape[1]))
+    nodes[: PathColumns.size] = table
+    _fill_in_tangents(nodes)
+    return nodes
+
+
+@kernel
+def _fill_in_tangents(nodes):  # type: ignore[no-untyped-def]
+    for k in range(nodes.shape[1]):
+        node = NodeColumns(nodes, k)
+        node.cos, node.sin = np.cos(node.heading), np.sin(node.heading)
+
+
 @dataclass(frozen=True)
 class Path:
     """A path as a table over its abscissa s in [0, length].
@@ -313,6 +336,10 @@ class Path:
         """The rows of the table by name."""
         return PathColumns(self.table)
 
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        return with_tangents(self.table)
+
     @property
     def spacing(self) -> float:
         """The step of the abscissa between nodes [m]."""
@@ -321,13 +348,13 @@ class Path:
     def at(self, s: np.ndarray | float) -> PathPoint:
         """The points at abscissae ``s`` [m], of any shape; beyond an end the point stays there."""
         s = np.asarray(s, dtype=float)
-        rows = _points(self.table, self.length, np.atleast_1d(s).ravel())
+        rows = _points(self._whole, self.length, np.atleast_1d(s).ravel())
         return PathPoint(*(row.reshape(s.shape) for row in rows))
 
     def beside(self, x: np.ndarray) -> PathPoint:
         """The points with these ``x`` [m], of any shape, or else the nearer end; x must grow along the path."""
         x = np.asarray(x, dtype=float)
-        rows = _points_beside(self.table, self.length, np.atleast_1d(x).ravel())
+        rows = _points_beside(self._whole, self.length, np.atleast_1d(x).ravel())
         return PathPoint(*(row.reshape(x.shape) for row in rows))
 
     def abscissa(self, u: np.ndarray) -> np.ndarray:
@@ -409,7 +436,7 @@ def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     The interpolation is cubic Hermite: positions with the tangent (cos, sin) of the heading, headings with κ.
 
     Args:
-        table: The table of one path or of several (PathColumns, nodes).
+        table: The table of one path or of several (NodeColumns, nodes).
         first: The column at which the path begins.
         cells: The number of its nodes minus 1.
         length: Its length [m].
@@ -425,11 +452,10 @@ def point(table, first, cells, length, s):  # type: ignore[no-untyped-def]
     left = 1 - right
     slope_left = t * (1 - t) * (1 - t) * h
     slope_right = -t * t * (1 - t) * h
-    one, other = PathColumns(table, k), PathColumns(table, k + 1)
-    a, b = one.heading, other.heading
-    x = left * one.x + right * other.x + slope_left * np.cos(a) + slope_right * np.cos(b)
-    y = left * one.y + right * other.y + slope_left * np.sin(a) + slope_right * np.sin(b)
-    heading = left * a + right * b + slope_left * one.curvature + slope_right * other.curvature
+    one, other = NodeColumns(table, k), NodeColumns(table, k + 1)
+    x = left * one.x + right * other.x + slope_left * one.cos + slope_right * other.cos
+    y = left * one.y + right * other.y + slope_left * one.sin + slope_right * other.sin
+    heading = left * one.heading + right * other.heading + slope_left * one.curvature + slope_right * other.curvature
     return x, y, heading, (1 - t) * one.curvature + t * other.curvature
 
 

@@ -20,7 +20,7 @@ CELLS = 160  # ticks of a plan in its nominal duration
 class Road(NamedTuple):
     """The paths and the timing of all robots; where nothing else is said, arrays are (paths,)."""
 
-    table: Floats2  # (5, nodes of all paths): as of robotics.world.paths.path.Path, one path after the other
+    table: Floats2  # (NodeColumns, nodes of all paths): as of robotics.world.paths.joined.PathTable
     first: Ints1  # the column at which each begins
     cells: Ints1  # the number of its nodes minus 1
     lengths: Floats1  # m

@@ -226,7 +226,7 @@ def _column(sensor: RangeSensor, tick: float) -> np.ndarray:
 
 
 @without_refcounts
-def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
+def look(looks, k, truth, robots, ranges, goes_on):  # type: ignore[no-untyped-def]
     """Read all range sensors that are due in control period ``k``; the others keep their readings.
 
     Args:
@@ -235,6 +235,7 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
         truth: True x [m], y [m] and heading [rad] in the first rows (rows, lanes).
         robots: Of a run.
         ranges: Where the readings that a law needs are written (needs, lanes) [m].
+        goes_on: (runs,): whether it does; of a run that does not nothing is read.
     """
     if not some_due(looks, k):
         return
@@ -244,9 +245,9 @@ def look(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
     for lane in range(truth.shape[1]):
         turned[0, lane], turned[1, lane] = np.cos(here.heading[lane]), np.sin(here.heading[lane])
     for lane in range(truth.shape[1]):
-        look_of(looks, k, lane, robots, truth)
-    for lane in range(truth.shape[1]):
-        tell(looks, lane, ranges)
+        if goes_on[lane // robots]:
+            look_of(looks, k, lane, robots, truth)
+            tell(looks, lane, ranges)
 
 
 @compiled_only
@@ -308,5 +309,5 @@ def _read(looks, k, q, kind, lane, robots, drawn, truth):  # type: ignore[no-unt
 
 
 @without_refcounts
-def see_nothing(looks, k, truth, robots, ranges):  # type: ignore[no-untyped-def]
+def see_nothing(looks, k, truth, robots, ranges, goes_on):  # type: ignore[no-untyped-def]
     """Do nothing, in place of :func:`look`, where nobody looks."""

@@ -233,29 +233,24 @@ def encoders_of(i, parameters, truth, counts, period, velocity):  # type: ignore
     velocity[1, i] = (right_speed - left_speed) / (2 * robot.odometry.half_axle)
 
 
-@without_refcounts
-def measure(senses, parameters, truth, posture, velocity, k, dt):  # type: ignore[no-untyped-def]
-    """Measure all postures in period ``k``: by odometry, or the truth with noise, filtered where there is a filter.
+@compiled_only
+def measure_of(  # type: ignore[no-untyped-def]
+    i, run, robot, senses, parameters, truth, posture, velocity, k, place, dt
+):
+    """Measure the posture of one lane in period ``k``: by odometry, or the truth with noise, filtered where it is.
 
     Args:
+        i: The lane, a ``robot`` of a ``run``.
+        run, robot: From 0.
         senses: The sensors.
         parameters: The plant's (ParameterColumns, lanes).
         truth: The plant's state (TruthColumns, lanes).
         posture: Those of the period before, where the new ones are written (3, lanes): x [m], y [m], heading [rad].
         velocity: v [m/s] and ω [rad/s] since then, by the encoders (2, lanes).
         k: The control period.
+        place: Of the period's random numbers.
         dt: The time since the last [s].
     """
-    robots, place = len(senses.posed), k - senses.drawn
-    for i in range(truth.shape[1]):
-        measure_of(i, i // robots, i % robots, senses, parameters, truth, posture, velocity, k, place, dt)
-
-
-@compiled_only
-def measure_of(  # type: ignore[no-untyped-def]
-    i, run, robot, senses, parameters, truth, posture, velocity, k, place, dt
-):
-    """Do the same for one lane, a ``robot`` of a ``run``, by the draws at ``place``."""
     here = TruthColumns(truth, i)
     if not senses.posed[robot]:
         posture[0, i], posture[1, i], posture[2, i] = here.odo_x, here.odo_y, here.odo_heading

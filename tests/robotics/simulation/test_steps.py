@@ -56,7 +56,7 @@ def members(robots):
     )
 
 
-def simulation(**settings):
+def simulation(seeds=(4,), **settings):
     given: dict[str, Any] = {
         "kind": "team",
         "plant": "kinematic",
@@ -64,7 +64,7 @@ def simulation(**settings):
         "sensing": Sensing(posture="pose"),
     } | settings
     scenario = Scenario(name="steps", robots=members(2), **given)
-    return Simulation(scenario.setting, Told(), (4,))
+    return Simulation(scenario.setting, Told(), seeds)
 
 
 def after(simulated, *steps, k=0):
@@ -184,6 +184,21 @@ def test_move_advances_the_plant_by_the_orders_and_keeps_the_lost_at_rest():
     )
     assert lanes.stopped.tolist() == [-1, 0]
     assert lanes.order[:, 1].tolist() == [0.0, 0.0]
+
+
+def test_a_run_that_is_over_is_left_as_it_is_and_beside_it_all_is_the_same():
+    left, other = simulation((4, 5, 6)), simulation((4, 5, 6))
+    start = left.rows(left.lanes.body.truth.copy())
+    left.lanes.goes_on[1] = False
+    for k in range(3):
+        for one in (left, other):
+            after(one, "sense", "hear", "decide", "obey", "move", k=k)
+    truth, seen = left.rows(left.lanes.body.truth), left.rows(left.lanes.known.seen)
+    np.testing.assert_array_equal(truth[:, 1], start[:, 1])
+    assert not seen[:, 1].any()
+    for rows, whole in ((truth, other.lanes.body.truth), (seen, other.lanes.known.seen)):
+        np.testing.assert_array_equal(rows[:, [0, 2]], other.rows(whole)[:, [0, 2]])
+    assert (truth[Truth.x.row, [0, 2]] > start[Truth.x.row, [0, 2]]).all()
 
 
 def test_move_delays_orders_by_the_latency():

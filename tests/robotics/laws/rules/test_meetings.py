@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings
+from robotics.laws.rules.meetings import CELL, INSIDE, LOOK, NO_MEETING, Meetings, _first_taken
 from robotics.world.paths.joined import join_paths
 from robotics.world.paths.path import Line, compile_path
 from tests.robotics.laws.rules.arrayform.meetings import in_the_way, next_meetings
@@ -191,3 +191,18 @@ def test_on_straight_paths_the_way_is_that_of_a_closed_form(
     most = way_in_closed_form(mine, other, APART - CELL, place, theirs + CELL)
     assert way >= least - CELL - 0.001
     assert way <= most + CELL + 0.001
+
+
+def test_no_conflict_is_passed_over_with_its_block():
+    meetings = meetings_of(((0.0, 0.0), (2.3, 0.1)), ((1.0, 1.0), (1.1, -1.2)), ((0.0, 0.5), (2.0, -0.5)))
+    last, peaks = meetings.last[0], meetings.peaks[0].ravel()
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(2000):
+        i, j = rng.permutation(3)[:2]
+        begin, end = np.sort(rng.integers(0, last.shape[-1] + 1, 2))
+        until = rng.choice([-2.0, last[i, j].max(), rng.uniform(0.0, 2.5)])
+        taken = begin + np.flatnonzero(last[i, j, begin:end] >= until)
+        found.append(_first_taken.py_func(last.ravel(), peaks, 3, i, j, until, begin, end))
+        assert found[-1] == (taken[0] if len(taken) else -1)
+    assert {-1, *range(5)} < set(found)

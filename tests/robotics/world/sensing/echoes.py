@@ -28,7 +28,7 @@ def exact_echoes(
     opened = CarriedSensors.opened([carried], x.shape[1], [0] * x.shape[0], 1.0)
     looks = opened.looks(for_runs(geometry, len(x)), Moving.nothing(), np.tile(sizes, len(x)))
     poses = np.stack([np.ravel(row) for row in (x, y, heading)]).astype(float)
-    look(looks, 0, poses, x.shape[1], np.empty((0, x.size)))
+    look(looks, 0, poses, x.shape[1], np.empty((0, x.size)), np.ones(len(x), dtype=bool))
     return looks.readings.reshape(*x.shape, len(sensors))
 
 

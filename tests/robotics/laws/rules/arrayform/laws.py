@@ -1,5 +1,6 @@
 """The fuzzy team and rule bases of one's own on arrays: what their equations are held against."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
@@ -34,6 +35,7 @@ from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking, TrackingWork, t
 from robotics.laws.tracking.fuzzy_tracking import toward as steer
 from robotics.world.paths.posture import posture_error, wrapped
 from robotics.world.paths.references import Reference
+from robotics.world.paths.road import at
 from tests.robotics.laws.rules.arrayform.evaluation import ask, kept
 from tests.robotics.laws.rules.arrayform.situation import Fixed, Recall, Situation
 
@@ -125,7 +127,10 @@ def held(
 def _hold_all(road, rows, reach):
     for i in range(rows.shape[1]):
         one = HeldColumns(rows, i)
-        one.ahead, one.phase = hold(road, i % len(road.lengths), one.robot, one.place, one.aim, reach)
+        path, robot = i % len(road.lengths), one.robot
+        x, y, _, _ = at(road, path, one.place)
+        off = math.hypot(x - robot.x, y - robot.y)
+        one.ahead, one.phase = hold(road, path, robot, one.place, off, one.aim, reach)
 
 
 class TeamMemory(NamedTuple):

@@ -22,7 +22,7 @@ def next_meetings(meetings: Meetings, room: np.ndarray, place: np.ndarray, other
     The others' abscissae are what each robot knows of them; not-a-number: nothing, and they meet nowhere. ``room``
     (robots,) [m] is what a robot needs between two meetings in order to wait there.
     """
-    return Meeting(*_next(_flat(meetings.last, 1), room, place, others))
+    return Meeting(*_next(_flat(meetings.last, 1), _flat(meetings.peaks, 1), room, place, others))
 
 
 def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -36,7 +36,8 @@ def planned_order(meetings: Meetings, reached: np.ndarray, place: np.ndarray, ot
         place: Where robots are (runs, robots) [m].
         others: What each knows of where the others are (runs, robots, others) [m]; not-a-number: nothing.
     """
-    return np.asarray(_order(_flat(meetings.last, 1), _flat(reached, 1), place, others))
+    tables = (_flat(table, 1) for table in (meetings.last, meetings.peaks, reached))
+    return np.asarray(_order(*tables, place, others))
 
 
 def in_the_way(meetings: Meetings, place: np.ndarray, x: np.ndarray, y: np.ndarray, reach: float) -> np.ndarray:
@@ -53,14 +54,14 @@ def _flat(values: np.ndarray, axes: int) -> np.ndarray:
 
 
 @kernel
-def _next(last, room, place, others):
+def _next(last, peaks, room, place, others):
     runs, robots = place.shape
     way, through, theirs = np.empty((runs, robots, robots)), np.empty((runs, robots, robots)), np.empty(others.shape)
     for r in range(runs):
         for i in range(robots):
             for j in range(robots):
-                own = last[r if len(last) > 1 else 0]
-                found = next_meeting(own, place[r, i], others[r, i], room[i], i, j)
+                t = r if len(last) > 1 else 0
+                found = next_meeting(last[t], peaks[t], place[r, i], others[r, i], room[i], i, j)
                 way[r, i, j], through[r, i, j], theirs[r, i, j] = found
     return way, through, theirs
 
@@ -79,12 +80,13 @@ def _off(points, place, x, y, reach):
 
 
 @kernel
-def _order(last, reached, place, others):
+def _order(last, peaks, reached, place, others):
     runs, robots = place.shape
     order = np.zeros((runs, robots, robots))
     for r in range(runs):
         t = r if len(last) > 1 else 0
         for i in range(robots):
             for j in range(robots):
-                order[r, i, j] = goes_first(last[t], reached[t], robots, place[r, i], others[r, i, j], i, j)
+                other = others[r, i, j]
+                order[r, i, j] = goes_first(last[t], peaks[t], reached[t], robots, place[r, i], other, i, j)
     return order
