@@ -22,7 +22,7 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.certificates.badge import badge
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, write_certificate
-from robotics.plugins.certificates.checker import Boxes, RefutedError, check, check_file, infer
+from robotics.plugins.certificates.checker import Boxes, RefutedError, check, infer
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT, Failure, SearchEffort, certify_loop, where
@@ -99,7 +99,7 @@ def certificate():
 
 def test_the_file_is_checked_without_the_search_and_by_the_command(certificate, tmp_path, capsys):
     write_certificate(certificate, tmp_path / "loop.json")
-    assert check_file(tmp_path / "loop.json")["V"]["outer"] == LevelColumns(certificate.form).outer
+    assert check((tmp_path / "loop.json").read_bytes())["V"]["outer"] == LevelColumns(certificate.form).outer
     assert main(["certify", "--verify", str(tmp_path / "loop.json"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["holds"] is True
     (tmp_path / "loop.json").write_text("[]")
