@@ -8,7 +8,8 @@ One of the laws is the fuzzy team with other numbers in all of its rule bases, d
 
 Counted are contacts that robots caused: the motion of the robot alone leads to it, by more than 0.02 m/s. Told beside
 them are those in which what is assumed was broken before: with a disc that no cone of the robot's sensors had met for a
-second (unseen), or that had run into the robot before, and so into its body, which no real one does (overlapped).
+second (unseen), or not the part of it that touches (partly), or that had run into the robot before, and so into its
+body, which no real one does (overlapped).
 """
 
 import argparse
@@ -47,7 +48,8 @@ from robotics.world.vehicle.plant import TruthColumns
 
 ROBOTS = ("etsro", "pioneer-3dx", "turtlebot3-burger", "mir100")
 LAWS = ("random", "raging", "ramming", "chasing", "rules")  # kinds of BadLaw, and a team of shuffled rule bases
-BROKEN = ("unseen", "overlapped")
+BROKEN = ("unseen", "partly", "overlapped")
+TOUCHING = 0.02  # m: so much farther from the robot than the nearest point of it is the part of a disc that touches
 LATELY = 1.0  # s: what was not in view for so long, no sensor has told of
 HARD = Disturbance(loss=0.2, latency=0.3, freeze=8.0)
 
@@ -241,7 +243,7 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
     """What was broken before a robot of a run caused its contact, one of BROKEN; "" if nothing was.
 
     "overlapped": the same obstacle or robot had touched it before. "unseen": the obstacle was in no cone of its sensors
-    for LATELY.
+    for LATELY; "partly": what it touches of the obstacle was not.
     """
     tally = Tally(setting, ObstacleOutcome.longest(setting, 0.0), 0, len(seeds))
     simulation = Simulation(setting, driver, tuple(seeds), faults, observers=[tally.observer])
@@ -260,15 +262,21 @@ def broken_assumption(setting: Setting, driver: Law[Any], seeds: range, faults: 
         here = Geometry(*setting.world.at(time))
         circles = here.circles[run % len(here.circles)][: here.counts[run % len(here.counts)]]
         outline = (circles[:, 0] + 1j * circles[:, 1])[:, None] + circles[:, 2:] * round_
-        last = np.full((len(setting.robots), len(circles)), -np.inf) if last is None else last
+        last = np.full((len(setting.robots), *outline.shape), -np.inf) if last is None else last
+        places = now.x[run] + 1j * now.y[run]
+        own = (outline - places[:, None, None]) * np.exp(-1j * now.heading[run])[:, None, None]
         for i, sensors in enumerate(setting.sensors):
-            own = (outline - (now.x[run, i] + 1j * now.y[run, i])) * np.exp(-1j * now.heading[run, i])
-            last[i, seen(sensors, own.real, own.imag).any(axis=1)] = time
+            last[i, seen(sensors, own[i].real, own[i].imag)] = time
         if tally.caused[run].any():
             i = int(np.argmax(tally.caused[run]))
             apart = np.hypot(circles[:, 0] - now.x[run, i], circles[:, 1] - now.y[run, i]) - circles[:, 2]
             gap = obstacle_clearance(now.x, now.y, now.heading, sizes, here)[run, i]
-            return "unseen" if gap < 0.01 and time - last[i, np.argmin(apart)] > LATELY else ""
+            n = int(np.argmin(apart))
+            over = np.maximum(np.abs([own[i, n].real, own[i, n].imag]) - sizes[:2, i, None], 0.0)
+            touching = np.hypot(*over) < np.hypot(*over).min() + TOUCHING
+            if gap > 0.01 or time - last[i, n, touching].max() <= LATELY:
+                return ""
+            return "unseen" if time - last[i, n].max() > LATELY else "partly"
     return ""
 
 

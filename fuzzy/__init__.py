@@ -16,12 +16,17 @@ Files, data and learning a start (the rest is in the package anfis):
     read_fis, read_mamdani, write_fis, parse_fis, format_fis, read_fll, write_fll, parse_fll,
     format_fll, find_fis, packaged_fis_files, without_hedges; identify,
     subtractive_clusters, fit_consequents, search_clusters, search_table, select_inputs; tune, a TunedSystem comes back
+Rules from nothing, exact for their size:
+    search_rules, a RuleFront of RuleFrontPoints comes back; plot_rule_front
 Mamdani systems, and how near a Sugeno system comes:
     Mamdani, read_mamdani_original, mamdani_difference, fit_to_mamdani; from_skfuzzy,
     a FromScikitFuzzy comes back
 Interval type-2 systems, each term with a lower membership function:
     to_type2, Type2Sugeno, Lower, infer_type2, a Type2Inference comes back; compile_type2, CompiledType2; read_type2,
     write_type2, matlab_type2; plot_footprint
+Trees of systems, some of which take what others answer:
+    Tree, evaluated, described; compile_tree, CompiledTree; read_tree, write_tree; explain_tree, a TreeExplanation comes
+    back; plot_tree; train_tree, a TrainedTree comes back; identify_tree; write_c_tree, TreeCFiles come back; TreeError
 Take it to a microcontroller:
     write_c, verify_c; CFiles, Verified and a Lookup come back
 Close the loop with one's own plant:

@@ -22,8 +22,8 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.tuning plugins.designer
-        plugins.loop
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.trees plugins.tuning
+        plugins.front plugins.designer plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
@@ -63,8 +63,10 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
     "fuzzy": {
         "ccode": (),
         "designer": ("mamdani",),
+        "front": (),
         "loop": ("ccode", "designer"),
         "mamdani": (),
+        "trees": ("ccode",),
         "tuning": (),
         "type2": (),
     },

@@ -36,7 +36,7 @@ def test_every_snippet_of_the_page_runs(tmp_path, monkeypatch, capsys):
             line = [*find_compiler().command, *STRICT, "-Iout", "-c", "task.c", "-o", "task.o"]
             done = subprocess.run(line, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr
-    assert kinds == ["sh", "python", "c", "sh"]
+    assert kinds == ["sh", "python", "c", "sh", "sh", "c", "sh"]
     said = capsys.readouterr().out
     assert "0e+00 m apart: the same" in said.splitlines()
     assert "no sensor looks at" in said

@@ -16,6 +16,7 @@ EXTRAS = {
     "cluster": "studies, sweeps and stress tests on a cluster: --dask",
     "control": "rule bases in block diagrams of python-control",
     "design": "the designer: fuzzy design",
+    "front": "rules from nothing: fuzzy front",
     "gym": "environments of Gymnasium and PettingZoo",
     "logs": "rosbag2 folders, written and read",
     "mujoco": "robotics run --plant mujoco: another physics, with contacts and friction",

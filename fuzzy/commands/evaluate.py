@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from fuzzy.commands.datafile import SkipBad, columns_of, numbers, opened
-from fuzzy.commands.shared import FisFile, read_either
+from fuzzy.commands.shared import FisOrTree, read_either, read_tree
 from fuzzy.files.atomic import check_target
 from fuzzy.shell.options import Json, argument, option
 from fuzzy.shell.terminal import plain, print_json
@@ -13,7 +13,7 @@ from fuzzy.shell.terminal import plain, print_json
 if TYPE_CHECKING:
     import numpy as np
 
-    from fuzzy import Type2Sugeno
+    from fuzzy import Tree, Type2Sugeno
     from fuzzy.files.table import TableText
     from fuzzy.system import Sugeno
 
@@ -21,7 +21,7 @@ _LISTED = 20  # names that a message lists
 
 
 def evaluate(
-    file: FisFile,
+    file: FisOrTree,
     inputs: Annotated[Path, argument("A column for each input.", "INPUTS.csv")],
     output_file: Annotated[Path | None, option("Instead of stdout.", "-o", "--output-file", "OUTPUTS.csv")] = None,
     skip_bad: SkipBad = False,
@@ -41,7 +41,7 @@ def evaluate(
     from fuzzy.files.table import table_text, write_table
 
     check_target(output_file)
-    fis = read_either(file)
+    fis = read_tree(file) or read_either(file)
     text = opened(inputs, fis.inputs)
     table = numbers(text, _columns(fis, text), skip_bad)
     outputs = _evaluated(fis, table.values)
@@ -55,7 +55,7 @@ def evaluate(
         sys.stdout.write(table_text(names, outputs, units))
 
 
-def _columns(fis: "Sugeno | Type2Sugeno", text: "TableText") -> list[int]:
+def _columns(fis: "Sugeno | Type2Sugeno | Tree", text: "TableText") -> list[int]:
     """The table's columns in the order of the inputs."""
     from fuzzy.files.table import DataError
 
@@ -87,7 +87,7 @@ def _columns(fis: "Sugeno | Type2Sugeno", text: "TableText") -> list[int]:
     return list(range(len(inputs)))
 
 
-def _evaluated(fis: "Sugeno | Type2Sugeno", x: "np.ndarray") -> "np.ndarray":
+def _evaluated(fis: "Sugeno | Type2Sugeno | Tree", x: "np.ndarray") -> "np.ndarray":
     """The outputs (rows, outputs), in portions that keep the memory small."""
     import numpy as np
 

@@ -4,7 +4,17 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from fuzzy.commands.shared import At, FisFile, Picture, picture_path, read_either, stem_of, usage, values_of
+from fuzzy.commands.shared import (
+    At,
+    FisOrTree,
+    Picture,
+    picture_path,
+    read_either,
+    read_tree,
+    stem_of,
+    usage,
+    values_of,
+)
 from fuzzy.shell.options import Json, Quiet, option
 from fuzzy.shell.terminal import print_json
 
@@ -16,9 +26,9 @@ PlotKind = Literal["memberships", "rules", "structure"]  # the pictures that ``f
 
 
 def plot(
-    file: FisFile,
+    file: FisOrTree,
     output_file: Picture = None,
-    kind: Annotated[PlotKind, option("What to draw.")] = "memberships",
+    kind: Annotated[PlotKind, option("What to draw; of a tree its systems and their wires.")] = "memberships",
     variable: Annotated[str | None, option("Only this variable's terms (memberships).", "NAME")] = None,
     at: At = None,
     only_fired: Annotated[bool, option("Only rules that fire (rules).")] = False,
@@ -48,6 +58,13 @@ def plot(
     """
     import fuzzy
 
+    if tree := read_tree(file):
+        if everything or only_fired or at or data is not None or variable is not None or kind != "memberships":
+            usage("of a tree its systems and their wires are drawn; of one of its .fis files everything")
+        path = picture_path(output_file, file, "tree")
+        fuzzy.save_figure(fuzzy.plot_tree(tree), path)
+        print_json({"file": str(path)}) if json else print(path)
+        return
     fis = read_either(file)
     if isinstance(fis, fuzzy.Type2Sugeno):
         if everything or only_fired or at or data is not None or kind != "memberships":

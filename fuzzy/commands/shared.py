@@ -1,5 +1,6 @@
 """What several commands share: arguments and options, reading a system, and values given as INPUT=VALUE."""
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from fuzzy.commands.completion import rule_bases
 from fuzzy.shell.options import argument, option
 
 if TYPE_CHECKING:
-    from fuzzy import Type2Sugeno
+    from fuzzy import Tree, Type2Sugeno
     from fuzzy.system import Sugeno
 
 T = TypeVar("T")
@@ -20,6 +21,14 @@ FisFile = Annotated[
     Path,
     argument(
         "A Sugeno system: a .fis file, - for standard input, or a packaged one's name.",
+        "FILE",
+        autocompletion=rule_bases,
+    ),
+]
+FisOrTree = Annotated[
+    Path,
+    argument(
+        "A .fis file, - for standard input, a packaged system's name, or the folder of a tree of systems.",
         "FILE",
         autocompletion=rule_bases,
     ),
@@ -38,9 +47,24 @@ def read_system(file: Path) -> "Sugeno":
     from fuzzy.files.fisfile import parse_bytes, read_fis, warned
     from fuzzy.files.packaged import find_fis
 
+    if _is_tree(file):
+        usage(
+            f"{file} is a tree of systems: evaluate, explain, export c, plot and show take it, others a .fis file of it"
+        )
     if file == STDIN:
         return warned(parse_bytes(sys.stdin.buffer.read(), "standard input")).system
     return read_fis(find_fis(file))
+
+
+def read_tree(file: Path) -> "Tree | None":
+    """Read the tree in a folder that holds a tree.toml, or in such a file; None where ``file`` is something else."""
+    import fuzzy
+
+    return fuzzy.read_tree(file) if _is_tree(file) else None
+
+
+def _is_tree(file: Path) -> bool:
+    return file.name == "tree.toml" or os.path.isfile(file / "tree.toml")  # noqa: PTH113 - raises nothing
 
 
 def read_either(file: Path) -> "Sugeno | Type2Sugeno":
@@ -69,7 +93,7 @@ def parsed(kind: Callable[[str], T], text: str, wanted: str) -> T:
         usage(f"{wanted}, got {text!r}")
 
 
-def values_of(fis: "Sugeno", texts: Sequence[str]) -> dict[str, float]:
+def values_of(fis: "Sugeno | Tree", texts: Sequence[str]) -> dict[str, float]:
     """Parse INPUT=VALUE texts into finite numbers, with a decimal point or comma, by the input's name."""
     from fuzzy.files.decimals import Marks, numbers_of, why_no_number
     from fuzzy.naming import expected

@@ -8,8 +8,8 @@ import secrets
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,21 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     data = content.encode() if isinstance(content, str) else content
     with replacing(path) as temporary:
         temporary.write_bytes(data)
+
+
+def write_together(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write several files of text, as UTF-8, into a folder, which is made if it is not there; return their paths.
+
+    All are written before the last of them is put in its place, then the others, the first one at the end: an error
+    leaves what was there. Raises TargetError, OSError and UnicodeEncodeError.
+    """
+    folder = Path(folder)
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        for name, text in texts.items():
+            stack.enter_context(replacing(folder / name)).write_bytes(text.encode())
+    return [folder / name for name in texts]
 
 
 def write_json(path: str | Path, value: Any, default: Callable[[Any], Any] | None = None) -> None:

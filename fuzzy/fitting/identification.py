@@ -54,7 +54,7 @@ class Partition(NamedTuple):
     """The antecedents of a system: the terms of each input, and which of them each rule joins."""
 
     terms: Sequence[Sequence[MembershipFunction]]  # one sequence an input
-    rules: Sequence[tuple[int, ...]]  # (rules, inputs) places of terms
+    rules: Sequence[tuple[int, ...]]  # (rules, inputs) places of terms; -1 where the rule does not ask for the input
     word: str  # of which the terms' names are made: in1mf1, in1cluster1
 
 
@@ -169,7 +169,7 @@ def system_of(partition: Partition, data: Data, name: str = "identified", order:
     asked, proposed = ([(v.name, list(v.terms)) for v in variables] for variables in (inputs, outputs))
     rules = [
         Rule(
-            tuple(Clause(name, terms[t]) for (name, terms), t in zip(asked, rule, strict=True)),
+            tuple(Clause(name, terms[t]) for (name, terms), t in zip(asked, rule, strict=True) if t >= 0),
             tuple((name, terms[k]) for name, terms in proposed),
         )
         for k, rule in enumerate(partition.rules)

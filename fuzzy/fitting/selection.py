@@ -16,8 +16,7 @@ from fuzzy.errors import InputError
 from fuzzy.fitting.clustering import DataWarning
 from fuzzy.fitting.consequents import IdentificationError
 from fuzzy.fitting.folds import FoldOrder, fold_rows
-from fuzzy.inference import infer_quietly
-from fuzzy.system import Sugeno
+from fuzzy.inference import InferenceWarning
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class InputSelection:
 def select_inputs(
     x: Any,
     y: Any,
-    make: Callable[[np.ndarray, np.ndarray], Sugeno],
+    make: Callable[[np.ndarray, np.ndarray], Callable[[np.ndarray], Any]],
     *,
     folds: int = 5,
     order: FoldOrder | str = "shuffled",
@@ -59,8 +58,8 @@ def select_inputs(
     Args:
         x: The candidates (samples, candidates).
         y: The outputs (samples,) or (samples, outputs).
-        make: Makes a system of some columns of ``x`` (samples, inputs) and all of ``y`` (samples, outputs), such as
-            :func:`fuzzy.identify`.
+        make: Makes a system, such as :func:`fuzzy.identify`, or what else is called as one, of some columns of ``x``
+            (samples, inputs), in the order in which they were added, and all of ``y`` (samples, outputs).
         folds: Number of folds.
         order: Which rows a fold holds back, see :func:`fuzzy.fitting.folds.fold_rows`.
         most: The most inputs; by default all, or until two more have made the error no less.
@@ -88,7 +87,7 @@ def select_inputs(
         left = [k for k in range(x.shape[1]) if k not in taken]
         tried = []
         for n, k in enumerate(left, 1):
-            errors = _held_back(x[:, [*taken, k]], y / spread, held, make)
+            errors = held_back_error(x[:, [*taken, k]], y / spread, held, make)
             if errors is not None:
                 tried.append(SelectionStep((*taken, k), *errors))
             if progress is not None:
@@ -106,19 +105,30 @@ def select_inputs(
     return InputSelection(tuple(steps), tuple(sorted(chosen.inputs)))
 
 
-def _held_back(
-    x: np.ndarray, y: np.ndarray, held: list[np.ndarray], make: Callable[[np.ndarray, np.ndarray], Sugeno]
+def held_back_error(
+    x: np.ndarray,
+    y: np.ndarray,
+    held: list[np.ndarray],
+    make: Callable[[np.ndarray, np.ndarray], Callable[[np.ndarray], Any]],
 ) -> tuple[float, float] | None:
-    """The root of the mean over folds of the mean square error, with its standard error; None: no system comes."""
+    """The root of the mean over folds of the mean square error, with its standard error; None: no system comes.
+
+    Args:
+        x: The inputs (samples, inputs).
+        y: The outputs (samples, outputs).
+        held: The rows that each fold holds back.
+        make: Makes a system of the samples that are left.
+    """
     squares = []
     for rows in held:
         rest = np.setdiff1d(np.arange(len(x)), rows)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DataWarning)
+            warnings.simplefilter("ignore", InferenceWarning)
             try:
-                fis = make(x[rest], y[rest])
+                said = make(x[rest], y[rest])(x[rows])
             except InputError:
                 return None
-        squares.append(float(np.mean((infer_quietly(fis, x[rows]).output - y[rows]) ** 2)))
+        squares.append(float(np.mean((said - y[rows]) ** 2)))
     error = float(np.sqrt(np.mean(squares)))
     return error, float(np.std(squares, ddof=1) / np.sqrt(len(squares)) / (2 * error)) if error > 0 else 0.0

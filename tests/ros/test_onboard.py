@@ -267,7 +267,7 @@ def test_the_odometry_of_another_robot_that_a_law_reads_grows_old_too():
 
 @pytest.mark.parametrize(
     ("scenario", "law", "seconds"),
-    [("turn-into-neighbour", "fuzzy", 18), ("three-cross", "fuzzy", 27)],  # its sensors, and by radio
+    [("turn-into-neighbour", "fuzzy-team", 18), ("three-cross", "fuzzy", 27)],  # its sensors, and by radio
 )
 def test_the_monitor_of_passive_safety_acts_on_board_as_in_the_simulator(scenario, law, seconds):
     told, guarded = replace(shortened(scenario, seconds), sensing=Sensing(posture="odometry")), f"{law}:safe=yes"

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.commands.shared import FisFile, read_system, usage
+from fuzzy.commands.shared import FisOrTree, read_system, read_tree, usage
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import application, print_json
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
+    from fuzzy import Tree
     from fuzzy.plugins.ccode.cortexm import OnBoard
     from fuzzy.plugins.ccode.verification import Verified
     from fuzzy.plugins.ccode.writing import CFiles
@@ -26,7 +27,7 @@ export = application(
 
 @export.command()
 def c(
-    file: FisFile,
+    file: FisOrTree,
     out: Annotated[Path, option("Where NAME.h and NAME.c are written.", "--out", "-o", "FOLDER")],
     number: Annotated[
         Number, option("double, float, or q16.16: fixed point without floating point at run time.")
@@ -40,7 +41,7 @@ def c(
     board: Annotated[bool, option("Run it on a Cortex-M4 that QEMU plays: flash, RAM, instructions a call.")] = False,
     json: Json = False,
 ) -> None:
-    """Write a system as one header and one source of C99: no malloc, no library but math.h.
+    """Write a system as one header and one source of C99: no malloc, no library but math.h. Of a tree, a pair each too.
 
     Every system that is read can be written: all membership functions, hedges, "not", weights, both defuzzifications,
     several outputs, and what ANFIS has learnt. --verify needs a C compiler and exits with 1 if the C is not the same:
@@ -56,6 +57,11 @@ def c(
     from fuzzy.plugins.ccode.verification import verify_c
     from fuzzy.plugins.ccode.writing import write_c
 
+    if tree := read_tree(file):
+        if table is not None or board:
+            usage("--table and --board are for single systems: take the .fis files of the tree")
+        _export_tree(tree, out, number, name, points if verify else 0, json)
+        return
     fis = read_system(file)
     files = write_c(fis, out, number, name=name, lookup=None if table is None else _shape(table))
     proof = verify_c(fis, files, points) if verify else None
@@ -67,6 +73,26 @@ def c(
     if proof is not None and proof.holds is False:
         warnings.warn(_worst(fis, proof), stacklevel=2)
     if (proof is not None and proof.holds is False) or (on_board is not None and not on_board.equal):
+        raise typer.Exit(1)
+
+
+def _export_tree(tree: "Tree", out: Path, number: str, name: str, points: int, json: bool) -> None:
+    """Write a tree, and prove its systems one by one at so many points, if any."""
+    import fuzzy
+
+    written = fuzzy.write_c_tree(tree, out, number, name=name)
+    pairs = [
+        (files, fuzzy.verify_c(tree.systems[system], files, points) if points else None)
+        for system, files in zip(tree.order, written.systems, strict=True)
+    ]
+    if json:
+        paths = {"header": str(written.header), "source": str(written.source), "number": number}
+        print_json(paths | {"systems": [_report(files, proof, None) for files, proof in pairs]})
+    else:
+        print(f"{written.header}\n{written.source}")
+        for files, proof in pairs:
+            _print(files, proof, None)
+    if any(proof is not None and proof.holds is False for _, proof in pairs):
         raise typer.Exit(1)
 
 

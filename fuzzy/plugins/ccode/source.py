@@ -22,6 +22,11 @@ class CSources(NamedTuple):
     header: str
     source: str
 
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts by their files' names."""
+        return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
+
 
 def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     """Write a system in C99.
@@ -42,8 +47,15 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
 
 
-def header(plan: CodePlan, real: str) -> str:
-    """The header: what goes in and comes out, in which units, and how it is called."""
+def header(plan: CodePlan, real: str, kind: str = "", no_rule: str = "") -> str:
+    """The header: what goes in and comes out, in which units, and how it is called.
+
+    Args:
+        plan: The system.
+        real: The type of its numbers in C.
+        kind: What it is, by default a system of so many rules.
+        no_rule: What stands where no rule fires, by default what the system says.
+    """
     upper, fixed = plan.name.upper(), real == c_type(FIXED_POINT)
 
     def example(variable: Variable) -> str:
@@ -60,10 +72,11 @@ def header(plan: CodePlan, real: str) -> str:
         plan,
         real=real,
         fixed=fixed,
+        kind=kind or f"a Takagi-Sugeno system of {plan.rules} rules",
         example=example,
         described=described,
         numbered=lambda names: identifiers(map(str.upper, names)),
-        no_rule="the middle of its range" if midrange else "not-a-number",
+        no_rule=no_rule or ("the middle of its range" if midrange else "not-a-number"),
         signature=signature(plan.name, real),
     )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.lookup import Lookup, lookup_of, with_lookup
 from fuzzy.plugins.ccode.source import CSources, c_sources
 from fuzzy.system import Sugeno
@@ -56,14 +56,8 @@ def write_c(
         OSError: Nothing can be written.
     """
     sources, table = _sources(fis, name, number, lookup)
-    folder = Path(folder)
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = folder / f"{sources.name}.h", folder / f"{sources.name}.c"
-    with replacing(paths[0]) as header, replacing(paths[1]) as source:
-        header.write_text(sources.header, encoding="utf-8")
-        source.write_text(sources.source, encoding="utf-8")
-    return CFiles(*paths, sources.name, number, table)
+    header, source = write_together(folder, sources.texts)
+    return CFiles(header, source, sources.name, number, table)
 
 
 def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
@@ -76,7 +70,7 @@ def c_zip(fis: Sugeno, name: str, number: str, points: int | None) -> bytes:
         points: Those of a table along each input, or none for the rules.
     """
     sources, _ = _sources(fis, name, number, None if points is None else (points,))
-    return zipped({f"{sources.name}.h": sources.header, f"{sources.name}.c": sources.source})
+    return zipped(sources.texts)
 
 
 def zipped(texts: Mapping[str, str]) -> bytes:

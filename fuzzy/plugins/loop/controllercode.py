@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.compiler import SANITIZERS, find_compiler, run_program
 from fuzzy.plugins.ccode.numbertype import FLOATING, Floating
 from fuzzy.plugins.ccode.source import c_sources
@@ -128,13 +128,7 @@ def write_controller(files: ControllerFiles, folder: str | Path) -> list[Path]:
     Raises:
         OSError: Nothing can be written.
     """
-    folder = Path(folder)
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.texts.items():
-        with replacing(folder / name) as path:
-            path.write_text(text, encoding="utf-8")
-    return [folder / name for name in files.texts]
+    return write_together(folder, files.texts)
 
 
 def zipped_controller(files: ControllerFiles) -> bytes:

@@ -43,14 +43,16 @@ def c(
     fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm and esm. --verify needs a C compiler, and exits with 1 if the
     robot with the C, in double, is not within 1e-9 m of the one with the law here, in a whole run of each of three
     seeds, with encoders that count finely where those of the robot do not tell; in float the greatest distance is
-    printed. With safe=yes behind the law the monitor of passive safety is below it, for a robot that is alone; what its
-    sensors do not see is printed.
+    printed. With safe=yes behind the law the monitor of passive safety is below it, in a team one that hears those of
+    robots that are alike; what its sensors do not see is printed. Of any other law that commands velocities, and says
+    safe=yes, the monitor alone is written: the order is handed to it.
 
     \b
     Example:
       robotics export c fuzzy -o out
       robotics export c lyapunov:ky=8 -o out --number float --scenario lyapunov-sine
       robotics export c fuzzy:safe=yes -o out --scenario reference --verify
+      robotics export c fuzzy-team:safe=yes -o out --scenario three-cross
     """
     from robotics.plugins.ccode.verification import verify_c_law
     from robotics.plugins.ccode.writing import write_c_law

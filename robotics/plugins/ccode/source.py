@@ -29,7 +29,7 @@ from robotics.laws.tracking.linear_quadratic import LinearQuadratic
 from robotics.laws.tracking.lyapunov import Lyapunov
 from robotics.laws.tracking.pid import TrackingPID
 from robotics.laws.tracking.sliding_mode import SlidingMode
-from robotics.plugins.ccode.guard import guard_of
+from robotics.plugins.ccode.guard import HandedOrder, guard_of
 from robotics.plugins.ccode.terms import (
     PIECES,
     Arithmetic,
@@ -44,12 +44,14 @@ from robotics.plugins.ccode.terms import (
 )
 from robotics.plugins.ccode.translation import WRITTEN_OUT, CFunction, Translator, parsed
 from robotics.simulation.safety.monitor import keep_one, note_order
+from robotics.simulation.safety.others import PostureMessage, PromiseColumns
 from robotics.tables.texts import TextFile
+from robotics.world.radio.channel import HeardColumns
 from robotics.world.vehicle.plant import LimitColumns, TruthColumns, velocity_limits, within_limits
 
 _TEXTS = TextFile("robotics.plugins.ccode")
 _NUMBERS = ("double", "float")
-_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns))
+_SEEN = (*RobotColumns.columns, *(f"at_{name}" for name in AimColumns.columns), "wish_v", "wish_w")
 AIM_SYMBOLS = tuple(f"ahead_{name}" for name in AimColumns.columns)
 
 
@@ -65,6 +67,7 @@ SECTIONS: dict[type[Law[Any]], str] = {
     LinearQuadratic: "",
     TrackingPID: "",
     SlidingMode: "(2.13) to (2.23)",
+    HandedOrder: "",
 }
 NAMES = "fuzzy (any rule base of tracking), fuzzy-lateral, fuzzy-correcting, lyapunov, lqr, pid, csm, assm, qssm, esm"
 
@@ -75,7 +78,10 @@ def check_written(law: Law[Any], specification: str) -> None:
         why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
             "it looks ahead, hears others, or has a control step that is not translated"
         )  # fmt: skip
-        raise ExportError(f"{specification} cannot be written in C: {why}; those that can be: {NAMES}")
+        raise ExportError(
+            f"{specification} cannot be written in C: {why}; those that can be: {NAMES}; with safe=yes behind it its "
+            "monitor of passive safety is, below orders that are handed"
+        )
     if (more := handed(law)) and len(law.fuzzy_systems["own"].inputs) > WRITTEN_OUT:
         raise ExportError(
             f"{specification} cannot be written in C: of more than {WRITTEN_OUT} inputs none may be {' or '.join(more)}"
@@ -102,6 +108,7 @@ class LawSources(NamedTuple):
     look_ahead: float  # s: of the point ahead, where it asks for one
     handed: dict[str, str]  # quantities that it is handed as they are, each with its field
     room: int = 1  # how many numbers the state has at most
+    team: int = 1  # how many robots tell each other of themselves
     blind: tuple[str, ...] = ()  # sentences: what the monitor cannot see
 
 
@@ -115,7 +122,7 @@ def law_sources(law: Law[Any], setting: Setting, name: str, number: str = "doubl
         number: "double" or "float".
 
     Raises:
-        ExportError: A law or a type of numbers that is not written, or passive safety of several robots.
+        ExportError: A law or a type of numbers that is not written, or passive safety of robots that differ.
     """
     check_known(number, _NUMBERS, "number type of a law", ExportError)
     check_written(law, name)
@@ -180,7 +187,7 @@ class _Writer:
             case "robot" | "seen":
                 return CTerm(f"input->{name}", "real")
             case "aim":
-                return CTerm(f"input->at_{name}", "real")
+                return CTerm(f"input->{'wish' if isinstance(self.law, HandedOrder) else 'at'}_{name}", "real")
             case "gain":
                 value = self.gains[lane.first + column.row]
                 return self._gain(path, column, value) if column.unit else KnownValue(value)
@@ -190,6 +197,13 @@ class _Writer:
                 return CTerm(f"state->{_field(path)}", "real")
             case "command":
                 return self._commanded(path)
+            case "promises":
+                return CTerm(f"state->promises[{column.row}][{lane.at}]", "real")
+            case "heard":
+                row = column.row - HeardColumns.size
+                return CTerm(f"input->age[{lane.at}]" if row < 0 else f"input->heard[{lane.at}][{row}]", "real")
+            case "said":
+                return CTerm(f"output->message[{column.row}]", "real")
         return self._entry(CTable(lane.name), lane.first + column.row)
 
     def _gain(self, path: tuple[str, ...], column: Column, value: float) -> CTerm:
@@ -257,7 +271,8 @@ class _Writer:
         """All texts."""
         step = f"{self._step(self.equation.function)}{self._stood()}"
         wheels = [] if self.torque else ["wheel_right", "wheel_left"]
-        outputs = (*self.outputs, *wheels)
+        team = self.guard.robots if self.guard is not None else 1
+        outputs = (*self.outputs, *wheels, *((f"message[{PostureMessage.size}]",) if team > 1 else ()))
         held = " ".join(function.text for function in self.translator.done.values())
         read = {*re.findall(r"input->(\w+)", f"{step} {held}")}
         odometry = tuple(name for name in TruthColumns.columns if name.startswith("odo_"))
@@ -265,13 +280,14 @@ class _Writer:
         inputs = tuple(field for field in fields if field in read)
         room, blind = 1 + len(self._fields()), tuple[str, ...]()
         if self.guard is not None:
+            inputs += (f"age[{team}]", f"heard[{team}][{PostureMessage.size}]") if team > 1 else ()
             inputs += (f"ranges[{len(self.guard.names)}]",)
             room, blind = room + self.guard.room, tuple(self.guard.told)
         memory = tuple(name for name, _ in self._fields())
         look_ahead = float(getattr(self.law, "look_ahead", math.nan))
         texts, bases = (self._header(inputs, outputs, look_ahead), self._source(step)), tuple(self.called.values())
         ahead = look_ahead if "ahead_x" in inputs else math.nan
-        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead, self.handed, room, blind)
+        return LawSources(self.name, *texts, bases, inputs, memory, outputs, ahead, self.handed, room, team, blind)
 
     def _step(self, one: Any) -> str:
         tree = parsed(one)
@@ -331,8 +347,8 @@ class _Writer:
         if self.guard is None:
             return
         body.say("const int told = isfinite(output->v) && isfinite(output->w);")
-        given: list[Any] = [CRecord("guard", self.guard), KnownValue(0), CTerm("state->k", "int"), self._period]
-        given += [KnownValue(1), CTable("truth"), CTable("seen"), self.guard.readings, CTable("order")]
+        given: list[Any] = [CRecord("guard", self.guard), self.guard.lane, CTerm("state->k", "int"), self._period]
+        given += [KnownValue(self.guard.robots), CTable("truth"), CTable("seen"), self.guard.readings, CTable("order")]
         body.say(f"{body.called(self.translator.function(keep_one, given), given).text};")
         body.say("state->k++;")
 
@@ -340,9 +356,11 @@ class _Writer:
         """The function for a period without a step, where there is a monitor."""
         if self.guard is None:
             return ""
-        given = CRecord("guard", self.guard), KnownValue(0), CTerm("state->k", "int"), self._period
-        function = self.translator.function(note_order, (*given, KnownValue(0.0), KnownValue(0.0)))
-        return _TEXTS.text("stood", name=self.name, function=function.name)
+        given: list[Any] = [CRecord("guard", self.guard), self.guard.lane, CTerm("state->k", "int"), self._period]
+        given += [KnownValue(0.0), KnownValue(0.0)]
+        body = CFunction(self.translator, self.equation.function, parsed(self.equation.function))
+        noted = body.called(self.translator.function(note_order, given), given).text
+        return _TEXTS.text("stood", name=self.name, noted=noted)
 
     @property
     def _period(self) -> CTerm:
@@ -369,6 +387,11 @@ class _Writer:
         own = [name for name, column in self.lanes["gain"].of.columns.items() if column.of is LimitColumns]
         return self.read(self.lanes["gain"], own[0]) if own else Lane("limit", LimitColumns)
 
+    @property
+    def number_of_team(self) -> str:
+        """The parameter that says which of a team a robot is."""
+        return ", int robot" if self.guard is not None and self.guard.robots > 1 else ""
+
     def _source(self, step: str) -> str:
         real = self.number.name
         upper = self.name.upper()
@@ -387,6 +410,12 @@ class _Writer:
         ]
         if self.guard is not None:
             starts = [f"    static const {self.name}_state nothing;", "    *state = nothing;", *starts]
+        if self.guard is not None and self.number_of_team:
+            starts.append("    state->robot = robot;")
+            far = self.number.infinity
+            for row, (name, bound) in enumerate(zip(PromiseColumns.columns, (far, f"-{far}", far), strict=True)):
+                each = f"for (int n = 0; n < {self.guard.promises.shape[1]}; n++)"
+                starts.append(f"    {each} state->promises[{row}][n] = {bound}; /* {name}: none holds yet */")
         starts = starts or ["    state->nothing = 0;"]
         parts = [
             f"/* The law {comment(self.name)}, in {real}: see {self.name}.h. Made of the law. */",
@@ -397,7 +426,7 @@ class _Writer:
             *([f"/* Places of the numbers that a step works in */\nenum {{{places}}};\n"] if places else []),
             *(piece(name, self.number) for name in PIECES if name in self.arithmetic.needed),
             *functions,
-            "\n".join([f"void {self.name}_init({self.name}_state *state) {{", *starts, "}", ""]),
+            "\n".join([f"void {self.name}_init({self.name}_state *state{self.number_of_team}) {{", *starts, "}", ""]),
             step,
             _TEXTS.text("fresh", name=self.name),
         ]
@@ -420,9 +449,9 @@ class _Writer:
         structs = {
             "input": [f"    {real} {f}; /* {comment(self._input_said(f, look_ahead))} */" for f in inputs],
             "state": state or [_TEXTS.text("nothing")],
-            "output": [f"    {real} {f}; /* {said[f]} */" for f in outputs],
+            "output": [f"    {real} {f}; /* {said[f.partition('[')[0]]} */" for f in outputs],
         }
-        first, second = outputs[-2:] if not self.torque else ("torque_right", "torque_left")
+        first, second = (f"{'torque' if self.torque else 'wheel'}_{side}" for side in ("right", "left"))
         ahead = self.number.constant(look_ahead) if AIM_SYMBOLS[0] in inputs else ""
         typedefs = [_TEXTS.text("struct", name=name, kind=k, fields="\n".join(rows)) for k, rows in structs.items()]
         return _TEXTS.text(
@@ -438,6 +467,8 @@ class _Writer:
             second=second,
             look_ahead=_TEXTS.text("look-ahead", upper=upper, seconds=ahead) if ahead else "",
             structs="\n".join(typedefs),
+            number=self.number_of_team,
+            numbered=", 0" if self.number_of_team else "",
             guard="" if self.guard is None else self._guard_said(),
         )
 
@@ -446,6 +477,13 @@ class _Writer:
         assert self.guard is not None
         listed = ", ".join(f"{n}: {name}" for n, name in enumerate(self.guard.names))
         said = [f"ranges are of the sensors {listed}.", *(f"{told.partition(': ')[2]}." for told in self.guard.told)]
+        if self.number_of_team:
+            radio, delay = self.setting.radio, self.guard.delay
+            said.append(
+                f"Send message to the others every {radio.period:g} s. age says how old the message last heard of each "
+                f"robot of the team is, by its number, and heard what it was: one that is older than {delay:g} s, and "
+                "what stands at the robot's own number, is not read. Its posture and theirs are in one frame."
+            )
         lines = [fill(comment(text), 112, initial_indent=" * ", subsequent_indent=" * ") for text in said]
         return _TEXTS.text("guard", name=self.name, said="\n".join(lines))
 
@@ -455,8 +493,8 @@ class _Writer:
             if symbol == field:
                 known = quantity_of(quantity, "")
                 return f"{known.unit}, {quantity}: {known.meaning}"
-        if field.startswith("ranges"):
-            return "m, what the range sensors read; infinite: nothing is seen"
+        if field.partition("[")[0] in (handed := _TEXTS.table("inputs")):
+            return handed[field.partition("[")[0]]
         if field in TruthColumns.columns and field.startswith("odo_"):
             return f"{TruthColumns.columns[field].unit}, by the encoders alone"
         start, _, name = field.rpartition("_")

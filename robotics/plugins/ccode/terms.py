@@ -91,13 +91,18 @@ class CArray:
     table: str = ""  # what it is a part of; nothing: its numbers are known
     values: Any = field(default=None, repr=False, compare=False)  # an array of the known numbers
 
+    @property
+    def name(self) -> str:
+        """What it is called, of whatever it is a part."""
+        return self.text.rpartition(">")[2]
+
     def entry(self, places: Sequence[Any]) -> Any:
         """The entry, or the part, at ``places`` of the first axes."""
         text, values = self.text, self.values
         for size, place in zip(self.shape, places, strict=False):
-            known = isinstance(place, KnownValue)
-            values = values[place.value] if values is not None and known else None
-            text += f"[{place.value if known else place.text}]" if size else ""
+            known = place.value if isinstance(place, KnownValue) else None if size else 0
+            values = values[known] if values is not None and known is not None else None
+            text += f"[{place.text if known is None else known}]" if size else ""
         if len(places) < len(self.shape):
             return CArray(text, self.kind, self.shape[len(places) :], self.table, values)
         return CTerm(text, self.kind) if values is None else KnownValue(values.item())
@@ -130,8 +135,10 @@ class Arithmetic:
         return value
 
     def binary(self, operator: ast.operator, a: Any, b: Any) -> Any:
-        """a + b, a − b, a b, a / b, the remainder."""
+        """a + b, a − b, a b, a / b, a², the remainder."""
         kind = type(operator)
+        if kind is ast.Pow and isinstance(b, KnownValue) and b.value == 2:
+            return self.binary(ast.Mult(), a, a)
         if isinstance(a, KnownValue) and isinstance(b, KnownValue):
             return KnownValue(_FOLD[kind](a.value, b.value))
         if (simple := _simplified(kind, a, b)) is not None:
@@ -188,6 +195,8 @@ class Arithmetic:
         """One or the other."""
         if isinstance(condition, KnownValue):
             return yes if condition.value else no
+        if isinstance(yes, Row):
+            return Row(tuple(self.choice(condition, a, b) for a, b in zip(yes.parts, no.parts, strict=True)))
         kinds = {self.term(yes).kind, self.term(no).kind}
         if kinds == {"int"}:
             first, second = self.term(yes).within(OR), self.term(no).within(CHOICE)
@@ -200,6 +209,8 @@ class Arithmetic:
             finite = [a for a in arguments if not (isinstance(a, KnownValue) and a.value == bound)]
             if len(finite) == 1:
                 return finite[0]
+            if len(arguments) > 2:
+                return self.called(name, [self.called(name, arguments[:2]), *arguments[2:]])
         if name == "int":
             (a,) = arguments
             if isinstance(a, KnownValue):

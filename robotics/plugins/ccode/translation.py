@@ -22,10 +22,10 @@ from robotics.plugins.ccode.terms import Arithmetic, CArray, CRecord, CTable, CT
 
 _SPOKEN = {"cos": "cosine", "sin": "sine", "free": "is_free", "input": "asked_", "output": "said_", "state": "state_"}
 WRITTEN_OUT = 8  # turns of a loop that are written one by one
-_INPUT = "const {0}_input *input"
-_POINTERS = {"seen": _INPUT, "robot": _INPUT, "aim": _INPUT, "memory": "{0}_state *state"}
-_POINTERS |= {"truth": _INPUT, "readings": _INPUT, "guard": "{0}_state *state", "order": "{0}_output *output"}
-_POINTERS |= {"smoothed": "{0}_state *state", "command": "{0}_output *output", "work": "{1} *work"}
+_INPUT, _STATE, _OUTPUT = "const {0}_input *input", "{0}_state *state", "{0}_output *output"
+_POINTERS: dict[str, tuple[str, ...]] = dict.fromkeys(("seen", "robot", "aim", "truth", "readings", "heard"), (_INPUT,))
+_POINTERS |= dict.fromkeys(("memory", "smoothed", "promises"), (_STATE,)) | {"guard": (_STATE, _INPUT, _OUTPUT)}
+_POINTERS |= dict.fromkeys(("order", "command", "said"), (_OUTPUT,)) | {"work": ("{1} *work",)}
 
 _PARTS = (CTable, Lane, CArray, CRecord)
 
@@ -88,6 +88,7 @@ class Function:
     text: str = ""
     result: Any = None  # None, a kind, or a Row of what is known and of places in what it leaves
     left: int = 0  # how many numbers it leaves in its last argument
+    pointers: tuple[str, ...] = ()  # the structs that it takes
 
 
 class Expressions:
@@ -193,11 +194,10 @@ class Expressions:
             return self.translator.read(CTable(f"{owner.name}.{node.attr}".removeprefix("known.")), -1)
         if isinstance(owner, CArray) and node.attr == "shape":
             return KnownValue(owner.shape)
-        if isinstance(owner, CRecord):
-            found = getattr(owner.of, node.attr)
+        of = owner.of if isinstance(owner, CRecord) else owner.value if isinstance(owner, KnownValue) else None
+        if hasattr(of, node.attr):
+            found = getattr(of, node.attr)
             return found if isinstance(found, _PARTS) else KnownValue(found)
-        if isinstance(owner, KnownValue) and hasattr(owner.value, node.attr):
-            return KnownValue(getattr(owner.value, node.attr))
         raise self.refused(node)
 
     def _entry(self, node: ast.Subscript) -> Any:
@@ -241,8 +241,11 @@ class Expressions:
             name = {"absolute": "abs"}.get(python.__name__, python.__name__)
             return self.arithmetic.called(name, arguments)
         if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], CTable):
-            at = arguments[1].text if len(arguments) > 1 and isinstance(arguments[1], CTerm) else ""
-            return Lane(arguments[0].name, python, arguments[0].first, at=at)
+            return Lane(arguments[0].name, python, arguments[0].first)
+        if isinstance(python, type) and issubclass(python, Columns) and isinstance(arguments[0], CArray):
+            array, *places = arguments
+            (at,) = (self.arithmetic.term(p).text for n, p in zip(array.shape[1:], places, strict=True) if n)
+            return Lane(array.name, python, at=at)
         name = getattr(python, "__name__", "")
         own = self.translator.call(self, name, arguments)
         if own is not NotImplemented:
@@ -260,9 +263,8 @@ class Expressions:
         given: list[str] = []
         for a in arguments:
             if isinstance(a, _PARTS):
-                pointer = self.translator.pointer(a)
-                name = pointer.rpartition("*")[2]
-                given += [name] if pointer and name not in given else []
+                names = [pointer.rpartition("*")[2] for pointer in self.translator.pointers(a)]
+                given += [name for name in names if name in function.pointers and name not in given]
                 given += [a.at] if isinstance(a, Lane) and a.at else []
             elif isinstance(a, Array):
                 given.append(a.name)
@@ -627,13 +629,12 @@ class Translator:
         parameters = []
         for argument, value in zip(tree.args.args, arguments, strict=True):
             name = spoken(argument.arg)
-            if isinstance(value, Lane) and value.at:
-                body.env[argument.arg] = replace(value, at=name)
-                parameters.append(f"const int {name}")
-            elif isinstance(value, (KnownValue, *_PARTS)):
-                body.env[argument.arg] = value
-                if not isinstance(value, KnownValue) and (pointer := self.pointer(value)) and pointer not in parameters:
-                    parameters.append(pointer)
+            if isinstance(value, (KnownValue, *_PARTS)):
+                one = isinstance(value, Lane) and value.at != ""
+                body.env[argument.arg] = replace(value, at=name) if isinstance(value, Lane) and one else value
+                pointers = () if isinstance(value, KnownValue) else self.pointers(value)
+                parameters += [pointer for pointer in pointers if pointer not in parameters]
+                parameters += [f"const int {name}"] if one else []
             elif isinstance(value, Array):
                 body.env[argument.arg] = Array(name, value.size)
                 parameters.append(f"const {self.real} {name}[{value.size}]")
@@ -647,8 +648,14 @@ class Translator:
         found.result, found.left = body.result, body.left
         kind = "void" if not isinstance(body.result, str) else "int" if body.result == "int" else self.real
         text = "\n".join(lines)
-        for name in (parameter.rpartition(" ")[2].partition("[")[0].strip("*") for parameter in parameters):
-            if not re.search(rf"(?<![\w>.]){name}(?!\w)", text):
+        for parameter in tuple(parameters):
+            _, pointer, name = parameter.partition("[")[0].rpartition("*")
+            name = name.rpartition(" ")[2]
+            if re.search(rf"(?<![\w>.]){name}(?!\w)", text):
+                found.pointers += (name,) if pointer else ()
+            elif pointer:
+                parameters.remove(parameter)
+            else:
                 lines.insert(0, f"    (void){name};")
         if body.left:
             parameters.append(f"{self.real} left[{body.left}]")
@@ -659,7 +666,7 @@ class Translator:
         said = [textwrap.fill(f"/* {' '.join(doc.split())} */", 116, subsequent_indent=" * ")] if doc else []
         return "\n".join([*said, head, *lines, "}", ""])
 
-    def pointer(self, table: CTable | Lane | CArray | CRecord) -> str:
-        """What a function takes for a table, if it is one of C."""
+    def pointers(self, table: CTable | Lane | CArray | CRecord) -> list[str]:
+        """What a function takes for a table, if it is one of C, and it reads it."""
         name = table.table if isinstance(table, CArray) else table.name
-        return _POINTERS.get(name, "").format(self.prefix, self.real)
+        return [pointer.format(self.prefix, self.real) for pointer in _POINTERS.get(name, ())]

@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import re
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,6 +22,7 @@ from robotics.plugins.ccode.source import AIM_SYMBOLS, LawSources, law_sources
 from robotics.plugins.ccode.writing import CLawFiles
 from robotics.simulation.loop import Simulation, record_run, when_stopped
 from robotics.simulation.recorder import Recorder
+from robotics.simulation.safety.opening import told_by
 from robotics.simulation.scenario.description import Scenario
 from robotics.world.paths.road import rows_at
 from robotics.world.vehicle.plant import Level, TruthColumns, saturate, velocity_limits
@@ -81,8 +83,8 @@ class CStep:
         loaded = ctypes.CDLL(str(library))
 
         def struct(fields: Sequence[str]) -> Any:
-            parts = [field.strip("]").partition("[") for field in fields]
-            kinds = [(name, real * int(many) if many else real) for name, _, many in parts]
+            parts = [re.findall(r"\w+", field) for field in fields]
+            kinds = [(name, real * math.prod(map(int, many)) if many else real) for name, *many in parts]
             return type("Fields", (ctypes.Structure,), {"_fields_": kinds})
 
         self.sources, self.number = sources, number
@@ -91,10 +93,10 @@ class CStep:
         self.begin, self.step = loaded[f"{sources.name}_init"], loaded[f"{sources.name}_step"]
         self.begin.restype = None
 
-    def state(self) -> Any:
-        """A state before the first step."""
+    def state(self, robot: int = 0) -> Any:
+        """A state before the first step; of a team it is of the ``robot``, counted from 0."""
         state = self.State()
-        self.begin(ctypes.byref(state))
+        self.begin(ctypes.byref(state), *([robot] if self.sources.team > 1 else []))
         return state
 
 
@@ -108,6 +110,7 @@ class InC(Law[Any]):
     estimator: float | str | None = None  # the law's: what is in C sees the posture behind it
     looks: bool = False  # whether its monitor reads range sensors
     safe: str = "no"  # that monitor is in C, too
+    message: tuple[str, ...] = ()  # what it tells the others
 
     @property
     def level(self) -> Level:
@@ -119,7 +122,7 @@ class InC(Law[Any]):
         self.law.init(setting, runs)
         for row in (self.kept["inputs"], self.kept["outputs"]):
             row.clear()
-        states = [self.c.state() for _ in range(runs * len(setting.robots))]
+        states = [self.c.state(robot) for _ in range(runs) for robot in range(len(setting.robots))]
         lead = self.law.knowledge_rows(setting)[0] if isinstance(self.law, EquationLaw) else 0.0
         known = None
         if isinstance(self.law, OwnRules) and self.c.sources.handed:
@@ -133,6 +136,7 @@ class InC(Law[Any]):
         shape, sources = seen.x.shape, self.c.sources
         columns = dict(zip(("x", "y", "heading", "v", "w"), seen[1:6], strict=True))
         columns |= {f"at_{k}": row for k, row in zip(("x", "y", "heading", "v", "w", "s"), seen.reference, strict=True)}
+        columns |= {"wish_v": columns["at_v"], "wish_w": columns["at_w"]}  # of a HandedOrder
         if np.any(lead):
             columns["at_v"], columns["at_w"] = rows_at(road, np.full(len(road.lengths), seen.time) + lead)[3:5]
         if "ahead_x" in sources.inputs:
@@ -150,17 +154,24 @@ class InC(Law[Any]):
             lanes |= {f: getattr(odometry, f)[:, None] for f in sources.inputs if f.startswith("odo_")}
             nothing = np.full((len(states), int(ranges.strip("ranges[]"))), np.inf)
             lanes[ranges] = nothing if seen.ranges is None else seen.ranges.values.reshape(nothing.shape)
+        if self.message:
+            age, heard = sources.inputs[-3:-1]
+            lanes[age] = seen.heard.age.reshape(len(states), -1)
+            lanes[heard] = np.moveaxis(seen.heard.values, 0, -1).reshape(len(states), -1)
         given = np.concatenate([lanes[field] for field in sources.inputs], axis=1).astype(_REAL[self.c.number][1])
-        said = np.empty((len(states), len(sources.outputs)))
+        said = np.full((len(states), ctypes.sizeof(self.c.Output) // ctypes.sizeof(_REAL[self.c.number][0])), np.nan)
         for lane, (row, state) in enumerate(zip(given, states, strict=True)):
             output, asked = self.c.Output(), self.c.Input.from_buffer_copy(row.tobytes())
             told = self.c.step(ctypes.byref(state), ctypes.byref(asked), ctypes.byref(output))
-            said[lane] = [getattr(output, field) if told else np.nan for field in sources.outputs]
+            if told:
+                said[lane] = np.frombuffer(output, _REAL[self.c.number][1])
             if lane == 0 and told:
                 self.kept["inputs"].append(bytes(asked))
                 self.kept["outputs"].append(bytes(output))
         self.kept["steps"] += len(states)
-        by_name = dict(zip(sources.outputs, said.T.reshape(-1, *shape), strict=True))
+        rows = said.T.reshape(-1, *shape)
+        by_name = dict(zip(sources.outputs, rows, strict=False))
+        message = dict(zip(self.message, rows[-len(self.message) :], strict=True)) if self.message else None
         v, w = by_name["v"], by_name["w"]
         if self.level == "torque":
             return Command(by_name["torque_right"], by_name["torque_left"], v, w), memory
@@ -169,7 +180,7 @@ class InC(Law[Any]):
         for side, sign in (("right", 1), ("left", -1)):
             off = np.abs(by_name[f"wheel_{side}"] - (can_v + sign * half * can_w) / radius)
             self.kept["wheels"] = max(self.kept["wheels"], float(np.nanmax(off, initial=0.0)))
-        return Command(v, w, v, w), memory
+        return Command(v, w, v, w, message), memory
 
 
 def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequence[int] = (1, 2, 3)) -> VerifiedLaw:
@@ -198,7 +209,8 @@ def verify_c_law(files: CLawFiles, scenarios: Sequence[Scenario], seeds: Sequenc
             _check_robots(files, scenario)
             steps = {"inputs": [], "outputs": [], "steps": 0, "wheels": 0.0}
             looks = sources.inputs[-1].startswith("ranges")
-            in_c = InC(files.law, step, steps, files.law.estimator, looks)
+            tells = told_by(scenario.setting, files.law)
+            in_c = InC(files.law, step, steps, files.law.estimator, looks, message=tells)
             drives.append(_driven(files.law, in_c, scenario, tuple(seeds)))
         watched = compiler.sanitizes(folder)
         if watched:
@@ -244,7 +256,8 @@ def _apart(law: Law[Any], in_c: InC, setting: Setting, seeds: tuple[int, ...]) -
 def _watched(compiler: Compiler, folder: Path, files: CLawFiles, codes: list[Path], steps: dict[str, Any]) -> None:
     """Make the steps of the first robot again, under the sanitizers, and see that they say the same."""
     driver = folder / "driver.c"
-    driver.write_text(filled(Path(__file__).with_name("driver.c"), NAME=files.sources.name), encoding="utf-8")
+    words = {"NAME": files.sources.name, "FIRST": ", 0" if files.sources.team > 1 else ""}
+    driver.write_text(filled(Path(__file__).with_name("driver.c"), **words), encoding="utf-8")
     flags = ("-O1", "-g", "-ffp-contract=off", f"-I{files.folder}", *SANITIZERS)
     program = compiler.compile([driver, *codes], folder / "driver", *flags)
     asked, said = folder / "asked", folder / "said"

@@ -1,14 +1,14 @@
 """The files of a control law in C, written whole or not at all."""
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fuzzy.files.atomic import check_folder, replacing
+from fuzzy.files.atomic import write_together
 from fuzzy.plugins.ccode.identifier import identifier
 from robotics.laws.catalogue import as_law
 from robotics.laws.law import Law
-from robotics.plugins.ccode.source import LawSources, law_sources
+from robotics.plugins.ccode.guard import HandedOrder
+from robotics.plugins.ccode.source import SECTIONS, LawSources, law_sources
 from robotics.simulation.scenario.description import Scenario
 
 
@@ -40,7 +40,8 @@ def write_c_law(
     """Write a law's control step as C99 that allocates nothing and needs only math.h.
 
     Args:
-        controller: The law, or its specification, such as "fuzzy:rule_base=mine.fis".
+        controller: The law, or its specification, such as "fuzzy:rule_base=mine.fis". Of one that cannot be written but
+            says safe=yes, the monitor of passive safety is: the order is handed to it.
         scenario: Whose first robot and control period count.
         folder: Where to write, made if it is not there.
         number: "double" or "float".
@@ -55,14 +56,11 @@ def write_c_law(
     """
     law = as_law(controller)
     plain = controller.partition(":")[0] if isinstance(controller, str) else type(law).__name__
+    if law.safe == "yes" and type(law) not in SECTIONS:
+        law, plain = HandedOrder(safe="yes"), f"{plain}_monitor"
     sources = law_sources(law, scenario.setting, name or identifier(plain), number)
-    folder = Path(folder)
-    check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    written = CLawFiles(law, sources, number, folder)
+    written = CLawFiles(law, sources, number, Path(folder))
     texts = [sources.header, sources.source]
     texts += [text for base in sources.bases for text in (base.header, base.source)]
-    with ExitStack() as stack:
-        for path in [stack.enter_context(replacing(file)) for file in written.files]:
-            path.write_text(texts.pop(0), encoding="utf-8")
+    write_together(folder, {file.name: text for file, text in zip(written.files, texts, strict=True)})
     return written

@@ -186,7 +186,7 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
         # Of two that block each other, the one with the lower number goes on wanting.
         plan_v, plan_w = (v, w) if n > 0 and lane % robots > 0 else (wish_v, wish_w)
         promises = guard.promises
-        mine = PromiseColumns(promises[:, k % promises.shape[1]], lane)
+        mine = PromiseColumns(promises, k % promises.shape[1], lane)
         ahead, back = max(plan_v, robot.v, v, 0.0), min(plan_v, robot.v, v, 0.0)
         drives = k == 0 or abs(plan_v) > _WANTS
         # Who is far from all others hinders nobody by what it does not use of its promise.

@@ -20,6 +20,9 @@ from robotics.simulation.safety.monitor import keep_one, note_order
 from robotics.simulation.safety.opening import guard_on_board
 from robotics.simulation.scenario.robots import load_robot
 from robotics.world.environment.world import Disc
+from robotics.world.radio.channel import AirColumns
+from robotics.world.radio.description import Radio
+from robotics.world.sensing.posture import Sensing
 from robotics.world.vehicle.plant import TruthColumns
 
 LAWS: tuple[str, ...] = (
@@ -176,6 +179,32 @@ def test_the_monitor_of_passive_safety_in_c_stops_before_the_same_disc(tmp_path,
     assert verify_c_law(files, [scenario], seeds=[1]).holds
 
 
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [
+        ("three-cross", 24),  # nothing but the others, whom it hears
+        pytest.param("obstacles-on-two-paths", 18, marks=pytest.mark.long),
+    ],
+)
+def test_the_monitors_of_a_team_in_c_hear_each_other_as_those_of_the_loop(tmp_path, name, seconds):
+    scenario = replace(robotics.load_scenario(name), duration=float(seconds), sensing=Sensing(posture="odometry"))
+    scenario = replace(scenario, radio=Radio(period=0.1, latency=0.05, jitter=0.1, loss=0.2))
+    guarded, free = (robotics.simulate(scenario, f"lyapunov:safe={safe}", [1]) for safe in ("yes", "no"))
+    assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.1  # they act
+    proof = verify_c_law(write_c_law("lyapunov:safe=yes", scenario, tmp_path), [scenario], seeds=[1])
+    assert proof.drives[0].greatest == 0.0
+
+
+def test_of_a_law_that_cannot_be_written_the_monitor_is(tmp_path):
+    scenario = replace(robotics.load_scenario("three-cross"), duration=24.0)
+    files = write_c_law("fuzzy-team:safe=yes", scenario, tmp_path)
+    assert [file.name for file in files.files] == ["fuzzy_team_monitor.h", "fuzzy_team_monitor.c"]
+    assert "wish_v and wish_w are what a law of yours wants" in files.sources.blind[-1]
+    guarded, free = (robotics.simulate(scenario, replace(files.law, safe=safe), [1]) for safe in ("yes", "no"))
+    assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.1  # it acts
+    assert verify_c_law(files, [scenario], seeds=[1]).drives[0].greatest == 0.0
+
+
 @pytest.mark.long
 def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     scenario = with_a_disc_on_the_way("reference")
@@ -185,9 +214,10 @@ def test_a_changed_number_of_the_monitor_in_c_is_seen(tmp_path):
     assert verify_c_law(files, [scenario], seeds=[1]).holds is False
 
 
-def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path):
-    """Readings at random, an order that the law wants, and periods in which the robot was let stand."""
-    scenario, steps = robotics.load_scenario("reference"), {}
+@pytest.mark.parametrize(("name", "me", "robots"), [("reference", 0, 1), ("three-cross", 1, 3)])
+def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, me, robots):
+    """Readings and messages at random, orders that the law wants, and periods in which the robot was let stand."""
+    scenario, steps = replace(robotics.load_scenario(name), sensing=Sensing(posture="odometry")), {}
     for name, safe in (("guarded", "yes"), ("plain", "no")):
         files = write_c_law(f"lyapunov:safe={safe}", scenario, tmp_path, name=name)
         codes = [file for file in files.files if file.suffix == ".c"]
@@ -197,41 +227,55 @@ def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path):
     stood.restype = None
     setting, law, rng = scenario.setting, robotics.make_controller("lyapunov:safe=yes"), np.random.default_rng(1)
     guard, period = guard_on_board(setting, law), setting.period
-    states = {name: step.state() for name, step in steps.items()}
-    truth, seen, order = (np.zeros((n, 1)) for n in (TruthColumns.size, SeenColumns.size, 2))
-    here, acted, pose = TruthColumns(truth, 0), 0, np.zeros(3)
+    states = {name: step.state(me) for name, step in steps.items()}
+    truth, seen, order = (np.zeros((n, robots)) for n in (TruthColumns.size, SeenColumns.size, 2))
+    here, acted, pose, air = TruthColumns(truth, me), 0, np.zeros(3), AirColumns(guard.air.heard)
+    age, heard = np.full(robots, np.inf), np.full((robots, 6), np.nan)
     for k in range(400):
         if 100 <= k < 105:
             stood(ctypes.byref(states["guarded"]))
-            note_order(guard, 0, k, period, 0.0, 0.0)
+            note_order(guard, me, k, period, 0.0, 0.0)
             order[:] = 0.0
             continue
-        v, w = order[:, 0].tolist()
+        v, w = order[:, me].tolist()
         pose = pose + period * np.array([v * np.cos(pose[2]), v * np.sin(pose[2]), w])
         here.odo_x, here.odo_y, here.odo_heading = pose
-        seen[:5, 0] = (*pose, v, w)
+        seen[:5, me] = (*pose, v, w)
         ranges = rng.uniform(0.05, 3.0, 4)
         ranges[ranges > 2] = np.inf
         aim = (*(pose[:2] + rng.normal(0, 0.3, 2)), pose[2] + rng.normal(), 0.4, 0.0)
+        age += period
+        if robots > 1 and rng.random() < 0.3:  # another says where it is, how fast, and how fast it may turn
+            sender, away, bearing = 2 * rng.integers(2), rng.uniform(0.5, 2.0), rng.uniform(-np.pi, np.pi)
+            age[sender] = rng.choice([0.05, 0.15])
+            place = pose[:2] + away * np.array([np.cos(bearing), np.sin(bearing)])
+            heard[sender] = (*place, bearing, rng.uniform(0, 0.5), rng.uniform(-0.2, 0), rng.uniform(0, 2))
+        if robots > 1:
+            air.age[me], air.values[:, me] = age, heard.T
         names = ("x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "ranges[4]")
-        numbers = dict(zip(names, (*pose, v, w, *aim, ranges), strict=True))
+        names += (f"age[{robots}]", f"heard[{robots}][6]")
+        numbers = dict(zip(names, (*pose, v, w, *aim, ranges, age, heard.ravel()), strict=True))
         said = {}
         for name, step in steps.items():
             rows = [numbers[field] for field in step.sources.inputs]
             asked, output = step.Input.from_buffer_copy(np.hstack(rows).tobytes()), step.Output()
             assert step.step(ctypes.byref(states[name]), ctypes.byref(asked), ctypes.byref(output)) == 1
-            said[name] = [output.v, output.w]
-        order[:, 0] = said["plain"]
-        acted += keep_one(guard, 0, k, period, 1, truth, seen, ranges[None], order)
-        assert order[:, 0].tolist() == said["guarded"], k
+            said[name] = output
+        order[:, me] = said["plain"].v, said["plain"].w
+        acted += keep_one(guard, me, k, period, robots, truth, seen, np.tile(ranges, (robots, 1)), order)
+        assert order[:, me].tolist() == [said["guarded"].v, said["guarded"].w], k
+        if robots > 1:
+            assert guard.said[:, me].tolist() == list(said["guarded"].message), k
     assert 50 < acted < 390
 
 
-def test_passive_safety_of_a_team_and_of_a_robot_without_sensors_is_not_left_out_in_silence(tmp_path):
+def test_passive_safety_of_robots_that_differ_or_have_no_sensors_is_not_left_out_in_silence(tmp_path):
     team = robotics.load_scenario("three-cross")
-    with pytest.raises(ExportError, match=r"of a robot that is alone, and .* has 3.*accepted: a scenario of one robot"):
-        write_c_law("lyapunov:safe=yes", team, tmp_path)
-    write_c_law("lyapunov:safe=no", team, tmp_path)
+    mir = load_robot("mir100")
+    mixed = replace(team, robots=(*team.robots[:2], replace(team.robots[2], robot=mir.robot, model=mir)))
+    with pytest.raises(ExportError, match=r"of robots that are alike, and those of .* differ.*accepted: robots of one"):
+        write_c_law("lyapunov:safe=yes", mixed, tmp_path)
+    write_c_law("lyapunov:safe=no", mixed, tmp_path)
     setting = replace(robotics.load_scenario("reference").setting, sensors=({},), safety="passive")
     with pytest.raises(ExportError, match="needs range sensors"):
         law_sources(robotics.make_controller("lyapunov"), setting, "lyapunov")

@@ -137,13 +137,14 @@ def test_it_breaks_with_sensors_that_see_nothing_and_the_attack_tells_those_from
     setting, runs = course(30), range(30)
     blinded = {name: replace(one, failure_start=0.0) for name, one in setting.sensors[0].items()}
     broken = []
-    for carried in (blinded, {"behind": RangeSensor(axis=np.pi)}):
+    aside = RangeSensor(axis=1.3, half_cone=0.25, rays=9)
+    for carried in (blinded, {"behind": RangeSensor(axis=np.pi)}, {"aside": aside}):
         blind = replace(setting, sensors=(carried,))
         driven = run_ensemble(ObstacleOutcome, blind, RAGING, runs).caused.any(axis=1)
         assert driven.any()
         first = int(np.argmax(driven))
         broken.append(broken_assumption(blind, RAGING, runs, None, first))
-    assert broken == ["", "unseen"]
+    assert broken == ["", "unseen", "partly"]
 
 
 def test_it_breaks_where_others_are_faster_than_stated():

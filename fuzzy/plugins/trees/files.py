@@ -1,0 +1,99 @@
+"""Trees in folders: a file tree.toml, and a .fis file of each system beside it.
+
+    name = "approach"
+    connections = [
+        ["grip/friction", "speed/friction"],
+    ]
+    answers = ["speed/v"]
+
+    [systems]
+    grip = "grip.fis"
+    speed = "speed.fis"
+
+Without ``connections`` they follow from the names of the variables, without ``answers`` the tree answers with all that
+no system takes; see :class:`fuzzy.plugins.trees.tree.Tree`.
+"""
+
+import json
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from fuzzy.errors import InputError, quoted
+from fuzzy.files.atomic import write_together
+from fuzzy.files.fisfile import format_fis, read_fis
+from fuzzy.naming import check_known
+from fuzzy.plugins.trees.tree import Tree, TreeError
+
+TREE_FILE = "tree.toml"
+_KEYS = {"name": str, "connections": list, "answers": list, "systems": dict}
+
+
+def read_tree(path: str | os.PathLike[str]) -> Tree:
+    """Read the tree in a folder, or that of a tree.toml.
+
+    Args:
+        path: The folder or the file.
+
+    Returns:
+        The tree, equal to the one that was written.
+
+    Raises:
+        TreeError: A text that describes no tree, with the file and the key.
+        FisFileError: A .fis file that holds no Sugeno system.
+    """
+    file = Path(path) / TREE_FILE if Path(path).is_dir() else Path(path)
+    try:
+        table = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TreeError(f"{file}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise TreeError(f"{file}: no TOML in UTF-8: {error}") from None
+    for key, value in table.items():
+        check_known(key, _KEYS, "key", TreeError, where=str(file))
+        if not isinstance(value, _KEYS[key]):
+            raise TreeError(f"{file}: {key} must be a {_KEYS[key].__name__}, got {quoted(value)}")
+    names: dict[str, Any] = table.pop("systems", {})
+    if wrong := [name for name, at in names.items() if not isinstance(at, str)]:
+        raise TreeError(f"{file}: systems.{wrong[0]} must be the name of a .fis file, got {quoted(names[wrong[0]])}")
+    systems = {name: read_fis(file.parent / at) for name, at in names.items()}
+    try:
+        return Tree(systems, **table)
+    except InputError as error:
+        raise TreeError(f"{file}: {error}") from None
+
+
+def write_tree(tree: Tree, folder: str | os.PathLike[str], comment: str = "") -> None:
+    """Write a tree into a folder: tree.toml, and NAME.fis of each system. Files of these names are replaced.
+
+    All are written before the first is put in its place, tree.toml comes last: an error leaves what was there.
+
+    Args:
+        tree: The tree; parameters that are tensors are written as numbers.
+        folder: The folder, made if it is not there.
+        comment: Lines that stand at the top of tree.toml.
+
+    Raises:
+        FisFileError: A system that the format .fis cannot hold.
+        TreeError: A name that is no valid text.
+        OSError: Nothing can be written.
+    """
+    texts = {TREE_FILE: _toml(tree, comment)} | {f"{name}.fis": format_fis(f) for name, f in tree.systems.items()}
+    try:
+        write_together(Path(folder), texts)
+    except UnicodeEncodeError as error:
+        raise TreeError(f"{folder}: a name holds no valid text: {error.object[error.start]!r}") from None
+
+
+def _toml(tree: Tree, comment: str) -> str:
+    assert tree.connections is not None
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [f"name = {_text(tree.name)}", "connections = ["]
+    lines += [f"    [{_text(port)}, {_text(target)}]," for port, target in tree.connections]
+    lines += ["]", f"answers = [{', '.join(map(_text, tree.answers or ()))}]", "", "[systems]"]
+    return "\n".join([*lines, *(f"{_text(name)} = {_text(f'{name}.fis')}" for name in tree.systems), ""])
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
