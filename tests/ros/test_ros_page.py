@@ -41,7 +41,7 @@ def test_the_stand_in_of_the_turtlebots_page_comes_out_of_its_drive(ros, tmp_pat
     told = re.search(r"^#   latency = (\S+)", (tmp_path / "myrobot.toml").read_text(encoding="utf-8"), re.MULTILINE)
     assert float(told[1]) == pytest.approx(0.12, abs=0.005)
     robots = load_robot("myrobot.toml").robot, load_scenario("standin.toml").robots[0].robot
-    found, true = (dict(zip(COORDINATE_NAMES, values_of(robot), strict=True)) for robot in robots)
+    identified, true = (dict(zip(COORDINATE_NAMES, values_of(robot), strict=True)) for robot in robots)
     for name, share in {
         "v_rate_max": 0.005,
         "w_max": 0.005,
@@ -49,7 +49,7 @@ def test_the_stand_in_of_the_turtlebots_page_comes_out_of_its_drive(ros, tmp_pat
         "gyration": 0.02,
         "friction": 0.2,
     }.items():
-        assert found[name] == pytest.approx(true[name], rel=share), name
+        assert identified[name] == pytest.approx(true[name], rel=share), name
     assert measure(load_run("drive.npz"))["rms_cross_track_under_way_m"].max() < 0.1
 
 

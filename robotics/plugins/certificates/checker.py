@@ -7,14 +7,12 @@ after a period, for every reference, noise and behaviour of the wheels that the 
 """
 
 # mypy: disable-error-code="no-untyped-def"
-import itertools
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 
-FORMAT = "fuzzyfleet loop certificate 2"
+FORMAT = "fuzzyfleet loop certificate 3"
 LIBRARY, BOXES, PIECE = 2e-15, 3_000_000, 4096  # relative error of cos, exp ...; the most boxes; how many at once
 _NEAR, _STEP, _CELL, _LEAST, _PARTS = 0.75, 0.9, 1.12, 0.004, (6, 10, 10)
 
@@ -99,8 +97,7 @@ def about(x):
 
 def wide(by):
     """−by to by."""
-    by = np.nextafter(np.abs(by), np.inf)
-    return Boxes(-by, by)
+    return Boxes(-1.0, 1.0) * np.nextafter(np.abs(by), np.inf)
 
 
 # The rule base: thirteen membership functions, each of one or two parts that only rise or only fall ---------------
@@ -266,8 +263,7 @@ def level(f, z):
 
 def reach(f, c):
     """The box of V <= c."""
-    sizes = np.sqrt(c / f["a"]), np.sqrt(c / f["b"]), np.sqrt(c * (1 + f["m"] ** 2 / f["b"]))
-    return [wide(s * (1 + 1e-14)) for s in sizes]
+    return [wide(np.sqrt(c * n) * (1 + 1e-14)) for n in (1 / f["a"], 1 / f["b"], 1 + f["m"] ** 2 / f["b"])]
 
 
 def earlier(d, v_r, w_r, inst, mean_b, z, c, periods):
@@ -302,8 +298,8 @@ def moved(d, v_r, w_r, a, b, inst, z):
 
 def grown(d, w_r, z, moves):
     """V of the changes, with the rotation by ω_r."""
-    t = d["loop"]["period"]
-    return level(d["V"], [moves[0] + t * (w_r * z[1]), moves[1] - t * (w_r * z[0]), moves[2]]).high
+    w = d["loop"]["period"] * w_r
+    return level(d["V"], [moves[0] + w * z[1], moves[1] - w * z[0], moves[2]]).high
 
 
 def change(d, v_r, w_r, z, c, table):
@@ -312,21 +308,22 @@ def change(d, v_r, w_r, z, c, table):
     bad, s, turning = np.zeros(len(c), bool), z[2] + f["m"] * z[1], turns(k, v_r, w_r, *every)
     steps, prompt, last = int(k["memory"]), int(k["prompt"]), [int(n) for n in k["last"][: int(k["groups"])]]
     weights = [list(zip(k[name], last, strict=False)) for name in ("v_weight", "w_weight")]
-    hulls = [every] * 3000  # of the commands since n periods, which are enclosed from the oldest on
+    hulls, sent, fresh = every, [every] * 3000, k["fresh"]  # what is asked for, and sent since n periods, oldest first
 
     def average(n):
-        return [sum((w * hulls[n + age][i] for w, age in weights[i]), of(0.0)) for i in range(2)]
+        return [sum((w * sent[n + age][i] for w, age in weights[i]), of(0.0)) for i in range(2)]
 
     for n in range(steps, -1, -1):
-        past, hulls[n] = z, hulls[n + 1]
+        past, sent[n] = z, sent[n + 1]
         if n:
             mean_b = driven(k, "error", turning, average(n), every)[1]
-            past = earlier(d, v_r, w_r, driven(k, "ripple", turning, *[hulls[n + prompt]] * 2), mean_b, z, c, n)
+            past = earlier(d, v_r, w_r, driven(k, "ripple", turning, *[sent[n + prompt]] * 2), mean_b, z, c, n)
         *asked, wrong = ask(d, v_r, w_r, past)
-        hulls[n], bad = [a.within(h) for a, h in zip(asked, hulls[n + 1], strict=True)], bad | wrong
-    turning = turns(k, v_r, w_r, *hulls[int(k["turning"])])
+        hulls, bad = [a.within(h) for a, h in zip(asked, hulls, strict=True)], bad | wrong
+        sent[n] = [fresh * h + about(1 - fresh) * e for h, e in zip(hulls, sent[n + 1], strict=True)]
+    turning = turns(k, v_r, w_r, *sent[int(k["turning"])])
     a, b = driven(k, "error", turning, average(0), every)
-    moves = moved(d, v_r, w_r, a, b, driven(k, "ripple", turning, *[hulls[prompt]] * 2), z)
+    moves = moved(d, v_r, w_r, a, b, driven(k, "ripple", turning, *[sent[prompt]] * 2), z)
     first = f["a"] * (z[0] * moves[0]) + f["b"] * (z[1] * moves[1]) + s * (moves[2] + f["m"] * moves[1])
     first = first + k["period"] * (w_r * z[0] * (about(f["a"] - f["b"]) * z[1] - f["m"] * s))
     return (2 * first + grown(d, w_r, z, moves)).high, bad
@@ -335,6 +332,8 @@ def change(d, v_r, w_r, z, c, table):
 def tabulate(d, v_r, w_r, levels):
     """What the law asks for all over V <= c (levels, 4), and by how much √V then grows in a period (levels,)."""
     f, k, table, growth = d["V"], d["loop"], [], []
+    # What a low-pass has forgotten was anything between the limits
+    rest = [wide(2 * (1 - k["fresh"]) ** (k["forgotten"] // 1 + 1) * (1 + 1e-9) * k[n]) for n in ("v_max", "w_max")]
     for c in levels:
         most = reach(f, np.array([c]))
         edges = [np.linspace(m.low[0], m.high[0], n + 1) for m, n in zip(most, _PARTS, strict=True)]
@@ -342,6 +341,7 @@ def tabulate(d, v_r, w_r, levels):
         z = Boxes(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
         asked = ask(d, v_r, w_r, z[:, level(f, z).low <= c])[:2]
         asked = [Boxes(e.low.min(keepdims=True), e.high.max(keepdims=True)) for e in asked]
+        asked = [e + r for e, r in zip(asked, rest, strict=True)]
         table.append([end[0] for e in asked for end in e.ends])
         inst = driven(k, "ripple", turns(k, v_r, w_r, *asked), asked, asked)
         growth.append(math.sqrt(grown(d, w_r, most, moved(d, v_r, w_r, *inst, inst, most))[0]) * (1 + 1e-14))
@@ -385,25 +385,27 @@ def check(data):
 def _check(data):
     k, f, groups = data["loop"], data["V"], int(data["loop"]["groups"])
     numbers = np.array([*f.values(), *(n for v in k.values() for n in (v if isinstance(v, list) else [v]))], float)
+    past = [*k["last"], *(k[n] for n in ("memory", "forgotten", "prompt", "turning"))]
+    counts = "memory", "window", "forgotten"
     signed = {"v_weight", "w_weight", "kx", "ky", "kpsi", "last"}
     for holds, wrong in (
         (data["format"] == FORMAT and np.isfinite(numbers).all(), "the file is no certificate of this format"),
         (min(v for n, v in k.items() if n not in signed) >= 0, "a number of the loop is below 0"),
         (0 < k["speed_low"] <= k["speed_high"] and 0 < k["period"] <= 0.5, "speeds or period are out of range"),
-        (groups > 0 and min(k["last"]) >= 0 and k["memory"] >= 1, "what is remembered is out of range"),
-        (max(k["memory"], k["prompt"], k["turning"], *k["last"]) <= 1000, "more is remembered than can be checked"),
+        (groups > 0 <= min(past) and k["memory"] >= 1 and max(past) <= 1000, "what is remembered is out of range"),
+        (abs(1 - math.exp(-k["period"] / max(k["smooth"], 1e-9)) - k["fresh"]) < 1e-9, "fresh is not of this smooth"),
         (all(abs(sum(k[n][:groups]) - 1) <= 1e-12 for n in ("v_weight", "w_weight")), "weights must be 1 in all"),
         (min(f["a"], f["b"]) > 0 and 0 < f["inner"] < f["outer"] and 0 < f["fall"] < 1, "V is out of its range"),
-        (0 < f["share"] <= f["fall"] ** (int(k["memory"]) + int(k["window"])), "share is above fall^(what counts)"),
+        (0 < f["share"] <= f["fall"] ** sum(int(k[n]) for n in counts), "share is above fall^(what counts)"),
     ):
         if not holds:
             raise RefutedError(wrong)
     count = math.ceil(math.log(f["inner"] / f["outer"]) / math.log(_STEP))
     levels = f["outer"] * (f["inner"] / f["outer"]) ** (np.arange(count + 1) / count)
-    cells = max(1, math.ceil(math.log(k["speed_high"] / k["speed_low"]) / math.log(_CELL)))
-    speeds = np.linspace(k["speed_low"], k["speed_high"], cells + 1)
-    for slowest, fastest in itertools.pairwise(speeds):
-        _prove(data, slowest, fastest, levels)
+    cells = math.ceil(math.log(k["speed_high"] / k["speed_low"]) / math.log(_CELL))
+    speeds = np.linspace(k["speed_low"], k["speed_high"], max(1, cells) + 1)
+    for n in range(len(speeds) - 1):
+        _prove(data, *speeds[n : n + 2], levels)
 
 
 def _prove(data, slowest, fastest, levels):
@@ -430,8 +432,3 @@ def _prove(data, slowest, fastest, levels):
         first, second = boxes.copy(), boxes.copy()
         first[1, axis, n] = second[0, axis, n] = boxes[:, axis, n].mean(axis=0)
         boxes = np.concatenate([rest, first, second], axis=2)
-
-
-def check_file(path):
-    """Check the certificate in a file; returns what it says. Raises RefutedError, or OSError."""
-    return check(Path(path).read_bytes())

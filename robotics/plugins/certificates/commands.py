@@ -179,10 +179,10 @@ def _print_claims(report: Mapping[str, Any]) -> None:
 
 def _verify(path: Path, json: bool) -> None:
     from fuzzy.errors import InputError
-    from robotics.plugins.certificates.checker import RefutedError, check_file
+    from robotics.plugins.certificates.checker import RefutedError, check
 
     try:
-        data = check_file(path)
+        data = check(path.read_bytes())
     except OSError:
         raise InputError(f"--verify {path}: there is no such file; give one that --out wrote") from None
     except RefutedError as error:

@@ -6,7 +6,8 @@ beside its reference:
     X' = v_r (1 − cos ψ) − a cos ψ + ω_r Y,   Y' = (v_r + a) sin ψ − ω_r X,   ψ' = −b
 
 The wheels are known by an assumption only: over a period v and ω are on average a weighted mean of the newest commands,
-within a share of the width of the hull of older ones and a constant. Where the robot was when those commands were given
+within a share of the width of the hull of older ones and a constant. Behind a low-pass these commands are a mean that
+fades of what the law has asked for, enclosed from the oldest on. Where the robot was when those commands were given
 follows from how fast it can have moved since. docs/explanation/certificate.md has the theorem, after Razumikhin
 [Hale & Verduyn Lunel 1993].
 """
@@ -203,6 +204,8 @@ def tabulate(numbers, candidate, rules, cell, parts, levels, found):  # type: ig
     asked, out, work = np.empty((2, max(1, int(loop.count)))), np.empty((2, 16)), np.empty(work_size(rules))
     v_r = cell[0, 0], cell[0, 1]
     v_r, w_r = references(loop, v_r, (cell[1, 0], cell[1, 1]))
+    # What is forgotten was anything between the limits
+    rest = 2 * (1 - loop.fresh) ** (loop.forgotten + 1) * (1 + 1e-9)
     for n in range(len(levels)):
         c = levels[n]
         most = reach(form, c)
@@ -216,6 +219,7 @@ def tabulate(numbers, candidate, rules, cell, parts, levels, found):  # type: ig
                     if level(form, x, y, psi)[0] <= c:
                         s, t, bad = ask(loop, v_r, w_r, x, y, psi, rules, asked, out, work)
                         a, b, wrong = hull(a, s), hull(b, t), wrong | bad
+        a, b = wider(a, up(rest * loop.v_max)), wider(b, up(rest * loop.w_max))
         found[n, 0], found[n, 1], found[n, 2], found[n, 3] = a[0], a[1], b[0], b[1]
         inst = at_any_time(loop, reverses(loop, v_r, w_r, a, b), a, b)
         dx, dy, dpsi = moved(loop, v_r, w_r, inst[0], inst[1], inst, most[0], most[1], most[2])
@@ -251,13 +255,28 @@ def moved(loop, v_r, w_r, a, b, inst, x, y, psi):  # type: ignore[no-untyped-def
 
 
 @compiled_only
+def smooth(loop, hulls, n):  # type: ignore[no-untyped-def]
+    """Enclose the commands that are at most n periods old behind the low-pass, of those before it: columns 4 to 7."""
+    s, older = loop.fresh, hulls[min(n + 1, len(hulls) - 1)]
+    for i in range(0, 4, 2):
+        new = scale(s, (hulls[n, i], hulls[n, i + 1]))
+        hulls[n, i + 4], hulls[n, i + 5] = add(new, mul((down(1 - s), up(1 - s)), (older[i + 4], older[i + 5])))
+
+
+@compiled_only
+def told(hulls, n):  # type: ignore[no-untyped-def]
+    """What the wheels were told to do, a and b, in the last n + 1 periods."""
+    k = min(n, len(hulls) - 1)
+    return (hulls[k, 4], hulls[k, 5]), (hulls[k, 6], hulls[k, 7])
+
+
+@compiled_only
 def weighted(loop, hulls, n):  # type: ignore[no-untyped-def]
     """The weighted mean of commands by which the wheels turn in any of the last n + 1 periods."""
-    a, b, most = (0.0, 0.0), (0.0, 0.0), len(hulls) - 1
+    a, b = (0.0, 0.0), (0.0, 0.0)
     for g in range(int(loop.groups)):
-        k = min(n + int(loop.last[g]), most)
-        a = add(a, scale(loop.v_weight[g], (hulls[k, 0], hulls[k, 1])))
-        b = add(b, scale(loop.w_weight[g], (hulls[k, 2], hulls[k, 3])))
+        v, w = told(hulls, n + int(loop.last[g]))
+        a, b = add(a, scale(loop.v_weight[g], v)), add(b, scale(loop.w_weight[g], w))
     return a, b
 
 
@@ -270,34 +289,31 @@ def change(loop, form, v_r, w_r, box, c, table, rules, asked, out, work, hulls):
     wide_a, wide_b = up(table[1] - table[0]), up(table[3] - table[2])
     # hulls[n]: of the commands that are at most n periods old; of older ones no more is known than that V was <= c
     steps, prompt, wrong = len(hulls) - 2, int(loop.prompt), 0
-    hulls[steps + 1, 0], hulls[steps + 1, 1], hulls[steps + 1, 2], hulls[steps + 1, 3] = (
-        table[0],
-        table[1],
-        table[2],
-        table[3],
-    )
+    for i in range(4):
+        hulls[steps + 1, i] = hulls[steps + 1, i + 4] = table[i]
     turns = reverses(loop, v_r, w_r, any_a, any_b)
     mean_a, mean_b, inst = any_a, any_b, (any_a, any_b)
     for n in range(steps, -1, -1):
         before = hulls[n + 1]
-        for i in range(4):
+        for i in range(8):
             hulls[n, i] = before[i]  # until it is known better
         p, q, r = x, y, psi
         if n > 0:
             mean_a, mean_b = weighted(loop, hulls, n)
             mean_a, mean_b = on_average(loop, turns, mean_a, mean_b, wide_a, wide_b)
-            k = min(n + prompt, steps + 1)
-            inst = at_any_time(loop, turns, (hulls[k, 0], hulls[k, 1]), (hulls[k, 2], hulls[k, 3]))
+            v, w = told(hulls, n + prompt)
+            inst = at_any_time(loop, turns, v, w)
             p, q, r = earlier(loop, v_r, w_r, inst, mean_b, x, y, psi, most, n, form, c)
         a, b, bad = ask(loop, v_r, w_r, p, q, r, rules, asked, out, work)
         a, b, wrong = within(a, (before[0], before[1])), within(b, (before[2], before[3])), wrong | bad
         hulls[n, 0], hulls[n, 1], hulls[n, 2], hulls[n, 3] = a[0], a[1], b[0], b[1]
-    k = min(int(loop.turning), steps + 1)
-    turns = reverses(loop, v_r, w_r, (hulls[k, 0], hulls[k, 1]), (hulls[k, 2], hulls[k, 3]))
+        smooth(loop, hulls, n)
+    v, w = told(hulls, int(loop.turning))
+    turns = reverses(loop, v_r, w_r, v, w)
     mean_a, mean_b = weighted(loop, hulls, 0)
     mean_a, mean_b = on_average(loop, turns, mean_a, mean_b, wide_a, wide_b)
-    k = min(prompt, steps + 1)
-    inst = at_any_time(loop, turns, (hulls[k, 0], hulls[k, 1]), (hulls[k, 2], hulls[k, 3]))
+    v, w = told(hulls, prompt)
+    inst = at_any_time(loop, turns, v, w)
     dx, dy, dpsi = moved(loop, v_r, w_r, mean_a, mean_b, inst, x, y, psi)
     s, ds = add(psi, scale(form.m, y)), add(dpsi, scale(form.m, dy))
     first = add(add(scale(form.a, mul(x, dx)), scale(form.b, mul(y, dy))), mul(s, ds))
@@ -353,7 +369,7 @@ def prove(numbers, candidate, rules, levels, tables, stack, held, sizes, most, l
     """
     loop, form = LoopColumns(numbers), LevelColumns(candidate)
     asked, out, work = np.empty((2, max(1, int(loop.count)))), np.empty((2, 16)), np.empty(work_size(rules))
-    hulls, whole, count, box = np.empty((int(loop.memory) + 2, 4)), reach(form, form.outer), 0, np.empty((5, 2))
+    hulls, whole, count, box = np.empty((int(loop.memory) + 2, 8)), reach(form, form.outer), 0, np.empty((5, 2))
     rim = form.share * form.outer
     while held > 0:
         held -= 1
@@ -392,7 +408,7 @@ def at_points(numbers, candidate, rules, cells, points, levels, tables, found): 
     """By which part V changes at points (n, 3), each with its v_r and ω_r (n, 2); no proof, but the same sums."""
     loop, form = LoopColumns(numbers), LevelColumns(candidate)
     asked, out, work = np.empty((2, max(1, int(loop.count)))), np.empty((2, 16)), np.empty(work_size(rules))
-    box, hulls = np.empty((3, 2)), np.empty((int(loop.memory) + 2, 4))
+    box, hulls = np.empty((3, 2)), np.empty((int(loop.memory) + 2, 8))
     for k in range(len(points)):
         v_r = cells[k, 0], cells[k, 0]
         v_r, w_r = references(loop, v_r, (cells[k, 1], cells[k, 1]))

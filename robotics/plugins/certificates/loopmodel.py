@@ -10,7 +10,7 @@ from fuzzy.compiled.packed import packed
 from fuzzy.quantity import check_quantities, quantity
 from fuzzy.system import Sugeno
 from robotics.laws.catalogue import make_controller
-from robotics.laws.knowledge import AUTO, NOTHING_GIVEN
+from robotics.laws.knowledge import AUTO, NOTHING_GIVEN, share_of
 from robotics.laws.rules.of_reference import INPUTS, OUTPUTS
 from robotics.laws.rules.own_rules import OwnRules
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -31,6 +31,8 @@ from robotics.world.vehicle.robot import Robot
 from robotics.world.vehicle.wheel_loop import wheel_lag
 
 MEMORY = 6  # periods, within which commands are bounded one by one
+_MOST_MORE = 20  # periods, at most, that are added to them behind a low-pass
+_FORGOTTEN = 1e-5  # of a correction, in what is smoothed: less is counted as anything between the robot's limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,15 +107,14 @@ def closed_loop(law: Any, robot: Robot, model: LoopModel | None = None) -> Close
         )
     references = (model.speed_low, model.speed_high), model.curvature
     wheels = measure_wheels(robot, *references, model.period, model.latency)
-    if law.smooth:
-        raise CertificateError(f"{title}: behind a low-pass nothing is certified; set smooth=0")
     told = law.lead if law.lead is not None else NOTHING_GIVEN.lead
     lead = model.latency + wheel_lag(robot) + model.period / 2 if told == AUTO else float(told or 0.0)
-    values |= _of_wheels(wheels)
+    values |= _of_wheels(wheels) | _of_low_pass(law.smooth or 0.0, model.period)
     same = ("period", "v_rate", "w_rate", "curvature", "speed_low", "speed_high", "position_noise", "heading_noise")
     values |= {name: getattr(model, name) for name in same}
     values |= {
-        "span": (values["memory"] + WINDOW + 2) * model.period + lead,
+        "memory": values["memory"] + min(math.ceil(2 * values["smooth"] / model.period), _MOST_MORE),
+        "span": (values["memory"] + WINDOW + values["forgotten"] + 2) * model.period + lead,
         "v_max": robot.v_max,
         "w_max": robot.w_max,
         "half_axle": robot.half_axle,
@@ -148,9 +149,17 @@ def _of_wheels(wheels: WheelModel) -> dict[str, Any]:
     return numbers
 
 
+def _of_low_pass(smooth: float, period: float) -> dict[str, float]:
+    """The numbers of the low-pass behind a law."""
+    fresh = share_of(smooth, period)
+    forgotten = math.ceil(math.log(_FORGOTTEN) / math.log(1 - fresh)) if fresh < 1 else 0
+    return {"smooth": smooth, "fresh": fresh, "forgotten": float(forgotten)}
+
+
 def history(numbers: np.ndarray) -> int:
     """How many samples of the past the proof tells of."""
-    return int(LoopColumns(numbers).memory) + WINDOW
+    loop = LoopColumns(numbers)
+    return int(loop.memory) + int(loop.forgotten) + WINDOW
 
 
 def fall(numbers: np.ndarray, share: float) -> float:

@@ -59,6 +59,7 @@ def follow(
     machine = Plant(np.repeat(plant.parameters(robot)[:, None], n, axis=1), steps=1)
     state = plant.initial_state(np.zeros((n, 3)))
     limits = np.repeat(plant.velocity_limits([robot]), n, axis=1)
+    fresh = float(LoopColumns(loop.numbers).fresh)
     first = np.array(plant.saturate(limits, *asked(loop, start, v_r, w_r)))
     for _ in range(round(2 / STEP)):
         state = machine.advance(state, first, first, 0, "velocity")
@@ -74,7 +75,10 @@ def follow(
         angle, far = rng.uniform(-np.pi, np.pi, n), rng.choice([1.0, rng.random()], n)
         noise = np.array([np.cos(angle) * far, np.sin(angle) * far, rng.choice([-1, 1], n) * far]).T
         noise *= np.array([model.position_noise, model.position_noise, model.heading_noise])
-        commands.append(np.array(plant.saturate(limits, *asked(loop, z + noise, v_r, w_r))))
+        wanted = np.array(asked(loop, z + noise, v_r, w_r))
+        # Behind a low-pass: the correction of the reference's velocity, of which it keeps what can be driven
+        wanted = fresh * wanted + (1 - fresh) * commands[-1]
+        commands.append(np.array(plant.saturate(limits, *wanted)))
         held = [commands[-1] if i >= late else commands[-2] for i in range(steps)]
         state, mean, row = driven_period(machine, state, held, model.period)
         means.append(mean)

@@ -13,6 +13,7 @@ from fuzzy.plugins.ccode.numbertype import ExportError
 from robotics.commands.application import main
 from robotics.laws.equation import SeenColumns
 from robotics.laws.rules.own_rules import OwnRules
+from robotics.plugins.ccode.guard import HandedOrder
 from robotics.plugins.ccode.source import law_sources
 from robotics.plugins.ccode.verification import CStep, verify_c_law
 from robotics.plugins.ccode.writing import write_c_law
@@ -200,7 +201,7 @@ def test_of_a_law_that_cannot_be_written_the_monitor_is(tmp_path):
     files = write_c_law("fuzzy-team:safe=yes", scenario, tmp_path)
     assert [file.name for file in files.files] == ["fuzzy_team_monitor.h", "fuzzy_team_monitor.c"]
     assert "wish_v and wish_w are what a law of yours wants" in files.sources.blind[-1]
-    guarded, free = (robotics.simulate(scenario, replace(files.law, safe=safe), [1]) for safe in ("yes", "no"))
+    guarded, free = (robotics.simulate(scenario, HandedOrder(safe=safe), [1]) for safe in ("yes", "no"))
     assert np.hypot(guarded["x"] - free["x"], guarded["y"] - free["y"]).max() > 0.1  # it acts
     assert verify_c_law(files, [scenario], seeds=[1]).drives[0].greatest == 0.0
 
@@ -252,8 +253,8 @@ def test_the_monitor_in_c_is_that_of_the_loop_period_by_period(tmp_path, name, m
             heard[sender] = (*place, bearing, rng.uniform(0, 0.5), rng.uniform(-0.2, 0), rng.uniform(0, 2))
         if robots > 1:
             air.age[me], air.values[:, me] = age, heard.T
-        names = ("x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "ranges[4]")
-        names += (f"age[{robots}]", f"heard[{robots}][6]")
+        names = ["x", "y", "heading", "v", "w", "at_x", "at_y", "at_heading", "at_v", "at_w", "ranges[4]"]
+        names += [f"age[{robots}]", f"heard[{robots}][6]"]
         numbers = dict(zip(names, (*pose, v, w, *aim, ranges, age, heard.ravel()), strict=True))
         said = {}
         for name, step in steps.items():

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from fuzzy.compiled.intervals import ranges
 from fuzzy.compiled.packed import packed
@@ -20,11 +22,11 @@ from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.plugins.certificates.badge import badge
 from robotics.plugins.certificates.certificate import CertificateError
 from robotics.plugins.certificates.certificatefile import _rules, contents, write_certificate
-from robotics.plugins.certificates.checker import Boxes, RefutedError, check, check_file, infer
+from robotics.plugins.certificates.checker import Boxes, RefutedError, check, infer
 from robotics.plugins.certificates.loopcolumns import LevelColumns
 from robotics.plugins.certificates.loopmodel import LoopModel, closed_loop
 from robotics.plugins.certificates.regions import QUICK_EFFORT, Failure, SearchEffort, certify_loop, where
-from robotics.plugins.certificates.starts import follow, simulate_starts, wheels_in_region
+from robotics.plugins.certificates.starts import asked, follow, simulate_starts, wheels_in_region
 from robotics.plugins.certificates.wheels import differences, measure_wheels
 from robotics.simulation.scenario.robots import load_robot
 from tests.robotics.world.vehicle.etsro import ETSRO
@@ -97,7 +99,7 @@ def certificate():
 
 def test_the_file_is_checked_without_the_search_and_by_the_command(certificate, tmp_path, capsys):
     write_certificate(certificate, tmp_path / "loop.json")
-    assert check_file(tmp_path / "loop.json")["V"]["outer"] == LevelColumns(certificate.form).outer
+    assert check((tmp_path / "loop.json").read_bytes())["V"]["outer"] == LevelColumns(certificate.form).outer
     assert main(["certify", "--verify", str(tmp_path / "loop.json"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["holds"] is True
     (tmp_path / "loop.json").write_text("[]")
@@ -203,10 +205,65 @@ def test_the_weights_of_the_wheels_tell_of_the_latency():
     assert (np.abs(late.weights[0]) < 0.05).all()  # a command does nothing in its own period
 
 
-@pytest.mark.parametrize("law", ["fuzzy", "csm", "fuzzy-correcting", "fuzzy-correcting:smooth=0.1"])
+@pytest.mark.parametrize("law", ["fuzzy", "csm"])
 def test_what_is_not_certified_says_why(law):
     with pytest.raises(CertificateError, match="certif"):
         closed_loop(law, ETSRO)
+
+
+@pytest.fixture(scope="module")
+def behind_low_pass():
+    found, failure = certify_loop(closed_loop("fuzzy-correcting:smooth=0.05", ETSRO, NARROW), SMALL)
+    assert found is not None, failure
+    return found
+
+
+def test_no_start_leaves_the_region_of_a_law_behind_a_low_pass(behind_low_pass):
+    seen = simulate_starts(behind_low_pass, ETSRO, 500, duration=4.0)
+    assert seen.greatest.max() <= 1 + 1e-9
+    assert seen.last.max() <= behind_low_pass.ultimate / behind_low_pass.region
+    assert wheels_in_region(behind_low_pass, ETSRO) == ""
+
+
+def test_a_slower_low_pass_in_the_file_is_refuted(behind_low_pass):
+    data = contents(behind_low_pass)
+    data["loop"]["smooth"] = 0.3
+    with pytest.raises(RefutedError, match="fresh is not of this smooth"):
+        check(copy.deepcopy(data))
+    data["loop"]["fresh"] = -math.expm1(-NARROW.period / 0.3)
+    with pytest.raises(RefutedError, match="share is above"):
+        check({**data, "loop": data["loop"] | {"forgotten": 900.0}})
+    # As little as this is remembered makes what is older count as anything
+    with pytest.raises(RefutedError, match="not seen to fall"):
+        check(data)
+
+
+@pytest.mark.long
+def test_the_second_checker_accepts_a_law_behind_a_low_pass(behind_low_pass):
+    assert check(contents(behind_low_pass))["loop"]["smooth"] == 0.05
+
+
+def test_a_low_pass_that_is_too_slow_for_the_gains_is_not_certified(behind_low_pass):
+    # τ s³ + s² + k_ψ s + v k_y = 0 is stable for τ < k_ψ/(v k_y), about 1.7 s here
+    loop = closed_loop("fuzzy-correcting:smooth=3", ETSRO, NARROW)
+    grown = simulate_starts(replace(behind_low_pass, loop=loop), ETSRO, 10, duration=8.0)
+    assert grown.last.max() > 1
+    found, failure = certify_loop(loop, QUICK_EFFORT)
+    assert found is None
+    assert failure is not None
+    assert failure.growth > 0
+
+
+def test_simulated_starts_have_the_low_pass_of_the_law():
+    model = LoopModel(speed_low=0.3, speed_high=0.3, curvature=0.0)
+    loop = closed_loop("fuzzy-correcting", ETSRO, model)
+    start = np.array([[0.03, 0.05, 0.2], [-0.02, -0.03, 0.1]])
+    errors, drives = follow(loop, ETSRO, start, 1.0, np.random.default_rng(0))
+    wanted = np.array([asked(loop, z, np.full(2, 0.3), np.zeros(2)) for z in errors])
+    fresh = -math.expm1(-model.period / 0.2)
+    first = drives.commands[0]
+    expected = first + lfilter([fresh], [1, fresh - 1], wanted - first, axis=0)
+    np.testing.assert_allclose(drives.commands[-len(errors) :], expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
