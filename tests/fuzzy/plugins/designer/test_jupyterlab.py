@@ -68,27 +68,32 @@ def lab(tmp_path_factory: Any) -> Iterator[tuple[str, Path]]:
         start_new_session=True,
     )
     assert process.stderr is not None
-    said = ""
-    while (found := re.search(r"http://(?:localhost|127\.0\.0\.1):(\d+)/lab", said)) is None:
-        line = process.stderr.readline()
-        assert line, said
-        said += line
-    address = f"http://127.0.0.1:{found[1]}"
-    # A kernel that runs already, so that the page need not ask which one to take.
+    try:
+        said = ""
+        while (found := re.search(r"http://(?:localhost|127\.0\.0\.1):(\d+)/lab", said)) is None:
+            line = process.stderr.readline()
+            assert line, said
+            said += line
+        address = f"http://127.0.0.1:{found[1]}"
+        start_kernel(address)
+        yield f"{address}/lab/tree/", folder
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)  # with its kernels, for which it may wait for minutes
+        process.communicate(timeout=60)
+
+
+def start_kernel(address: str) -> None:
+    """Start a kernel for the notebook, so that the page need not ask which one to take."""
     session = {"path": "widgets.ipynb", "name": "", "type": "notebook", "kernel": {"name": "python3"}}
     request = Request(f"{address}/api/sessions", json.dumps(session).encode(), {"Content-Type": "application/json"})
     for _ in range(60):  # the address is said before anybody listens there
         try:
             with urlopen(request, timeout=120):
-                break
+                return
         except URLError as error:
             refused = error
             time.sleep(1)
-    else:
-        raise refused
-    yield f"{address}/lab/tree/", folder
-    os.killpg(process.pid, signal.SIGKILL)  # with its kernels, for which it may wait for minutes
-    process.communicate(timeout=60)
+    raise refused
 
 
 def cells(page: Any) -> int:
@@ -114,15 +119,19 @@ def test_keys_on_a_widget_stay_there_and_a_saved_notebook_has_stills(browser: An
     page.goto(f"{url}widgets.ipynb?reset")
     page.wait_for_selector(".jp-Notebook .jp-Cell")
     handle, play = page.get_by_role("slider", name="near: peak"), page.locator(".fleet-player button.play")
+    # Which kernel? It may be asked although one runs, when it likes, also between two clicks.
+    question = page.locator("dialog button.jp-mod-accept").last
+    page.add_locator_handler(question, lambda: question.click(), no_wait_after=True)
     peak, running = page.get_by_text("the peak is [0.0, 0.5, 1.2]"), page.locator(".jp-InputPrompt", has_text="*")
-    for _ in range(3):  # what is run while the page still connects to its kernel is not run
+    for _ in range(6):  # what is run while the page still connects to its kernel is not run, or forgotten
         page.locator(".lm-MenuBar-item", has_text="Run").click()
         page.locator(".lm-Menu-item[data-command='runmenu:run-all']").click()
         page.wait_for_timeout(5000)
-        while running.count():  # the limit of a test ends it
+        while running.count() and not question.count():  # the limit of a test ends it
             page.wait_for_timeout(1000)
         if peak.count() and handle.count():
             break
+    page.remove_locator_handler(question)
     handle.wait_for()
     peak.wait_for()
     assert page.locator(".fuzzy-editor").bounding_box()["height"] < 800
