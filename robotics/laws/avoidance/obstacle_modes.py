@@ -168,7 +168,7 @@ def stand_still(watch, fresh, v, w, dt):  # type: ignore[no-untyped-def]
         watch: What is remembered, WatchMemory, brought up to date; at the start :func:`nothing_watched`.
         fresh: What its sonars read, SonarColumns.
         v: Its speed [m/s].
-        w: Its angular velocity [rad/s].
+        w: Its turn rate [rad/s].
         dt: The control period [s].
 
     Returns whether it stands still.

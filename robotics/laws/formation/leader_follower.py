@@ -20,9 +20,9 @@ see ``datasets/README.md``. The law above is a function of dx and α_l (leader) 
 (followers), smooth in both, and these follow from x_l, y_l, θ_l, the followers' x and the path. A network may have any
 of the six.
 
-Stability: for small errors α_l = −ψ − e/L + κL/2, so the leader's lateral error obeys e'' + (2/L) e' + (2/L²) e = 0 per
-metre of its path: a damping of 0.71 at every speed. Where the curvature changes by κ' per metre it drives κ' L³/6 off
-its path: 1 cm. The followers' errors under "own-pose" obey e'' + (K_ψ/v) e' + K_y e = 0; open loop, nothing corrects
+Stability: for small errors α_l = −ψ − e/L + κL/2, so the leader's cross-track error obeys e'' + (2/L) e' + (2/L²) e = 0
+per metre of its path: a damping of 0.71 at every speed. Where the curvature changes by κ' per metre it drives κ' L³/6
+off its path: 1 cm. The followers' errors under "own-pose" obey e'' + (K_ψ/v) e' + K_y e = 0; open loop, nothing corrects
 them.
 
 The followers' controller reads the leader's posture, and the leader's the followers' x, directly from the shared

@@ -15,8 +15,8 @@ are choices: the wheels must not saturate, and a follower must come into its pla
 waits for the mean.
 
 Stability: with e_i = d_i − d_1 a follower's lead beside the mean, e_i' = −v_d S'(0) e_i = −(3/2) v_d e_i, and the mean
-lead decays with v_d (3/2 + 1). A lateral error obeys e'' + (2/L) e' + (2/L²) e = 0 per metre: a damping of 0.71; where
-the curvature changes by κ' per metre it is κ' L³/6 (4.5 mm for L = 0.3 m and κ' = 1 1/m²).
+lead decays with v_d (3/2 + 1). A cross-track error obeys e'' + (2/L) e' + (2/L²) e = 0 per metre: a damping of 0.71;
+where the curvature changes by κ' per metre it is κ' L³/6 (4.5 mm for L = 0.3 m and κ' = 1 1/m²).
 
 All robots stop when the leader reaches the end of its path. One computer commands all robots: nothing is heard by
 radio, late or lost.

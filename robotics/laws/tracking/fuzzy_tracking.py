@@ -8,7 +8,7 @@ The target is the trajectory's point ``look_ahead`` seconds from now (the thesis
 
 With the bearing as α the rule base is pure pursuit: both lateral poles are those of s² + (2/T) s + 2/T² for a
 look-ahead of T (damping 0.71, √2/T rad/s), at any speed. That is a local certificate; convergence from afar is
-shown by sampling, not proved. With the path's heading as α the lateral error is unseen: λ is then needed, with
+shown by sampling, not proved. With the path's heading as α the cross-track error is unseen: λ is then needed, with
 y_err in the path's frame (the thesis's global y works on paths along +x only; errata A22, A23).
 
 The target of a slow robot is near, 3 cm at 0.08 m/s, where its bearing is noise. Nearer than D, ``steering_distance``,

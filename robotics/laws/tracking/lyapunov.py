@@ -9,7 +9,7 @@ with the errors of (5.9), desired − actual. From V = (x² + y²)/2 + (1 − co
     V' = −K_x x² − (K_ψ/K_y) |v_d| sin² ψ  for (2.32);   −K_x x² − (K_ψ/K_y) sin² ψ  for (2.31).
 
 Stable for K_x, K_y, K_ψ > 0; the errors converge as long as v_d does not go to 0 (Barbalat), from every start but
-ψ_e = π exactly. Along the path the lateral error obeys wn = √K_y per metre with damping K_ψ / (2 √K_y) in the form
+ψ_e = π exactly. Along the path the cross-track error obeys wn = √K_y per metre with damping K_ψ / (2 √K_y) in the form
 (2.32): the thesis's gains 1, 1, 1 converge slowly where the robot is slow; 1, 10, 5 has damping 0.79.
 """
 

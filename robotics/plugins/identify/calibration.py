@@ -1,4 +1,4 @@
-"""Wheels and axle by a pose or a yaw rate that the wheels have no part in: how wrong odometry's sizes are.
+"""Wheels and axle by a pose or a turn rate that the wheels have no part in: how wrong odometry's sizes are.
 
 The measured wheel speeds are integrated with a scale of each wheel and of the axle, from a start that is fitted too;
 what is left between that track and the measured poses is least squares. The intervals widen by the long-run variance of

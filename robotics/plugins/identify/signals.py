@@ -1,4 +1,4 @@
-"""What a log tells of a drive: commands, measured velocities, and where there are any poses and a yaw rate.
+"""What a log tells of a drive: commands, measured velocities, and where there are any poses and a turn rate.
 
 A log is a rosbag2 folder, an .mcap, .db3 or .bag file, or a CSV file whose header names the columns below with their
 units. Columns may come at rates of their own: a row tells what it has numbers for.

@@ -249,7 +249,7 @@ def saturate(limits: np.ndarray, v: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     Args:
         limits: As of :func:`velocity_limits` (4, robots).
         v: The commanded speed (..., robots) [m/s].
-        w: The commanded angular velocity (..., robots) [rad/s].
+        w: The commanded turn rate (..., robots) [rad/s].
     """
     v_max, w_max, half_axle, wheel = limits
     v = np.minimum(np.maximum(v, -v_max), v_max)

@@ -166,7 +166,7 @@ class Robot:
         "wheel_radius wheel_speed_max: what the wheels can turn", lambda r: r.wheel_speed_limit, above=0, example=0.6,
     )  # fmt: skip
     w_max: float = _derived(
-        "rad/s", "The highest commanded angular velocity.",
+        "rad/s", "The highest commanded turn rate.",
         "wheel_radius wheel_speed_max / half_axle: what the wheels can turn on the spot",
         lambda r: r.wheel_speed_limit / r.half_axle, above=0, example=6.7,
     )  # fmt: skip
@@ -175,7 +175,7 @@ class Robot:
         None, "m/s²", above=0, example=1.0, doc="How fast a commanded speed may change; left out: at once."
     )
     w_rate_max: float | None = quantity(
-        None, "rad/s²", above=0, example=5.0, doc="How fast a commanded angular velocity may change; left out: at once."
+        None, "rad/s²", above=0, example=5.0, doc="How fast a commanded turn rate may change; left out: at once."
     )
     # What a data sheet seldom says, and a simulation by it leaves out
     dead_band: float = _derived(
@@ -187,7 +187,7 @@ class Robot:
         "0: it is not rounded", lambda r: 0.0, least=0, most=10, example=0.01,
     )  # fmt: skip
     w_resolution: float = _derived(
-        "rad/s", "A commanded angular velocity is rounded to a multiple of it.",
+        "rad/s", "A commanded turn rate is rounded to a multiple of it.",
         "0: it is not rounded", lambda r: 0.0, least=0, most=10, example=0.05,
     )  # fmt: skip
     # Tyres that slip in proportion to their force (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), the load
