@@ -22,8 +22,8 @@ of the six.
 
 Stability: for small errors α_l = −ψ − e/L + κL/2, so the leader's cross-track error obeys e'' + (2/L) e' + (2/L²) e = 0
 per metre of its path: a damping of 0.71 at every speed. Where the curvature changes by κ' per metre it drives κ' L³/6
-off its path: 1 cm. The followers' errors under "own-pose" obey e'' + (K_ψ/v) e' + K_y e = 0; open loop, nothing corrects
-them.
+off its path: 1 cm. The followers' errors under "own-pose" obey e'' + (K_ψ/v) e' + K_y e = 0; open loop, nothing
+corrects them.
 
 The followers' controller reads the leader's posture, and the leader's the followers' x, directly from the shared
 observation: in the thesis's set-up one computer commands all robots. There is no radio between that would delay or lose

@@ -61,7 +61,7 @@ class Trajectory(References):
 
     Attributes:
         paths: Of each robot.
-        tables: (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal step of times.
+        tables: (robots, 2, nodes): abscissa [m] and its rate [m/s] at equal steps of time.
         joined: The paths in one table.
         ends: The times [s] at which the robots are due at the ends of their paths (robots,).
         road: The same as plain arrays, for compiled functions.
