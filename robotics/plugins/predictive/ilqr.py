@@ -65,7 +65,7 @@ class TargetColumns(Columns):
     w = column("rad/s")
 
 
-class NodeColumns(Columns):
+class PeriodColumns(Columns):
     """What belongs to a period."""
 
     to = within(TargetColumns)
@@ -105,10 +105,10 @@ class SolverColumns(Columns):
     by_ux = several(14, "", "(2, 7): by u and by (z, p)")
     closed = several(14, "", "(2, 7): Quu K + Qux")
     exact = column("", "1: the curvature of the motion is added")
-    nodes = several(0, "", "a NodeColumns for each period, and one more for the end")
+    nodes = several(0, "", "a PeriodColumns for each period, and one more for the end")
 
 
-NODE = NodeColumns.size
+NODE = PeriodColumns.size
 # The gains of robotics.laws.tracking.lyapunov.Lyapunov
 _KX = 1.0  # 1/s
 _KY = 10.0  # 1/m²
@@ -129,7 +129,7 @@ def working(horizon: int) -> int:
 @compiled_only(forceinline=True)
 def node_of(work, k):  # type: ignore[no-untyped-def]
     """The ``k``-th period."""
-    return NodeColumns(work.nodes, NODE * k)
+    return PeriodColumns(work.nodes, NODE * k)
 
 
 @compiled_only

@@ -361,7 +361,7 @@ def draw_patches(ax: Axes, patches: Sequence[Patch]) -> None:
     """Draw the patches of a floor in a top view, each with its friction; bluer where it is more slippery."""
     for patch in patches:
         outline, rough = patch.outline(), patch.friction > 1
-        color, alpha = ("#b08d57", 0.25) if rough else ("#8ec5e8", 0.5 - 0.35 * patch.friction)
+        color, alpha = (COLORS[5], 0.25) if rough else (COLORS[4], 0.5 - 0.35 * patch.friction)
         ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, facecolor=color, alpha=alpha))
         place = outline[:, 0].mean(), outline[:, 1].min()
         ax.text(*place, f"friction × {shown(patch.friction)}", fontsize=6, ha="center", va="bottom", zorder=0.6)

@@ -22,5 +22,5 @@ class Readings:
         """What all sensors read in period ``k`` (runs, robots, sensors) [m]; poses are (runs, robots)."""
         self.carried.supply(self.looks, k)
         poses = np.stack([np.ravel(row).astype(float) for row in (x, y, heading)])
-        look(self.looks, k, poses, self.robots, np.empty((0, poses.shape[1])))
+        look(self.looks, k, poses, self.robots, np.empty((0, poses.shape[1])), np.ones(self.runs, dtype=bool))
         return self.looks.readings.reshape(self.runs, self.robots, -1).copy()
