@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.compiled.jit import kernel
-from robotics.plugins.predictive.ilqr import NODE, FixedColumns, NodeColumns, SolverColumns, solve, working
+from robotics.plugins.predictive.ilqr import NODE, FixedColumns, PeriodColumns, SolverColumns, solve, working
 from robotics.plugins.predictive.model import response
 from robotics.plugins.predictive.terminal import Weights
 from robotics.world.vehicle.plant import MotionColumns
@@ -54,10 +54,10 @@ class Problem:
         return work.array
 
 
-def _nodes(work: SolverColumns) -> NodeColumns:
+def _nodes(work: SolverColumns) -> PeriodColumns:
     """The periods that a problem, or several, is solved in: each column is (..., periods)."""
     numbers = work.nodes
-    return NodeColumns(np.moveaxis(numbers.reshape(-1, NODE, *numbers.shape[1:]), 0, -1))
+    return PeriodColumns(np.moveaxis(numbers.reshape(-1, NODE, *numbers.shape[1:]), 0, -1))
 
 
 class Plans(NamedTuple):
