@@ -80,7 +80,7 @@ def select_inputs(
     if most is not None and not 1 <= most <= x.shape[1]:
         raise IdentificationError(f"most must be from 1 to the number of candidates, {x.shape[1]}; got {most}")
     held = fold_rows(len(x), folds, order, seed)
-    spread = np.where(np.ptp(y, axis=0) > 0, y.std(axis=0), 1.0)
+    spread = spread_of(y)
     steps: list[SelectionStep] = []
     while len(steps) < (most or x.shape[1]):
         taken = steps[-1].inputs if steps else ()
@@ -103,6 +103,11 @@ def select_inputs(
     best_step = min(steps, key=lambda step: step.error)
     chosen = next(step for step in steps if step.error <= best_step.error + best_step.deviation)
     return InputSelection(tuple(steps), tuple(sorted(chosen.inputs)))
+
+
+def spread_of(y: np.ndarray) -> np.ndarray:
+    """The standard deviation of each output (outputs,) of ``y`` (samples, outputs); 1 for one that is constant."""
+    return np.where(np.ptp(y, axis=0) > 0, y.std(axis=0), 1.0)
 
 
 def held_back_error(

@@ -57,6 +57,7 @@ def front(
     """
     from fuzzy.files.atomic import write_whole
     from fuzzy.files.fisfile import write_fis
+    from fuzzy.fitting.selection import spread_of
     from fuzzy.plugins.front.search import search_rules
 
     check_plot(plot)
@@ -81,7 +82,7 @@ def front(
         )
     rows = found.table()
     if test is not None:
-        rows["test"] = [_test_error(point, test, samples.y.std(axis=0), skip_bad) for point in found.points]
+        rows["test"] = [_test_error(point, test, spread_of(samples.y), skip_bad) for point in found.points]
     output_folder.mkdir(parents=True, exist_ok=True)
     rows["file"] = [str(output_folder / f"{k}.fis") for k in range(1, len(rows) + 1)]
     for k, point in enumerate(found.points, 1):
@@ -115,4 +116,4 @@ def _test_error(point: "RuleFrontPoint", file: Path, spread: Any, skip_bad: bool
 
     samples = system_samples(point.system, file, skip_bad)
     residual = infer_quietly(point.system, samples.x).output - samples.y
-    return float(np.sqrt(np.mean((residual / np.where(spread > 0, spread, 1.0)) ** 2)))
+    return float(np.sqrt(np.mean((residual / spread) ** 2)))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy.fitting.identification import Data, grid_terms
+from fuzzy.fitting.selection import spread_of
 from fuzzy.membershipfunction import MembershipFunction
 
 _SPARSE = 0.5  # of a new rule's conditions so many are left out
@@ -58,8 +59,7 @@ class RuleSpace:
     @cached_property
     def y(self) -> np.ndarray:
         """The outputs (samples, outputs), each in units of its spread."""
-        y = self.data.y
-        return y / np.where(np.ptp(y, axis=0) > 0, y.std(axis=0), 1.0)
+        return self.data.y / spread_of(self.data.y)
 
     @property
     def upper(self) -> np.ndarray:
