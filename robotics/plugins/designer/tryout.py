@@ -433,12 +433,10 @@ def path_data(run: Run, points: int, place: int = 0) -> dict[str, Any]:
 
     Of a robot that is alone also the cross_track error [m] over time [s].
     """
-    kept, at = (
-        evenly(len(run.time), points),
-        [bends(x, y, points) for x, y in zip(run.x[place], run.y[place], strict=True)],
-    )
+    kept, x, y = evenly(len(run.time), points), run["x"][place], run["y"][place]
+    at = [bends(*path, points) for path in zip(x, y, strict=True)]
     drawn: dict[str, Any] = {
-        name: [rounded_list(row[k]) for row, k in zip(run[name][place], at, strict=True)] for name in ("x", "y")
+        name: [rounded_list(row[k]) for row, k in zip(rows, at, strict=True)] for name, rows in (("x", x), ("y", y))
     }
     if run.about.kind == "tracking" and not can_touch(run):
         error = cross_track_error(run)[place]
