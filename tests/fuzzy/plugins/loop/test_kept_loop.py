@@ -175,18 +175,23 @@ def test_an_undo_right_behind_an_edit_finds_it_done_and_the_field_is_told(tmp_pa
     asyncio.run(edited_and_undone())
 
 
+class _AtOnce(_Bench):
+    """What is asked of another process is done here."""
+
+    async def background(self, function, *given):
+        return function(*given)
+
+    async def read(self, name, function, *given):
+        return function(*given)
+
+
 def test_beside_the_design_stands_the_one_before_by_its_own_scale_factors(tmp_path):
     """That of the file, or what a new one began with; not where nothing but the plant is another."""
     old = replace(rule_table("pi", 3), loop=edit(Kde=0.7)["text"])
     write_fis(old, tmp_path / "pi.fis")
 
     async def beside(document):
-        bench = _Bench(document)
-
-        async def at_once(function, *given):
-            return function(*given)
-
-        bench.background, bench.read = at_once, lambda name, *given: at_once(*given)
+        bench = _AtOnce(document)
         session = StepSession(bench)
         await session.opening
         rows = []
