@@ -137,7 +137,7 @@ export function completing(field, design, typed) {
   function take(k) {
     const to = field.selectionStart,
       before = `${field.value.slice(0, to - begun.length)}${offers[k].text} `;
-    field.value = before + field.value.slice(to).replace(/^\s/, "");
+    field.value = before + field.value.slice(to); // a blank too many within it goes when the sentence is taken
     field.setSelectionRange(before.length, before.length);
     typed();
     offer();

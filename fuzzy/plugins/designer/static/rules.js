@@ -175,7 +175,8 @@ export function render({ model, el }) {
     const told = element("p", { class: "fd-wrong", role: "alert" });
     told.id = `fd-${Math.random().toString(36).slice(2)}`;
     let shown = { text: "", problem: null },
-      drawn = ""; // what was coloured last, by which names
+      drawn = "", // what was coloured last, by which names
+      sent = null; // what stood there when it was sent, until it is answered
     const mark = () => {
       const text = field.value,
         wrong = text === shown.text ? shown.problem : null,
