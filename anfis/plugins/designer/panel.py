@@ -88,6 +88,7 @@ class TrainSession(TableSession, TaskSession):
             **self._of_columns(),
         )
         self.asking = asyncio.get_running_loop().create_task(self._ask())
+        self.open_table()
 
     # Messages
 

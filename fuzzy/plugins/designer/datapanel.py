@@ -54,6 +54,7 @@ class DataSession(TableSession):
         )
         bench.on_change(self._universes_changed, hidden=True)
         self.universes = self.present.inputs
+        self.open_table()
 
     # Messages
 

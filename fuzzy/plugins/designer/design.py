@@ -1,9 +1,9 @@
 """A system under design: its rules are the lines of a table, of which some may be switched off or misspelt."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from fuzzy.detached import detached
 from fuzzy.files.fisfile import FaultyRule, FisFileError, format_fis, parse_rule_line
@@ -49,6 +49,8 @@ class Design:
     lines: tuple[RuleLine, ...]
     point: tuple[float, ...]  # (inputs,), each in the unit of its variable
     next_key: int = 0  # a key is never given twice in a design's history
+    # What was renamed last, in order, as (which fields of a message, what takes their place): see edits.py
+    renamed: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = field(default=(), compare=False)
 
     @cached_property
     def in_force(self) -> Sugeno:

@@ -124,10 +124,11 @@ class Document:
             folder = path.parent
         self.path = confined(folder, path)
         self.folder = Path(folder).resolve()
-        self._begin = begin
+        self.begin = begin
         self.revision = 0
         self.compared: Sugeno | None = None
         self.purpose = ""  # what was chosen that it is for; empty: what its names say
+        self.table = ""  # the folder's table that it was made from, or beside which it was looked at last
         self.judged: tuple[Any, ...] = ()  # by which terms of a cost the design was tuned last
         self.restored: datetime | None = None
         self.aside: tuple[autosave.Unsaved, ...] = ()  # unsaved work that is older than the file, the newest first
@@ -150,7 +151,7 @@ class Document:
     def _from_file(self, content: FileContent, first_key: int = 0) -> Design:
         """The design in the file; what is known of the file is then what it held when it was read."""
         if content.text is None:
-            fis = self._begin or new_system(self.path.stem)
+            fis = self.begin or new_system(self.path.stem)
         else:
             fis = content.text.system
             self.notes = (*self.notes, *content.text.warnings)
@@ -405,14 +406,19 @@ class Document:
         if problem := unread(self.design):
             raise DocumentError(problem)
         target = confined(self.folder, self.path if path is None else path)
-        text = self.text()
+        design = self.design
+        if self._digest is None and design.system.name == self.path.stem:  # a new system is called as its file
+            design = replace(design, system=replace(design.system, name=target.stem))
+        text = file_text(design)
         if not target.parent.is_dir():
             raise DocumentError(f"{target}: there is no folder {target.parent}")
         with self._keeping:
             with alone_in(target.parent):
                 if not overwrite:
                     check_untouched(target, self._digest if target == self.path else None, target == self.path)
-                write_quietly(self.design.written, target)
+                write_quietly(design.written, target)
+            if design != self.design:
+                self._record(design, f"rename to {target.stem}")
             self.path, self._saved_text = target, text
             self._digest = hashlib.sha256(text.encode()).hexdigest()
             self._forget()

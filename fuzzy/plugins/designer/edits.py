@@ -11,8 +11,10 @@ from fuzzy.naming import expected
 from fuzzy.plugins.designer import matrixedits, ruleedits, termedits, variableedits
 from fuzzy.plugins.designer.design import CHOICES, Design
 from fuzzy.plugins.designer.message import EditError, Message
+from fuzzy.plugins.designer.places import variables_of
 
 __all__ = ["EDITS", "EditError", "Edited", "apply", "edited"]
+_RENAMED = 8  # renamings that a page may not have heard of yet
 
 
 class Edited(NamedTuple):
@@ -42,7 +44,25 @@ def edited(design: Design, message: Mapping[str, Any]) -> Edited:
         raise EditError("a message names its edit: {'edit': 'term', ...}")
     if op not in EDITS:
         raise EditError(expected(Message(message, "edit").text("edit", 100), EDITS, "edit"))
-    return Edited(*EDITS[op](design, Message(message, op)))
+    message = _named_now(design, message)
+    new, name = EDITS[op](design, Message(message, op))
+    if op in ("rename_variable", "rename_term"):
+        of = {key: message.get(key) for key in ("kind", "variable", "term")}
+        to = {op.removeprefix("rename_"): Message(message, op).label("name")}
+        new = replace(new, renamed=(*design.renamed, (of, to))[-_RENAMED:])
+    return Edited(new, name)
+
+
+def _named_now(design: Design, message: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The message with the names of now, where it was sent before its page heard of a renaming."""
+    for of, to in design.renamed:
+        kind, name = message.get("kind"), message.get("variable")
+        kinds = ("input", "output") if kind is None else (kind,)
+        there = next((v for k in kinds for v in variables_of(design, k) if v.name == name), None)
+        gone = there is None if "variable" in to else there is not None and message.get("term") not in there.terms
+        if gone and all(message.get(key) == of[key] for key in of if key != "term" or "term" in to):
+            message = {**message, **to}
+    return message
 
 
 def _look(design: Design, message: Message) -> Design:

@@ -90,6 +90,7 @@ class Starting:
             made = await self._making
             document = self._opened.begun(name, made.fis)
             document.notes += tuple(f"{warning}" for warning in made.warnings)
+            document.table = next((Path(given[o.name]).name for o in start.options if isinstance(o, File)), "")
             self._send({"begun": name})
         except asyncio.CancelledError:
             self._send({"start_refused": "It was stopped; nothing was made."})

@@ -39,9 +39,16 @@ class TableSession(PanelSession):
         # A link that leads out of the folder is none of its files.
         return sorted(f.name for f in folder.glob("*.csv") if f.is_file() and f.resolve().is_relative_to(folder))
 
+    def open_table(self) -> None:
+        """Begin with the table that the design was made from, or that another panel looks at, if the folder has it."""
+        name = self.bench.document.table
+        if name in self.table_files():
+            self.heard({"do": "file", "name": name})
+
     async def _do_file(self, message: dict[str, Any]) -> None:
         """Read a file of the folder. Raises DataError."""
         name = check_known(message.get("name"), self.table_files(), "file of the folder", DataError)
+        self.bench.document.table = name
         self.show_table(await self.bench.read(name, read_file, self.folder.path / name, LARGEST_FILE, self.larger))
 
     async def _do_piece(self, message: dict[str, Any]) -> None:

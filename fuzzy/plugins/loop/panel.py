@@ -7,6 +7,7 @@ one that a design brings with it the page says so.
 
 import asyncio
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,11 +28,13 @@ from fuzzy.plugins.loop.controller import (
     PID,
     LoopError,
     Roles,
+    Scale,
     is_controller,
     role_of,
     roles_of,
 )
 from fuzzy.plugins.loop.keptloop import (
+    FACTORS,
     check_setting,
     design_settings,
     example_settings,
@@ -168,6 +171,10 @@ class StepSession(ChosenLoop, PanelSession):
         if deviation > NEARLY:
             said = f"the rules are not linear: they differ from the PID by up to {100 * deviation:.2g} %"
             self.bench.notify(said)
+        elif "du" in self.roles(self.present, self._chosen()["roles"]).outputs:
+            self.bench.notify(
+                "disturbances are answered as by the PID; at the step du begins at rest, without its jump"
+            )
 
     async def _do_code(self, _: dict[str, Any]) -> None:
         """Give the whole controller in C: the rules, and the loop round them."""
@@ -241,15 +248,16 @@ class StepSession(ChosenLoop, PanelSession):
             raise self.unread
         plant = self.plant(chosen)
         loop = loop_of(chosen)
-        other = self.before is not None and replace(self.before, loop=fis.loop) != fis
-        before, before_roles = self.before if chosen["before"] and other else None, None
-        if before is not None:
-            try:
-                before_roles = self.roles(before, chosen["roles"])
-            except LoopError:
-                before = None
+        before: tuple[Sugeno, Roles, Scale] | None = None
+        if self.before is not None and chosen["before"]:
+            with suppress(LoopError):
+                factors = {name: design_settings(self.before)[name] for name in FACTORS}
+                scale = loop_of({**chosen, **factors}).scale
+                before = self.before, self.roles(self.before, chosen["roles"]), scale
+                if replace(self.before, loop=fis.loop) == fis and scale == loop.scale:
+                    before = None
         rival: PID | bool = (pid_of(chosen) or True) if chosen["rival"] else False
-        return StepTask(plant, chosen["source"], loop, fis, roles, before, before_roles, rival, chosen["shown"])
+        return StepTask(plant, chosen["source"], loop, fis, roles, before, rival, chosen["shown"])
 
     # What the page sees
 
@@ -258,7 +266,8 @@ class StepSession(ChosenLoop, PanelSession):
         if document.saved:
             self.before = self.present
         else:
-            self.before = await self.bench.read(document.path.name, read_saved, document.path)
+            saved = await self.bench.read(document.path.name, read_saved, document.path)
+            self.before = saved or document.begin
         self.simulate()
 
     def changed(self) -> None:

@@ -29,8 +29,7 @@ class StepTask:
     loop: Loop
     design: Sugeno
     roles: Roles
-    before: Sugeno | None
-    before_roles: Roles | None
+    before: tuple[Sugeno, Roles, Scale] | None  # another design, by its own scale factors
     rival: PID | bool  # True: by a rule from the transfer function; False: none
     shown: str = "time"  # of operating points: the way of their variable, all "points", or the value of one
 
@@ -52,7 +51,8 @@ def simulated(task: StepTask) -> dict[str, Any]:
         rows = [("design", respond(task.design, plant, task.loop, task.roles))]
     now = rows[0][1]
     if task.before is not None:
-        rows.append(("file", respond(task.before, plant, task.loop, task.before_roles)))
+        fis, roles, scale = task.before
+        rows.append(("file", respond(fis, plant, replace(task.loop, scale=scale), roles)))
     words, rival = " ".join(map(typeset, clipping(task.design, now, task.roles))), None
     try:
         rival = _rival(task, plant)

@@ -131,7 +131,7 @@ class TuneLoopSession(ChosenLoop, TaskSession):
             text = kept_text({**self.kept(), **about["scale"]})
             found = replace(parse_fis(about["system"]), name=self.present.name, loop=text)
             self.bench.document.replace(found, _EDIT, keep_disabled=True)
-            self.words = "It is in the design, beside the file's in the step response. Undo takes it out again."
+            self.words = "It is in the design, beside the one before in the step response. Undo takes it out again."
 
     def _do_discard(self, _: dict[str, Any]) -> None:
         """Take out again what was found."""

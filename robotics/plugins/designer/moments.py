@@ -99,6 +99,19 @@ def evenly(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
+def bends(x: np.ndarray, y: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of a path's places, with the first and the last: as close as it is long and bends, alike."""
+    if most >= len(x):
+        return np.arange(len(x))
+    step = np.nan_to_num(np.diff(x) + 1j * np.diff(y))
+    moves = np.flatnonzero(np.abs(step) > 1e-4)  # m, to which places are drawn
+    turned = np.zeros(len(step))
+    turned[moves[1:]] = np.abs(np.angle(step[moves[1:]] / step[moves[:-1]]))
+    shares = [each / max(each.sum(), 1e-12) for each in (np.abs(step), turned)]
+    along = np.concatenate([[0.0], np.cumsum(sum(shares, np.full(len(step), 1e-9)))])
+    return np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], most)).clip(0, len(x) - 1))
+
+
 class RunMoments:
     """The moments of the run that is drawn: looking at one of them, and at the rules that ruled then."""
 

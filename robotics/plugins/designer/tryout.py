@@ -29,7 +29,7 @@ from robotics.measures.own import installed_metrics
 from robotics.measures.registry import ALL_METRICS, headlines, measure_all, panel_metrics
 from robotics.measures.tracking import SCENARIO_KINDS, Metric, cross_track_error
 from robotics.plugins.designer.conditions import GIVEN_TO_LAWS, conditioned, file_name, robot_from, scenario_of
-from robotics.plugins.designer.moments import asked_of, evenly, motion_curves, reference_curves, rounded_list
+from robotics.plugins.designer.moments import asked_of, bends, evenly, motion_curves, reference_curves, rounded_list
 from robotics.plugins.designer.tunetask import terms_of
 from robotics.plugins.designer.uses import TryoutError, Use, law_of, uses_of
 from robotics.show.playback.player import player_data
@@ -429,12 +429,15 @@ def seed_data(
 
 
 def path_data(run: Run, points: int, place: int = 0) -> dict[str, Any]:
-    """The paths x, y [m] of the robots of the seed at ``place``, at so many times at most.
+    """The paths x, y [m] of the robots of the seed at ``place``, at so many times at most, closer where they bend.
 
     Of a robot that is alone also the cross_track error [m] over time [s].
     """
-    kept = evenly(len(run.time), points)
-    drawn: dict[str, Any] = {name: [rounded_list(row[kept]) for row in run[name][place]] for name in ("x", "y")}
+    kept, x, y = evenly(len(run.time), points), run["x"][place], run["y"][place]
+    at = [bends(*path, points) for path in zip(x, y, strict=True)]
+    drawn: dict[str, Any] = {
+        name: [rounded_list(row[k]) for row, k in zip(rows, at, strict=True)] for name, rows in (("x", x), ("y", y))
+    }
     if run.about.kind == "tracking" and not can_touch(run):
         error = cross_track_error(run)[place]
         drawn |= {"cross_track": [rounded_list(row[kept]) for row in error], "time": rounded_list(run.time[kept])}

@@ -193,6 +193,7 @@ export async function render({ model, el }) {
       ...sources.generators.map(([name, title]) => [`g:${name}`, title]),
     ];
     offer(file, options, options.some(([value]) => value === file.value) ? file.value : "");
+    if (file.value === "" && table && sources.files.includes(table.name)) file.value = `f:${table.name}`;
     drawAsks();
     offer(
       start,

@@ -97,7 +97,7 @@ export function following(text, design) {
 }
 
 /**
- * Offer words below a text field while one types at its end: {node}. Arrows choose, Tab or Enter takes, Escape closes.
+ * Offer words below a text field while one types at the end of a word: {node}. Arrows choose, Tab or Enter takes, Escape closes.
  */
 export function completing(field, design, typed) {
   const id = `fd-offers-${++count}`;
@@ -114,8 +114,9 @@ export function completing(field, design, typed) {
     put(field, { "aria-activedescendant": null });
   }
   function offer() {
-    if (field.selectionStart !== field.value.length) return close();
-    const found = following(field.value, design());
+    const to = field.selectionStart;
+    if (to !== field.selectionEnd || /^\S/.test(field.value.slice(to))) return close();
+    const found = following(field.value.slice(0, to), design());
     [begun, offers, at] = [found.begun, found.words, -1];
     node.hidden = offers.length === 0;
     node.replaceChildren(
@@ -134,7 +135,10 @@ export function completing(field, design, typed) {
     put(field, { "aria-activedescendant": `${id}-${at}` });
   }
   function take(k) {
-    field.value = `${field.value.slice(0, field.value.length - begun.length)}${offers[k].text} `;
+    const to = field.selectionStart,
+      before = `${field.value.slice(0, to - begun.length)}${offers[k].text} `;
+    field.value = before + field.value.slice(to); // a blank too many within it goes when the sentence is taken
+    field.setSelectionRange(before.length, before.length);
     typed();
     offer();
   }

@@ -175,7 +175,8 @@ export function render({ model, el }) {
     const told = element("p", { class: "fd-wrong", role: "alert" });
     told.id = `fd-${Math.random().toString(36).slice(2)}`;
     let shown = { text: "", problem: null },
-      drawn = ""; // what was coloured last, by which names
+      drawn = "", // what was coloured last, by which names
+      sent = null; // what stood there when it was sent, until it is answered
     const mark = () => {
       const text = field.value,
         wrong = text === shown.text ? shown.problem : null,
@@ -197,7 +198,9 @@ export function render({ model, el }) {
     };
     const take = () => {
       const text = field.value.replace(/\s+/g, " ").trim();
-      if (text !== shown.text) edit("rule_text", { key: own(), text });
+      if (text === shown.text) return;
+      sent = field.value;
+      edit("rule_text", { key: own(), text });
     };
     const offers = completing(field, () => model.get("design"), mark);
     field.addEventListener("input", mark);
@@ -217,8 +220,10 @@ export function render({ model, el }) {
     const show = (rule, number) => {
       const before = shown.text;
       shown = { text: rule.text, problem: rule.problem };
-      // What is being written is not overwritten by news of other rules.
-      if (document.activeElement !== field || before !== rule.text || field.value === before) field.value = rule.text;
+      // What is being written is not overwritten by news of other rules, nor by the answer to what was sent before.
+      const writing = field.value !== (before === rule.text ? before : (sent ?? field.value));
+      if (document.activeElement !== field || !writing) field.value = rule.text;
+      if (before !== rule.text) sent = null;
       put(field, {
         "aria-label": `rule ${number}`,
         "aria-invalid": rule.problem ? "true" : null,

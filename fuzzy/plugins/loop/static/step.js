@@ -28,7 +28,7 @@ import { field, formStyled, group, panelForm, row } from "../../designer/static/
 import { chips, settingsSheet } from "../../designer/static/settings.js";
 
 const NAMES = ["choice", "files", "system", "response", "problem"];
-const KINDS = { design: "design", file: "file", pid: "PID" };
+const KINDS = { design: "design", file: "before", pid: "PID" };
 const kind = (row) => KINDS[row.name] ?? row.name; // or an operating point
 const WORDS = {
   error: "error e",

@@ -327,6 +327,7 @@ class Bench:
         self.document: Any = SimpleNamespace(
             design=SimpleNamespace(in_force=fis),
             folder=folder,
+            table="",
             replace=lambda *args, **more: self.edits.append((*args, more)),
         )
         self.edits: list[Any] = []
@@ -451,6 +452,26 @@ class Idle:
 
     def close(self) -> None:
         self.alive = False
+
+
+def test_the_table_that_another_panel_looks_at_is_the_first(tmp_path: Path) -> None:
+    (tmp_path / "made.csv").write_text(TEXT)
+
+    async def scene() -> None:
+        bench = Bench(START, tmp_path)
+        TrainSession(bench)
+        await bench.say({"do": "file", "name": "made.csv"})
+        other = Bench(START, tmp_path)
+        other.document = bench.document
+        session = TrainSession(other)
+        while other.traits["table"] is None:
+            await asyncio.sleep(0.01)
+        assert other.traits["columns"] == {n: n for n in "abyz"}
+        (tmp_path / "made.csv").unlink()
+        assert TrainSession(other).table is None
+        session.close()
+
+    run_apart(scene())
 
 
 def test_closing_the_page_ends_the_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -222,6 +222,7 @@ class Document:
     def __init__(self, folder: Path, fis: fuzzy.Sugeno) -> None:
         self.folder, self.design = folder, design_of(fis)
         self.revision = 0
+        self.table = ""
 
     def apply(self, message: dict[str, Any]) -> None:
         self.design = apply(self.design, message)

@@ -30,6 +30,26 @@ def refused(design: Design, op: str, match: str, **fields) -> None:
         edit(design, op, **fields)
 
 
+def test_an_edit_finds_its_place_by_a_name_that_was_just_given_up():
+    """As by a quick hand: the page sends the next field's number before it hears of the renaming."""
+    d = design_of(system())
+    first = d.system.inputs[0]
+    old, term = first.name, next(iter(first.terms))
+    d = edit(d, "rename_variable", kind="input", variable=old, name="once")
+    d = edit(d, "rename_variable", kind="input", variable=old, name="twice")
+    d = edit(d, "unit", kind="input", variable=old, unit="km")
+    d = edit(d, "rename_term", kind="input", variable=old, term=term, name="other")
+    moved = [p + 0.01 for p in first.terms[term].parameters]
+    d = edit(d, "term", kind="input", variable="twice", term=term, parameters=moved)
+    found = d.system.inputs[0]
+    assert (found.name, found.unit) == ("twice", "km")
+    assert found.terms["other"].parameters == pytest.approx(moved)
+    refused(d, "unit", "unknown output", kind="output", variable=old, unit="km")
+    d = edit(d, "add_variable", kind="input", name=old)  # now it is another one's
+    d = edit(d, "unit", kind="input", variable=old, unit="mm")
+    assert [v.unit for v in d.system.inputs if v.name in (old, "twice")] == ["km", "mm"]
+
+
 def name_of(design: Design, op: str, **fields) -> str:
     return edited(design, {"edit": op, **fields}).name
 

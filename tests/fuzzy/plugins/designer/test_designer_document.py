@@ -387,6 +387,14 @@ def test_unsaved_work_of_a_new_file(tmp_path):
     assert fuzzy.read_fis(tmp_path / "new.fis").name == "mine"
 
 
+def test_a_new_system_is_called_as_the_file_that_it_is_saved_in(tmp_path):
+    document = Document("untitled.fis", tmp_path)
+    document.save("tipper.fis")
+    assert (document.saved, fuzzy.read_fis(tmp_path / "tipper.fis").name) == (True, "tipper")
+    document.save("another.fis")  # it has a file by now: a copy of it keeps the name
+    assert fuzzy.read_fis(tmp_path / "another.fis").name == "tipper"
+
+
 def crashed(file, value, name, hours):
     """Work on ``file`` that a crash left unsaved, and another program that wrote the file after it."""
     document = Document(file)

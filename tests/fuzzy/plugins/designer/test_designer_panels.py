@@ -883,6 +883,21 @@ def test_words_that_fit_are_offered_and_terms_have_their_colours(browser: Any) -
     page.locator(".fd-offers:not([hidden]) li").click()
     assert (field.input_value(), offered()) == ("if 'the angle' is 'is' then v is slow ", ["and", "with"])
     assert colours.all_inner_texts() == ["'is'", "slow"]
+    sentence = field.input_value()
+    for _ in range(len(" then v is slow ")):  # in the middle of it too
+        page.keyboard.press("ArrowLeft")
+    page.keyboard.type(" or T")
+    assert offered() == ["the angle"]
+    page.keyboard.press("Tab")
+    assert " ".join(field.input_value().split()) + " " == "if 'the angle' is 'is' or 'the angle' then v is slow "
+    page.keyboard.type("is fa")
+    page.keyboard.press("Tab")
+    assert (
+        " ".join(field.input_value().split()) + " "
+        == "if 'the angle' is 'is' or 'the angle' is 'far left' then v is slow "
+    )
+    page.keyboard.press("Control+a")
+    page.keyboard.type(sentence)
     page.keyboard.press("Escape")
     assert offered() == []
     page.keyboard.press("Enter")  # nothing is offered any more: the sentence is taken

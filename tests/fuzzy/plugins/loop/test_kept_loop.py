@@ -14,9 +14,19 @@ from fuzzy.files.fisfile import format_fis, parse_fis
 from fuzzy.plugins.designer.document import Document
 from fuzzy.plugins.designer.starts.control import rule_table
 from fuzzy.plugins.loop.controller import PID, LoopError
-from fuzzy.plugins.loop.keptloop import example_settings, kept_settings, kept_text, loop_of, pid_of, transfer_of
+from fuzzy.plugins.loop.keptloop import (
+    example_settings,
+    kept_settings,
+    kept_text,
+    loop_of,
+    pid_of,
+    step_arguments,
+    transfer_of,
+)
 from fuzzy.plugins.loop.panel import StepSession
 from fuzzy.plugins.loop.plant import TransferFunction
+from fuzzy.plugins.loop.response import step_response
+from fuzzy.plugins.loop.steptask import simulated
 
 CHANGES = {"numerator": "2", "denominator": "3 1", "dead_time": 0.8, "Kde": 3.0, "Kdu": 0.3067, "high": None}
 
@@ -163,3 +173,43 @@ def test_an_undo_right_behind_an_edit_finds_it_done_and_the_field_is_told(tmp_pa
         session.close()
 
     asyncio.run(edited_and_undone())
+
+
+class _AtOnce(_Bench):
+    """What is asked of another process is done here."""
+
+    async def background(self, function, *given):
+        return function(*given)
+
+    async def read(self, name, function, *given):
+        return function(*given)
+
+
+def test_beside_the_design_stands_the_one_before_by_its_own_scale_factors(tmp_path):
+    """That of the file, or what a new one began with; not where nothing but the plant is another."""
+    old = replace(rule_table("pi", 3), loop=edit(Kde=0.7)["text"])
+    write_fis(old, tmp_path / "pi.fis")
+
+    async def beside(document):
+        bench = _AtOnce(document)
+        session = StepSession(bench)
+        await session.opening
+        rows = []
+        for name, value in (("dead_time", 0.8), ("Kde", 0.3)):
+            session.heard({"do": "choose", "name": name, "value": value})
+            task = session._task()
+            rows.append(task.before)
+        answer = simulated(task)
+        session.close()
+        return rows, answer["rows"]
+
+    for document in (Document(tmp_path / "pi.fis"), Document("new.fis", tmp_path, old)):
+        (same, before), answer = asyncio.run(beside(document))
+        assert same is None
+        assert (before[0].name, before[2].Kde) == (old.name, 0.7)
+        plant = TransferFunction([1], [1, 1], 0.8)
+        arguments = step_arguments({**kept_settings(old.loop), "dead_time": 0.8})
+        figures = step_response(old, plant, **arguments).figures
+        assert [row["name"] for row in answer] == ["design", "file", "pid"]
+        assert answer[1]["figures"]["ise"] == pytest.approx(figures.ise)
+        assert answer[0]["figures"]["ise"] != pytest.approx(figures.ise)

@@ -66,7 +66,7 @@ def test_a_template_is_edited_and_undone_before_a_plant(tab: Watched, server: Se
     page.get_by_label("peak of ZE", exact=True).press("Enter")
     page.wait_for_selector(".fd-step path.st-file", state="attached")
     until(page, "(d) => document.querySelectorAll('.fd-step path.st-design')[1]?.getAttribute('d') !== d", before)
-    assert page.locator(".fd-step thead th").all_inner_texts() == ["Figure", "design", "file", "PID"]
+    assert page.locator(".fd-step thead th").all_inner_texts() == ["Figure", "design", "before", "PID"]
     page.get_by_role("button", name="Undo").click()
     page.wait_for_selector(".fd-step path.st-file", state="detached")
     until(page, SAME, before)

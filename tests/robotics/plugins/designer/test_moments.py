@@ -12,7 +12,7 @@ from fuzzy.system import Sugeno
 from robotics.laws.catalogue import make_controller
 from robotics.laws.tracking.fuzzy_tracking import load_rule_base
 from robotics.measures.decisions import shares
-from robotics.plugins.designer.moments import RunMoments, asked_of, motion_curves, reference_curves, rule_times
+from robotics.plugins.designer.moments import RunMoments, asked_of, bends, motion_curves, reference_curves, rule_times
 from robotics.plugins.designer.tryout import TryoutTrial, run_design, settled
 from robotics.plugins.designer.uses import TryoutError
 from robotics.simulation.loop import simulate
@@ -111,3 +111,17 @@ def test_a_time_leads_to_its_point_and_its_rule(fis: Sugeno, run: Run) -> None:
     for wrong in ({"time": None}, {"time": True}, {"time": float("nan")}, {"time": 1.0, "robot": "x"}):
         with pytest.raises(TryoutError):
             moments.look(wrong)
+
+
+def test_a_path_has_its_places_where_it_bends() -> None:
+    """A quarter of a circle between two straight ways, which is driven in a tenth of the time; then it stands."""
+    angle = np.linspace(0.0, np.pi / 2, 101)[1:]
+    x = np.concatenate([np.linspace(-5.0, 0.0, 500), np.sin(angle), np.full(300, 1.0), np.full(400, 1.0)])
+    y = np.concatenate([np.zeros(500), 1 - np.cos(angle), np.linspace(1.0, 6.0, 301)[1:], np.full(400, 6.0)])
+    kept = bends(x, y, 60)
+    assert (kept[0], kept[-1], len(kept) <= 60) == (0, len(x) - 1, True)
+    assert np.count_nonzero((kept >= 500) & (kept < 600)) >= 25
+    assert np.count_nonzero(kept > 900) <= 3
+    x[700:], y[700:] = np.nan, np.nan  # nothing is known of a robot that was stopped
+    assert set(bends(x, y, 60)) <= set(range(len(x)))
+    assert bends(x, y, len(x)).tolist() == list(range(len(x)))
