@@ -70,6 +70,7 @@ class CGuard:
         cells = known.ground.shape[1]
         self.ground = CArray("state->ground", "int", (_LANE, cells, cells), "guard")
         self.window = CArray("state->window", "int", (_LANE, 2), "guard")
+        self.barred = CArray("state->barred", "int", (cells, cells), "guard")
         self.sent = CArray("state->sent", "real", (len(known.sent), 2, _LANE), "guard")
         self.held = CArray("state->held", "real", (2, _LANE), "guard")
         first, last = known.begin[0], known.end[0]
@@ -96,6 +97,7 @@ class CGuard:
             "int k": "the period, from 0",
             f"int ground[{cells}][{cells}]": "0: never seen; -1: free; others: when there was an echo from there",
             "int window[2]": "its first cell in x and in y",
+            f"int barred[{cells}][{cells}]": "where it is not free, found anew in every period",
             f"REAL sent[{flights}][2]": "m/s and rad/s: orders on their way to the wheels",
             "REAL held[2]": "likewise: the order that the wheels have",
         }
@@ -103,7 +105,7 @@ class CGuard:
     @property
     def room(self) -> int:
         """How many numbers that is at most."""
-        return 8 + math.prod(self.ground.shape[1:]) + 2 * self.sent.shape[0] + math.prod(self.promises.shape[:2])
+        return 8 + 2 * math.prod(self.ground.shape[1:]) + 2 * self.sent.shape[0] + math.prod(self.promises.shape[:2])
 
     def number(self, lane: Lane, name: str) -> float | CArray:
         """What is known of a column of GuardColumns or of SensorColumns: a number, or one for each sensor."""

@@ -14,10 +14,12 @@ from robotics.simulation.safety.assumptions import DEVIATIONS
 from robotics.world.vehicle.plant import LimitColumns
 
 THICK = 1.5  # cells behind an echo that are taken for the thing
+RAY_STEP = 0.7  # cells from one place on a ray to the next
 RAY_HALF = 0.36  # cells from a ray to the middle of a cell: half of what lies between two rays
 NEVER_SEEN, FREE_GROUND = 0, -1  # a cell; above 0: the period of an echo from there, plus 1
 OF_ROBOT, OF_MOVING = -2, -3  # minus twice that: it was of a robot that was heard, or of what has moved: it soon fades
 FADES_AFTER = 0.3  # s after the next look
+_TWO = 64  # more than a row has cells: two of its columns are one number
 
 
 class StopColumns(Columns):
@@ -61,6 +63,12 @@ def put(ground, x, y, value):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
+def on_torus(place, size):  # type: ignore[no-untyped-def]
+    """Where a place below twice the ``size`` lies on a torus; a remainder takes ten times as long."""
+    return place - size if place >= size else place
+
+
+@compiled_only
 def follow(ground, window, given, x, y):  # type: ignore[no-untyped-def]
     """Let the window go with a robot at (x, y) [m]: the cells that come in are unknown."""
     size = ground.shape[0]
@@ -82,14 +90,16 @@ def follow(ground, window, given, x, y):  # type: ignore[no-untyped-def]
 @compiled_only
 def stand_free(ground, window, given, x, y, c, s, around):  # type: ignore[no-untyped-def]
     """Take the ground below a body, and ``around`` [m] it, to be free."""
-    size, cell = ground.shape[0], given.cell
+    size, cell, low_x, low_y = ground.shape[0], given.cell, window[0], window[1]
+    first_x, first_y = low_x % size, low_y % size
     reach = math.ceil((given.radius + around) / cell)
-    at_x, at_y = math.floor(x / cell), math.floor(y / cell)
-    for i in range(max(at_x - reach, window[0]), min(at_x + reach + 1, window[0] + size)):
-        for j in range(max(at_y - reach, window[1]), min(at_y + reach + 1, window[1] + size)):
-            dx, dy = (i + 0.5) * cell - x, (j + 0.5) * cell - y
+    at_x, at_y = math.floor(x / cell) - low_x, math.floor(y / cell) - low_y
+    for i in range(max(at_x - reach, 0), min(at_x + reach + 1, size)):
+        row = on_torus(first_x + i, size)
+        for j in range(max(at_y - reach, 0), min(at_y + reach + 1, size)):
+            dx, dy = (low_x + i + 0.5) * cell - x, (low_y + j + 0.5) * cell - y
             if body_gap(given, c * dx + s * dy, c * dy - s * dx) <= around:
-                put(ground, i, j, FREE_GROUND)
+                ground[row, on_torus(first_y + j, size)] = FREE_GROUND
 
 
 @compiled_only
@@ -100,8 +110,73 @@ def body_gap(given, ahead, left):  # type: ignore[no-untyped-def]
 
 
 @compiled_only
-def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of_robot, x, y, c, s, free):  # type: ignore[no-untyped-def]
-    """Take in one reading [m] along the rays of a sensor: its echo, or what is ``free`` before it.
+def find_free(ground, window, near):  # type: ignore[no-untyped-def]
+    """Write into ``near`` (cells, cells) how far each of the window is from one that is not free, or the edge.
+
+    The distance, in cells, is the greater one along x and y, found forwards and backwards from that of the neighbours.
+    """
+    size = ground.shape[0]
+    first_x, first_y, last = window[0] % size, window[1] % size, size - 1
+    for i in range(size):
+        row, beside = on_torus(first_x + i, size), 0
+        for j in range(size):
+            if 0 < i < last and 0 < j < last and ground[row, on_torus(first_y + j, size)] == FREE_GROUND:
+                beside = 1 + min(min(near[i - 1, j - 1], near[i - 1, j]), min(near[i - 1, j + 1], beside))
+            else:
+                beside = 0
+            near[i, j] = beside
+    for m in range(1, last):
+        before, after = last - m, 0
+        for n in range(1, last):
+            at = last - n
+            least = min(min(near[before + 1, at + 1], near[before + 1, at]), min(near[before + 1, at - 1], after))
+            after = min(near[before, at], 1 + least)
+            near[before, at] = after
+
+
+@compiled_only
+def set_free(ground, window, given, near, sensor, rays, first, last, reading, x, y, c, s):  # type: ignore[no-untyped-def]
+    """Take in what is free before the echo of a reading; arguments as of :func:`take_in`.
+
+    A ray goes past what is free already, by as many of its steps as ``near`` (:func:`find_free`) leaves room for.
+    """
+    cell, size, low_x, low_y = given.cell, ground.shape[0], window[0], window[1]
+    first_x, first_y = low_x % size, low_y % size
+    sees, off = echo_at(sensor, reading)
+    if reading <= sensor.minimum + off:  # it may be anywhere from the sensor to there: nothing is free before it
+        return
+    end = sees - max(off, RAY_HALF * cell)
+    mount_x, mount_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
+    step, beside, far = RAY_STEP * cell, RAY_HALF * cell, end * end
+    for n in range(first, last):
+        ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
+        r = 0.0
+        while r <= end:
+            i, j = math.floor((mount_x + r * ux) / cell) - low_x, math.floor((mount_y + r * uy) / cell) - low_y
+            if not (0 <= i < size and 0 <= j < size):
+                break
+            passed = near[i, j]
+            if passed == 0:
+                dx, dy = (low_x + i + 0.5) * cell - mount_x, (low_y + j + 0.5) * cell - mount_y
+                # The middle of the cell lies before the echo, and by this ray, not by the next one.
+                if dx * dx + dy * dy <= far and abs(ux * dy - uy * dx) <= beside:
+                    ground[on_torus(first_x + i, size), on_torus(first_y + j, size)] = FREE_GROUND
+                passed = 1
+            for _ in range(1 + (passed - 1) * 7 // 5):  # 7 steps of 0.7 cells end at most 5 cells further on
+                r += step
+
+
+@compiled_only
+def echo_at(sensor, reading):  # type: ignore[no-untyped-def]
+    """How far a sensor sees, by its reading [m], and by how much that may be off [m]."""
+    sees = min(reading, sensor.range)
+    relative = sensor.relative_noise * sees
+    return sees, DEVIATIONS * math.sqrt(sensor.noise * sensor.noise + relative * relative)
+
+
+@compiled_only
+def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of_robot, x, y, c, s):  # type: ignore[no-untyped-def]
+    """Take in the echo of one reading [m], along the rays of a sensor.
 
     Args:
         ground, window: Of the robot.
@@ -114,47 +189,65 @@ def take_in(ground, window, given, sensor, rays, first, last, reading, stamp, of
         of_robot: Whether it is of a robot that was heard.
         x, y: Where the robot is, by odometry [m].
         c, s: Cosine and sine of its heading.
-        free: Whether free ground is written, or the echo.
     """
-    cell, size = given.cell, ground.shape[0]
-    sees = min(reading, sensor.range)
-    relative = sensor.relative_noise * sees
-    off = DEVIATIONS * math.sqrt(sensor.noise * sensor.noise + relative * relative)
-    nearest = reading <= sensor.minimum + off  # it may be anywhere from the sensor to there: nothing is free before it
-    begin, end = 0.0, sees - max(off, RAY_HALF * cell)
-    if free and nearest:
+    if reading == math.inf:
         return
-    if not free:
-        if reading == math.inf:
-            return
-        begin, end = (0.0 if nearest else sees - off), sees + max(off, THICK * cell)
+    cell, size, low_x, low_y = given.cell, ground.shape[0], window[0], window[1]
+    first_x, first_y = low_x % size, low_y % size
+    sees, off = echo_at(sensor, reading)
+    begin, end = (0.0 if reading <= sensor.minimum + off else sees - off), sees + max(off, THICK * cell)
     mount_x, mount_y = x + c * sensor.x - s * sensor.y, y + s * sensor.x + c * sensor.y
-    step = 0.7 * cell
     for n in range(first, last):
         ux, uy = c * rays[0, n] - s * rays[1, n], s * rays[0, n] + c * rays[1, n]
         r = begin
         while r <= end:
-            i, j = math.floor((mount_x + r * ux) / cell), math.floor((mount_y + r * uy) / cell)
-            if not (0 <= i - window[0] < size and 0 <= j - window[1] < size):
+            i, j = math.floor((mount_x + r * ux) / cell) - low_x, math.floor((mount_y + r * uy) / cell) - low_y
+            if not (0 <= i < size and 0 <= j < size):
                 break
-            if free:
-                dx, dy = (i + 0.5) * cell - mount_x, (j + 0.5) * cell - mount_y
-                # The middle of the cell lies before the echo, and by this ray, not by the next one.
-                if dx * dx + dy * dy <= end * end and abs(ux * dy - uy * dx) <= RAY_HALF * cell:
-                    put(ground, i, j, FREE_GROUND)
+            row, line = on_torus(first_x + i, size), on_torus(first_y + j, size)
+            known = ground[row, line]
+            if of_robot or (known <= FREE_GROUND and given.others > 0):
+                if known <= FREE_GROUND:  # what stands is not where the ground was once free
+                    ground[row, line] = (OF_ROBOT if of_robot else OF_MOVING) - 2 * stamp
             else:
-                known = ground[i % size, j % size]
-                if of_robot or (known <= FREE_GROUND and given.others > 0):
-                    if known <= FREE_GROUND:  # what stands is not where the ground was once free
-                        put(ground, i, j, (OF_ROBOT if of_robot else OF_MOVING) - 2 * stamp)
-                else:
-                    put(ground, i, j, stamp)
-            r += step
+                ground[row, line] = stamp
+            r += RAY_STEP * cell
+
+
+@compiled_only
+def faded(value, age, given):  # type: ignore[no-untyped-def]
+    """What a cell is after ``age`` [s]: the echo of a robot, or of what has moved, is one no longer."""
+    if value < FREE_GROUND and age > given.fresh + FADES_AFTER:
+        return FREE_GROUND if value % 2 == 0 else NEVER_SEEN
+    return value
+
+
+@compiled_only
+def find_barred(ground, window, given, barred, stamp, period):  # type: ignore[no-untyped-def]
+    """Write into ``barred`` (cells, cells) where from each cell of the window on its row has the next that is not free.
+
+    Most are free: who looks at a part of the window goes from one of those to the next. It is the column of the next
+    echo, and _TWO times that of the next echo or cell that was never seen; the number of cells where there is none.
+    """
+    size = ground.shape[0]
+    first_x, first_y = window[0] % size, window[1] % size
+    for i in range(size):
+        row, echo, unknown = on_torus(first_x + i, size), size, size
+        for n in range(size):
+            j = size - 1 - n
+            value = ground[row, on_torus(first_y + j, size)]
+            if value < FREE_GROUND:
+                value = faded(value, age_of(value, stamp, period), given)
+            if value != FREE_GROUND:
+                unknown = j
+                if value != NEVER_SEEN:
+                    echo = j
+            barred[i, j] = echo + _TWO * unknown
 
 
 @compiled_only
 def is_clear(  # type: ignore[no-untyped-def]
-    ground, window, given, x, y, c, s, now_x, now_y, now_c, now_s, from_x, from_y, from_c, from_s,
+    ground, window, given, barred, x, y, c, s, now_x, now_y, now_c, now_s, from_x, from_y, from_c, from_s,
     need, late, period, stamp, known,
 ):  # fmt: skip
     """Whether a body keeps clear of what is not free, well in the window; what is too near now may not come nearer.
@@ -162,6 +255,7 @@ def is_clear(  # type: ignore[no-untyped-def]
     Args:
         ground, window: Of the robot.
         given: GuardColumns.
+        barred: Where ground is not free, as of :func:`find_barred`.
         x, y: Where its body will be, by odometry [m].
         c, s: Cosine and sine of its heading then.
         now_x, now_y, now_c, now_s: The same as it is now.
@@ -173,33 +267,36 @@ def is_clear(  # type: ignore[no-untyped-def]
         stamp: The present period, plus 1.
         known: Whether ground that was never seen is not free: a robot backs over ground only that it knows.
     """
-    cell, size, others = given.cell, ground.shape[0], given.others
+    cell, size, others, low_x, low_y = given.cell, ground.shape[0], given.others, window[0], window[1]
     # What has come into the window since the last look was not looked at: an echo from there was not written down.
     new = given.limit.v_max * given.fresh
     wide = given.half_length * abs(c) + given.half_width * abs(s) + need
     high = given.half_length * abs(s) + given.half_width * abs(c) + need
-    low_x, low_y, top_x, top_y = window[0], window[1], window[0] + size - 1, window[1] + size - 1
     if (
         math.floor((x - wide - new) / cell) < low_x
         or math.floor((y - high - new) / cell) < low_y
-        or math.floor((x + wide + new) / cell) > top_x
-        or math.floor((y + high + new) / cell) > top_y
+        or math.floor((x + wide + new) / cell) >= low_x + size
+        or math.floor((y + high + new) / cell) >= low_y + size
     ):
         return False
     moves = others * (late + given.fresh)
+    first_x, first_y = low_x % size, low_y % size
+    begin = max(math.floor((y - high - moves) / cell) - low_y, 0)
+    end = min(math.floor((y + high + moves) / cell) - low_y + 1, size)
     for i in range(
-        max(math.floor((x - wide - moves) / cell), low_x), min(math.floor((x + wide + moves) / cell), top_x) + 1
+        max(math.floor((x - wide - moves) / cell) - low_x, 0),
+        min(math.floor((x + wide + moves) / cell) - low_x + 1, size),
     ):
-        for j in range(
-            max(math.floor((y - high - moves) / cell), low_y), min(math.floor((y + high + moves) / cell), top_y) + 1
-        ):
-            value = ground[i % size, j % size]
+        j = begin
+        while j < end:
+            j = barred[i, j] // _TWO if known else barred[i, j] % _TWO
+            if j >= end:
+                break
+            value = ground[on_torus(first_x + i, size), on_torus(first_y + j, size)]
             age, of_robot = age_of(value, stamp, period), value < FREE_GROUND and value % 2 == 0
-            if value < FREE_GROUND and age > given.fresh + FADES_AFTER:
-                value = FREE_GROUND if of_robot else NEVER_SEEN
-            if value == FREE_GROUND or (value == NEVER_SEEN and not known):
-                continue
-            at_x, at_y = (i + 0.5) * cell, (j + 0.5) * cell
+            value = faded(value, age, given)
+            at_x, at_y = (low_x + i + 0.5) * cell, (low_y + j + 0.5) * cell
+            j += 1
             gap = body_gap(given, c * (at_x - x) + s * (at_y - y), c * (at_y - y) - s * (at_x - x))
             # What moves was seen there lately; what was not seen again stands, or has gone where nothing looks.
             may_move = value != NEVER_SEEN and not of_robot and age <= given.fresh + FADES_AFTER

@@ -16,7 +16,16 @@ from typing import NamedTuple
 from fuzzy.compiled.columns import Floats2, Floats3, Ints1, Ints2, Ints3
 from fuzzy.compiled.jit import compiled_only, without_refcounts
 from robotics.laws.equation import CommandColumns, SeenColumns
-from robotics.simulation.safety.ground import GuardColumns, follow, is_clear, stand_free, take_in
+from robotics.simulation.safety.ground import (
+    GuardColumns,
+    find_barred,
+    find_free,
+    follow,
+    is_clear,
+    set_free,
+    stand_free,
+    take_in,
+)
 from robotics.simulation.safety.others import (
     CREEP,
     OPEN,
@@ -54,6 +63,7 @@ class MonitorLanes(NamedTuple):
     given: Floats2  # (GuardColumns, lanes)
     ground: Ints3  # (lanes, cells, cells)
     window: Ints2  # (lanes, 2): the first cell of each window in x and in y
+    barred: Ints2  # (cells, cells): of the robot that is looked at, as of find_free, and then as of find_barred
     table: Floats2  # (SensorColumns, sensors), as of robotics.world.sensing.raycasting.Eyes
     every: Ints1  # (sensors,): periods from look to look
     column: Ints1  # (sensors,): its place in the readings
@@ -142,22 +152,34 @@ def _look_around(guard, lane, k, robots, odometry, robot, given, readings):  # t
         stand_free(ground, window, given, x, y, c, s, given.radius - given.half_width + given.least + 2 * given.cell)
     # A beam's echo is where it says, and the last word; of a cone's arc another sensor may know better.
     for beams, free in ((True, True), (True, False), (False, False), (False, True)):
+        if free and _looks(guard, lane, k, beams):
+            find_free(ground, window, guard.barred)
         for q in range(guard.begin[lane], guard.end[lane]):
             sensor, reading = SensorColumns(guard.table, q), readings[lane, guard.column[q]]
-            if k % guard.every[q] != 0 or beams != (sensor.sin_half == 0):
+            if beams != (sensor.sin_half == 0) or k % guard.every[q] != 0:
                 continue
-            if free and beams:  # what one beam hits may reach as far as the next one
+            first, last = guard.first_ray[q], guard.first_ray[q + 1]
+            if not free:
+                known = robots > 1 and is_a_robot(guard, lane, robots, robot, sensor, reading)
+                take_in(ground, window, given, sensor, guard.rays, first, last, reading, k + 1, known, x, y, c, s)
+                continue
+            if beams:  # what one beam hits may reach as far as the next one
                 for p in (q - 1, q + 1):
                     if guard.begin[lane] <= p < guard.end[lane]:
                         beside = SensorColumns(guard.table, p)
                         if beside.sin_half == 0 and beside.x == sensor.x and beside.y == sensor.y:
                             reading = min(reading, readings[lane, guard.column[p]])
-            known = not free and robots > 1 and is_a_robot(guard, lane, robots, robot, sensor, reading)
-            take_in(
-                ground, window, given, sensor, guard.rays, guard.first_ray[q], guard.first_ray[q + 1], reading, k + 1,
-                known, x, y, c, s, free,
-            )  # fmt: skip
+            set_free(ground, window, given, guard.barred, sensor, guard.rays, first, last, reading, x, y, c, s)
     stand_free(ground, window, given, x, y, c, s, 0.0)
+
+
+@compiled_only
+def _looks(guard, lane, k, beams):  # type: ignore[no-untyped-def]
+    """Whether a sensor looks in period ``k``: a beam, or a cone."""
+    for q in range(guard.begin[lane], guard.end[lane]):
+        if beams == (SensorColumns(guard.table, q).sin_half == 0) and k % guard.every[q] == 0:
+            return True
+    return False
 
 
 @compiled_only
@@ -175,6 +197,8 @@ def _safe(guard, lane, k, period, robots, odometry, robot, given, wish_v, wish_w
     stands = wish_v == 0 and wish_w == 0 and robot.v == 0 and robot.w == 0
     if not stands:
         nearest = min(room, 0.0)  # m: the room to other robots, where it is less than it should be
+        if guard.sees == 1:
+            find_barred(guard.ground[lane], guard.window[lane], given, guard.barred, k + 1, period)
         while n < FALLBACKS:
             v, w = tried(n, bound_v, bound_w, given, slowest)
             if _clear(guard, lane, k, period, robots, odometry, robot, given, v, w, nearest):
@@ -307,7 +331,10 @@ def _way_clear(  # type: ignore[no-untyped-def]
     rim_right, rim_left = robot.v + half * robot.w, robot.v - half * robot.w
     late_right, late_left, behind, off = rim_right, rim_left, 0.0, 0.0
     time, ahead, left, turn, gone, swept = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    from_ahead, from_left, from_turn = 0.0, 0.0, 0.0  # where it was looked at before
+    now_x, now_y, now = odometry.odo_x, odometry.odo_y, odometry.odo_heading
+    now_c, now_s = math.cos(now), math.sin(now)
+    from_x, from_y, from_c, from_s = now_x, now_y, now_c, now_s  # where it was looked at before
+    own_c, own_s = math.cos(robot.heading), math.sin(robot.heading)
     for _ in range(_LONGEST):
         to_v, to_w = in_force(guard, lane, k, period, time, order_v, order_w)
         held_v, held_w = next_held(stop.v_rate, held_v, to_v), next_held(stop.w_rate, held_w, to_w)
@@ -331,44 +358,24 @@ def _way_clear(  # type: ignore[no-untyped-def]
         stands = time > guard.latency + period and held_v == 0 and held_w == 0 and rest < _NEARLY
         if stands or swept >= given.cell / 4:
             swept = 0.0
-            if not _fits(
-                guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, gone * off, time, nearest,
-                from_ahead, from_left, from_turn,
-            ):  # fmt: skip
-                return False
-            from_ahead, from_left, from_turn = ahead, left, turn
+            if guard.sees == 1:
+                x, y = now_x + now_c * ahead - now_s * left, now_y + now_s * ahead + now_c * left
+                c, s = math.cos(now + turn), math.sin(now + turn)
+                if not is_clear(
+                    guard.ground[lane], guard.window[lane], given, guard.barred, x, y, c, s, now_x, now_y, now_c, now_s,
+                    from_x, from_y, from_c, from_s, given.least + gone * off, time, period, k + 1, ahead < 0,
+                ):  # fmt: skip
+                    return False
+                from_x, from_y, from_c, from_s = x, y, c, s
+            if guard.air.values > 0:
+                x, y = robot.x + own_c * ahead - own_s * left, robot.y + own_s * ahead + own_c * left
+                free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, time) - _ROBOTS_APART
+                # Where there is less room than there should be, it keeps what it has.
+                if free < (gone * off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
+                    return False
         if stands:
             return True
     return False
-
-
-@compiled_only
-def _fits(  # type: ignore[no-untyped-def]
-    guard, lane, k, period, robots, odometry, robot, given, ahead, left, turn, off, time, nearest,
-    from_ahead, from_left, from_turn,
-):  # fmt: skip
-    """Whether the body is clear when it has gone ``ahead``, to the ``left`` and round by ``turn``, after ``time`` [s].
-
-    Where it has less room than it should, it keeps what it has; ``from_ahead`` and so on are where it was before.
-    """
-    if guard.sees == 1:
-        now_x, now_y, now = odometry.odo_x, odometry.odo_y, odometry.odo_heading
-        c, s = math.cos(now), math.sin(now)
-        x, y = now_x + c * ahead - s * left, now_y + s * ahead + c * left
-        from_x, from_y = now_x + c * from_ahead - s * from_left, now_y + s * from_ahead + c * from_left
-        if not is_clear(
-            guard.ground[lane], guard.window[lane], given, x, y, math.cos(now + turn), math.sin(now + turn),
-            now_x, now_y, c, s, from_x, from_y, math.cos(now + from_turn), math.sin(now + from_turn),
-            given.least + off, time, period, k + 1, ahead < 0,
-        ):  # fmt: skip
-            return False
-    if guard.air.values > 0:
-        c, s = math.cos(robot.heading), math.sin(robot.heading)
-        x, y = robot.x + c * ahead - s * left, robot.y + s * ahead + c * left
-        free = room_to_robots(guard, lane, robots, x, y, robot.heading + turn, time) - _ROBOTS_APART
-        if free < (off if nearest >= 0 else nearest - 1e-9) or free == -math.inf:
-            return False
-    return True
 
 
 @without_refcounts

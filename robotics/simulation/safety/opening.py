@@ -103,8 +103,8 @@ def no_guard(lanes: int, air: Any) -> MonitorLanes:
     empty = np.zeros((0, lanes))
     return MonitorLanes(
         0, 0, 0.0, 0.0, empty, np.zeros((0, 0, 0), dtype=np.int64), np.zeros((0, 2), dtype=np.int64),
-        np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)), np.zeros(1, dtype=np.int64),
-        np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
+        np.zeros((0, 0), dtype=np.int64), np.empty((0, 0)), none, none, none, none, np.zeros((2, 0)),
+        np.zeros(1, dtype=np.int64), np.zeros((0, 2, lanes)), empty, np.zeros((0, 0, lanes)), empty, air, none,
     )  # fmt: skip
 
 
@@ -147,6 +147,7 @@ def opened_guard(
         np.ascontiguousarray(np.tile(given, runs)),
         np.zeros((lanes, side, side), dtype=np.int64),
         np.zeros((lanes, 2), dtype=np.int64),
+        np.zeros((side, side), dtype=np.int64),
         looks.eyes.table,
         looks.every,
         looks.column,

@@ -18,7 +18,16 @@ from robotics.plugins.stress.tally import run_ensemble
 from robotics.simulation.loop import Simulation, record_run
 from robotics.simulation.safety.assumptions import STOP_NEAR, radio_delay, stopping
 from robotics.simulation.safety.coverage import blind_directions, blind_spots, covered_speed
-from robotics.simulation.safety.ground import FREE_GROUND, GuardColumns, is_clear, put, take_in
+from robotics.simulation.safety.ground import (
+    FREE_GROUND,
+    GuardColumns,
+    find_barred,
+    find_free,
+    is_clear,
+    put,
+    set_free,
+    take_in,
+)
 from robotics.simulation.safety.opening import given_rows
 from robotics.simulation.safety.others import HeardPosture, apart
 from robotics.simulation.scenario.robots import load_robot
@@ -182,10 +191,19 @@ def test_what_has_passed_bars_no_way():
 
 
 @kernel
-def echoed(ground, window, given, table, rays, stamp, of_robot, reading=0.3, free=False):
+def echoed(ground, window, given, table, rays, stamp, of_robot, reading=0.3):
     take_in(
         ground, window, GuardColumns(given, 0), SensorColumns(table, 0), rays, 0, rays.shape[1], reading, stamp,
-        of_robot, 0.0, 0.0, 1.0, 0.0, free,
+        of_robot, 0.0, 0.0, 1.0, 0.0,
+    )  # fmt: skip
+
+
+@kernel
+def freed(ground, window, given, near, table, rays, reading, x, y, heading):
+    find_free(ground, window, near)
+    set_free(
+        ground, window, GuardColumns(given, 0), near, SensorColumns(table, 0), rays, 0, rays.shape[1], reading,
+        x, y, math.cos(heading), math.sin(heading),
     )  # fmt: skip
 
 
@@ -200,9 +218,43 @@ def test_an_echo_at_the_least_distance_frees_nothing_before_it():
         SensorColumns(table, 0).minimum = minimum
         ground, window = np.zeros((48, 48), dtype=np.int64), np.full(2, -24)
         echoed(ground, window, given, table, rays, 5, False)
-        echoed(ground, window, given, table, rays, 5, False, free=True)
+        freed(ground, window, given, np.zeros_like(ground), table, rays, 0.3, 0.0, 0.0, 0.0)
         assert (ground == FREE_GROUND).any() == frees
         assert (ground == 5).any()
+
+
+def test_rays_that_go_past_free_ground_free_the_same_as_those_that_stop_at_every_step():
+    setting = course(1)
+    given = np.array([given_rows(setting.robots[0], setting, 0, 0.05)]).T.copy()
+    cell, rng, table = float(GuardColumns(given, 0).cell), np.random.default_rng(8), np.zeros((SensorColumns.size, 1))
+    SensorColumns(table, 0).range = 3.0
+    rays = np.exp(1j * np.linspace(-3, 3, 90))
+    for share in (0.5, 0.9, 0.98, 1.0):
+        ground = np.where(rng.random((48, 48)) < share, FREE_GROUND, rng.integers(-9, 9, (48, 48)))
+        place, heading = rng.uniform(-30, 30, 2) * cell, rng.uniform(-np.pi, np.pi)
+        window = np.floor(place / cell).astype(np.int64) - 24
+        reading, plain = rng.uniform(0.3, 1.5), ground.copy()
+        for ray in rays * np.exp(1j * heading):
+            for r in 0.7 * cell * np.arange(100):
+                at = np.floor((place + r * np.array([ray.real, ray.imag])) / cell).astype(np.int64)
+                away = complex(*((at + 0.5) * cell - place))
+                if (at < window).any() or (at >= window + 48).any() or r > reading - 0.36 * cell:
+                    break
+                if abs(away) <= reading - 0.36 * cell and abs((np.conj(ray) * away).imag) <= 0.36 * cell:
+                    plain[tuple(at % 48)] = FREE_GROUND
+        assert (plain != ground).any() == (share < 1)
+        freed(
+            ground,
+            window,
+            given,
+            np.zeros_like(ground),
+            table,
+            np.stack([rays.real, rays.imag]),
+            reading,
+            *place,
+            heading,
+        )
+        assert (ground == plain).all()
 
 
 def test_the_echo_of_a_robot_takes_nothing_away_that_stands():
@@ -220,13 +272,14 @@ def test_the_echo_of_a_robot_takes_nothing_away_that_stands():
 
 
 @kernel
-def beside(ground, window, given, value, from_turn):
+def beside(ground, window, given, barred, value, from_turn):
     """Whether a robot may be where it is now, with an echo beside its front, coming from another heading."""
     one = GuardColumns(given, 0)
     put(ground, math.floor(0.7 * one.half_length / one.cell), math.ceil(one.half_width / one.cell), value)
+    find_barred(ground, window, one, barred, 40, 0.05)
     return is_clear(
-        ground, window, one, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, math.cos(from_turn), math.sin(from_turn),
-        one.least, 0.1, 0.05, 40, False,
+        ground, window, one, barred, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, math.cos(from_turn),
+        math.sin(from_turn), one.least, 0.1, 0.05, 40, False,
     )  # fmt: skip
 
 
@@ -242,7 +295,7 @@ def test_what_moves_may_not_come_nearer_on_any_part_of_a_way_and_what_stands_not
     ):
         GuardColumns(given, 0).others = others
         ground, window = np.zeros((48, 48), dtype=np.int64), np.full(2, -24)
-        assert beside(ground, window, given, value, turned) == clear
+        assert beside(ground, window, given, np.zeros_like(ground), value, turned) == clear
 
 
 # Promises --------------------------------------------------------------------------------------------------------
