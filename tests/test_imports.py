@@ -67,7 +67,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "loop": ("ccode", "designer"),
         "mamdani": (),
         "trees": ("ccode",),
-        "tuning": (),
+        "tuning": ("trees", "type2"),
         "type2": (),
     },
     "anfis": {"designer": (), "regressor": ()},
