@@ -68,7 +68,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "mamdani": (),
         "trees": ("ccode",),
         "tuning": ("trees", "type2"),
-        "type2": (),
+        "type2": ("ccode",),
     },
     "anfis": {"designer": (), "regressor": ()},
     "robotics": {

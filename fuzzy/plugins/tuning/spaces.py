@@ -175,7 +175,7 @@ def changed(fis: System, change: Callable[[Sugeno], Sugeno]) -> System:
         made = replace(fis, upper=change(fis.upper))
     else:
         made = change(fis)
-    return made  # type: ignore[no-any-return]
+    return made
 
 
 def digest(fis: Any) -> str:

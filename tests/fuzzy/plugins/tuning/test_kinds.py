@@ -1,6 +1,7 @@
 """Tuning of trees and of type-2 systems: numbers that made the data are found again, symmetries are kept."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def test_values_of_a_start_make_the_tree_and_each_number_moves_its_own_system():
         space = space_of(start, None, False, x, by_hand(start, x, lambda fis, points: fis(points)))
         values = np.array([p.start for p in space.parameters])
         assert space.made(values) == start
-        other = space.made(np.array([p.upper for p in space.parameters]))
+        other: Any = space.made(np.array([p.upper for p in space.parameters]))
         assert all(other.systems[name] != start.systems[name] for name in start.order)
         assert other.connections == start.connections
 
