@@ -4,13 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from fuzzy.compiled.tables import LEAST_STRENGTH
 from fuzzy.files.atomic import write_together
 from fuzzy.membershipfunction import as_number
 from fuzzy.plugins.ccode.numbertype import FIXED_POINT, FLOATING, ExportError, Floating, checked_number
 from fuzzy.plugins.ccode.plan import CodePlan, planned
 from fuzzy.plugins.ccode.source import CSources, FloatWriter, header
 from fuzzy.plugins.ccode.writing import CFiles
-from fuzzy.plugins.type2.reduction import LEAST_STRENGTH
 from fuzzy.plugins.type2.system import Type2Sugeno
 
 
