@@ -83,8 +83,8 @@ def verify_c(
         points: How many.
         seed: Of their choice.
         advance: Told what is done next.
-        answers: What the C should answer; by default what ``fis`` does. Of a type-2 system ``fis`` is the upper one,
-            and this the type-2 system itself, compiled.
+        answers: What the C should answer (points, outputs) at points (points, inputs); by default what ``fis`` does. Of
+            a type-2 system ``fis`` is the upper one, and this the type-2 system itself, compiled.
 
     Returns:
         The greatest difference of each output, and whether it is within what the type of numbers allows.

@@ -53,7 +53,7 @@ class CompiledTree:
 
     @property
     def row(self) -> np.ndarray:
-        """All numbers as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
+        """All numbers (n,), as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
         systems = np.split(self.numbers, self.ends[:-1])
         most = max(len(fis.inputs) for fis in self.tree.systems.values())
         room = len(self.tree.columns) + most + max(map(packed_work, systems))

@@ -51,7 +51,7 @@ class CompiledType2:
 
     @property
     def row(self) -> np.ndarray:
-        """All numbers as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
+        """All numbers (n,), as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
         header, outputs = PackedColumns(self.system), len(self.fis.outputs)
         room = 2 * int(header.terms) + 3 * int(header.rules) + 4 * outputs + len(self.fis.inputs)
         return composite_row(self.fis, [self.system], room, lower=self.lower, nietan=self._nietan)
