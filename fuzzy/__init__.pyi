@@ -147,6 +147,7 @@ from fuzzy.plugins.trees.tree import Tree as Tree
 from fuzzy.plugins.trees.tree import TreeError as TreeError
 from fuzzy.plugins.tuning.data import TunedSystem as TunedSystem
 from fuzzy.plugins.tuning.data import tune as tune
+from fuzzy.plugins.type2.code import write_c_type2 as write_c_type2
 from fuzzy.plugins.type2.compiled import CompiledType2 as CompiledType2
 from fuzzy.plugins.type2.compiled import compile_type2 as compile_type2
 from fuzzy.plugins.type2.figures import plot_footprint as plot_footprint

@@ -22,8 +22,8 @@ STAIRS = {
         renamed lazynames notebookfigures errors entrypoints extras quantity naming words shown sketch
         esmodule profile
         membershipfunction membership rule language system inference detached files compiled insight fitting
-        tuning shell figures commands plugins.ccode plugins.mamdani plugins.type2 plugins.trees plugins.tuning
-        plugins.front plugins.designer plugins.loop
+        tuning shell figures commands plugins.ccode plugins.mamdani plugins.designer plugins.type2 plugins.trees
+        plugins.tuning plugins.front plugins.loop
     """,
     "anfis": """
         data point premises parameters consequents network compiled state methods checkpoint accuracy training
@@ -66,9 +66,9 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "front": (),
         "loop": ("ccode", "designer"),
         "mamdani": (),
-        "trees": ("ccode",),
-        "tuning": (),
-        "type2": (),
+        "trees": ("ccode", "designer"),
+        "tuning": ("trees", "type2"),
+        "type2": ("ccode",),
     },
     "anfis": {"designer": (), "regressor": ()},
     "robotics": {

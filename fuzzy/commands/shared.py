@@ -49,7 +49,8 @@ def read_system(file: Path) -> "Sugeno":
 
     if _is_tree(file):
         usage(
-            f"{file} is a tree of systems: evaluate, explain, export c, plot and show take it, others a .fis file of it"
+            f"{file} is a tree of systems: evaluate, explain, export c, plot, show and tune take it, others a .fis "
+            "file of it"
         )
     if file == STDIN:
         return warned(parse_bytes(sys.stdin.buffer.read(), "standard input")).system

@@ -15,3 +15,4 @@ NUMBERS: dict[type[MembershipFunction], int] = {  # those that the kernel knows
 _NAMES = {f.__name__: number for f, number in NUMBERS.items()} | {"Sampled": -2}  # the last: every other function
 KIND: Any = namedtuple("Kind", _NAMES)(**_NAMES)  # the same by name
 READ_STEPS = 4096  # steps of its universe in which such a function is read
+LEAST_STRENGTH = 1e-300  # of a firing strength of type-2: a weaker one is 0, for a product with it has too few digits

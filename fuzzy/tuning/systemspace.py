@@ -52,12 +52,13 @@ class SystemSpace:
     symmetric: bool = True  # whether the symmetry that it has, if any, is kept
     prefix: str = ""  # of the parameters' names
     reach: np.ndarray | None = None  # (outputs, inputs + 1): how far slopes and constants may move at least
+    within: Collection[str] = ()  # outputs whose constants stay within their universe
     _parts: "tuple[_Part, ...]" = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in self.move:
             check_known(name, MOVABLE, "part of a system that can move", TuningError)
-        object.__setattr__(self, "_parts", tuple(_parts(self.fis, self.move, self.mirror, self.reach)))
+        object.__setattr__(self, "_parts", tuple(_parts(self)))
 
     @cached_property
     def mirror(self) -> Mirror | None:
@@ -162,14 +163,15 @@ class _Part:
         raise NotImplementedError
 
 
-def _parts(fis: Sugeno, move: Collection[str], mirror: Mirror | None, reach: np.ndarray | None) -> Iterator[_Part]:
+def _parts(space: SystemSpace) -> Iterator[_Part]:
+    fis, move, mirror = space.fis, space.move, space.mirror
     if "memberships" in move:
         for k in range(len(fis.inputs)):
             yield _Memberships.of(fis, k, mirror)
     if "consequents" in move:
         for k in range(len(fis.outputs)):
-            yield from _consequents(fis, k, mirror, None if reach is None else reach[k])
-    orbits = _orbits(range(len(fis.rules)), mirror.rules if mirror else None)
+            yield from _consequents(space, k)
+    orbits = with_images(range(len(fis.rules)), mirror.rules if mirror else None)
     if "weights" in move:
         for orbit in orbits:
             weight = fis.rules[orbit[0]].weight
@@ -187,7 +189,7 @@ def _numbers(orbit: Sequence[int]) -> str:
     return "+".join(str(rule + 1) for rule in orbit)
 
 
-def _orbits(places: Sequence[int], image: Sequence[int] | None) -> list[tuple[int, ...]]:
+def with_images(places: Sequence[int], image: Sequence[int] | None) -> list[tuple[int, ...]]:
     """The places, each with its mirror image if it is another one."""
     if image is None:
         return [(place,) for place in places]
@@ -213,13 +215,13 @@ class _Memberships(_Part):
         flips = mirror is not None and mirror.inputs[place] < 0
         edges = _edges(variable)
         count = len(edges) - 1
-        groups = _orbits(range(count), [count - 1 - k for k in range(count)] if flips else None)
+        groups = with_images(range(count), [count - 1 - k for k in range(count)] if flips else None)
         greatest = max(range(len(groups)), key=lambda k: edges[groups[k][0] + 1] - edges[groups[k][0]])
         groups = [groups[greatest], *(g for k, g in enumerate(groups) if k != greatest)]
         names = list(variable.terms)
         images = mirror.terms[place] if flips and mirror is not None else None
         wide = [k for k, term in enumerate(variable.terms.values()) if {"width", "slope"} & set(term.roles)]
-        orbits = [orbit for orbit in _orbits(range(len(names)), images) if orbit[0] in wide]
+        orbits = [orbit for orbit in with_images(range(len(names)), images) if orbit[0] in wide]
         widths = tuple(tuple(names[k] for k in orbit) for orbit in orbits)
         parameters = [
             SearchParameter(
@@ -345,14 +347,15 @@ class _Consequent(_Part):
         return [any(dict(reach.fis.rules[rule].then).get(output) in self.names for rule in reach.rules)]
 
 
-def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndarray | None) -> Iterator[_Part]:
+def _consequents(space: SystemSpace, output: int) -> Iterator[_Part]:
+    fis, mirror = space.fis, space.mirror
     variable = fis.outputs[output]
     inputs = len(fis.inputs)
     table = {name: coefficients(term, inputs) for name, term in variable.terms.items()}
     if not table:
         return
     greatest = np.abs(np.array(list(table.values()))).max(axis=0)
-    least = _SMALLEST * greatest if least is None else least
+    least = _SMALLEST * greatest if space.reach is None else space.reach[output]
     images = _term_images(fis, output, mirror)
     signs = np.ones(inputs + 1, dtype=int)
     if mirror is not None:
@@ -373,8 +376,11 @@ def _consequents(fis: Sugeno, output: int, mirror: Mirror | None, least: np.ndar
             start = float(table[name][column])
             what = "" if column == inputs else f".{fis.inputs[column].name}"
             both = (name,) if image == name else (name, image)
+            low, high = start - reach, start + reach
+            if variable.name in space.within and numbers == 1 and variable.universe[0] <= start <= variable.universe[1]:
+                low, high = max(low, variable.universe[0]), min(high, variable.universe[1])
             parameter = SearchParameter(
-                name=f"{variable.name}.{'+'.join(both)}{what}", start=start, lower=start - reach, upper=start + reach
+                name=f"{variable.name}.{'+'.join(both)}{what}", start=start, lower=low, upper=high
             )
             yield _Consequent((parameter,), output, place, both, (1, int(signs[column]))[: len(both)])
 

@@ -16,7 +16,6 @@ from fuzzy.entrypoints import entry_points
 from fuzzy.files.pythonfile import load_python_file, loaded_python_file
 from fuzzy.naming import expected
 from fuzzy.quantity import accepted
-from fuzzy.system import Sugeno
 from robotics.laws.equation import KNOWLEDGE_FIELDS
 from robotics.laws.foreign import telling_errors
 from robotics.laws.law import ControllerError, Law, Preset
@@ -307,7 +306,7 @@ def with_gains(law: Law[Any], gains: Mapping[str, Any]) -> Law[Any]:
 
 def shown_gain(value: Any) -> str:
     """A gain's value in a table or a file: a number in short, a rule base by its name."""
-    return f"{value:g}" if isinstance(value, float) else value.name if isinstance(value, Sugeno) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(getattr(value, "name", value))
 
 
 def label(specification: str) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fuzzy.commands.shared import FisOrTree, read_system, read_tree, usage
+from fuzzy.commands.shared import FisOrTree, read_either, read_tree, usage
 from fuzzy.shell.options import Json, option
 from fuzzy.shell.terminal import application, print_json
 from fuzzy.shown import shown
@@ -45,9 +45,10 @@ def c(
 ) -> None:
     """Write a system as one header and one source of C99: no malloc, no library but math.h. Of a tree, a pair each too.
 
-    It writes every system that it can read: all membership functions, hedges, "not", weights, both defuzzifications,
-    several outputs, and systems learnt by ANFIS. --verify needs a C compiler and exits with 1 if the C is not the same:
-    within 4e-15 of an output's range in double, 1e-6 in float and 0.01 in q16.16, whose faint strengths are 0.
+    It writes every system that it can read, type-2 in double and float: all membership functions, hedges, "not",
+    weights, both defuzzifications, several outputs, and systems learnt by ANFIS. --verify needs a C compiler and exits
+    with 1 if the C is not the same: within 4e-15 of an output's range in double, 1e-6 in float and 0.01 in q16.16,
+    whose faint strengths are 0.
 
     \b
     Example:
@@ -55,6 +56,7 @@ def c(
       fuzzy export c tipper.fis -o out --verify --points 10000
       fuzzy export c tracking -o out --number q16.16
     """
+    import fuzzy
     from fuzzy.plugins.ccode.cortexm import run_on_board
     from fuzzy.plugins.ccode.verification import verify_c
     from fuzzy.plugins.ccode.writing import write_c
@@ -64,9 +66,14 @@ def c(
             usage("--table and --board are for single systems: take the .fis files of the tree")
         _export_tree(tree, out, number, name, points if verify else 0, json)
         return
-    fis = read_system(file)
-    files = write_c(fis, out, number, name=name, lookup=None if table is None else _shape(table))
-    proof = verify_c(fis, files, points) if verify else None
+    fis, answers = read_either(file), None
+    if isinstance(fis, fuzzy.Type2Sugeno):
+        if table is not None or board:
+            usage("--table and --board are for systems of type 1")
+        files, answers, fis = fuzzy.write_c_type2(fis, out, number, name=name), fuzzy.compile_type2(fis), fis.upper
+    else:
+        files = write_c(fis, out, number, name=name, lookup=None if table is None else _shape(table))
+    proof = verify_c(fis, files, points, answers=answers) if verify else None
     on_board = run_on_board(fis, files) if board else None
     if json:
         print_json(_report(files, proof, on_board))

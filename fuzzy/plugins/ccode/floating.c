@@ -114,3 +114,25 @@ static REAL most(REAL a, REAL b) { return b > a ? b : a; }
 
 /* A degree after a hedge, whose power is not 1. */
 static REAL hedged(REAL degree, REAL power) { return degree > 0.0 ? pow(degree, power) : degree; }
+
+
+/* A lower degree of type-2 from the upper one: 0 up to the lag, and above it straight. */
+static REAL lowered(REAL degree, REAL lag, REAL slope) { return degree > lag ? (degree - lag) * slope : 0.0; }
+
+
+/* An end of the type-reduced set of rules with proposals p, on the way from between: w has their least strengths, and
+ * then their greatest. Each step takes the greatest of those that are on the side of the end, and comes nearer to it. */
+static REAL reduced(const REAL *p, const REAL *w, int rules, REAL between, int upwards) {
+    for (;;) {
+        REAL said = 0.0, total = 0.0;
+        for (int r = 0; r < rules; r++) {
+            const REAL off = p[r] - between;
+            const REAL share = w[(upwards ? off > 0.0 : off < 0.0) ? rules + r : r];
+            said += off * share;
+            total += share;
+        }
+        const REAL next = between + (total > 0.0 ? said / total : 0.0);
+        if (!(upwards ? next > between : next < between)) return between;
+        between = next;
+    }
+}

@@ -20,6 +20,7 @@ class CodeTerm:
     """A term that a rule asks for."""
 
     input: int
+    place: int  # among the input's terms
     variable: str  # the input's identifier
     name: str  # its own identifier, such as "distance_near"
     function: str  # MATLAB's name
@@ -131,7 +132,7 @@ def planned(fis: Sugeno, name: str = "") -> CodePlan:
             )
         own = identifier(f"{inputs[i]}_{label}", [*inputs, *outputs, *(term.name for term in terms)])
         numbers = tuple(as_number(p) for p in function.parameters)
-        terms.append(CodeTerm(i, inputs[i], own, function.matlab, numbers))
+        terms.append(CodeTerm(i, t, inputs[i], own, function.matlab, numbers))
     place = {key: k for k, key in enumerate(asked)}
     clauses = tuple(
         tuple(

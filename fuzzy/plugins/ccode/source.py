@@ -44,7 +44,7 @@ def c_sources(fis: Sugeno, name: str = "", number: str = "double") -> CSources:
     if number == FIXED_POINT:
         return CSources(plan.name, header(plan, c_type(number)), fixed_source(plan))
     kind = FLOATING[number]
-    return CSources(plan.name, header(plan, kind.name), _Writer(plan, kind).source())
+    return CSources(plan.name, header(plan, kind.name), FloatWriter(plan, kind).source())
 
 
 def header(plan: CodePlan, real: str, kind: str = "", no_rule: str = "") -> str:
@@ -87,8 +87,10 @@ def sentence(plan: CodePlan, rule: int) -> str:
     return "    /* " + fill(text, 108, subsequent_indent="     * ", break_long_words=False) + " */"
 
 
-class _Writer:
+class FloatWriter:
     """The source in double or float."""
+
+    template = "floating_infer.c.j2"
 
     def __init__(self, plan: CodePlan, number: Floating) -> None:
         self.plan, self.number, self.real = plan, number, number.name
@@ -97,9 +99,9 @@ class _Writer:
     def source(self) -> str:
         """The whole text."""
         plan, number = self.plan, self.number
-        tables = [] if plan.unrolled else [*self._rule_tables(), *self._consequent_tables()]
+        tables = self.tables()
         function = rendered(
-            "floating_infer.c.j2",
+            self.template,
             plan,
             number=number,
             real=self.real,
@@ -111,6 +113,7 @@ class _Writer:
             outputs=[self._output(o) for o in range(len(plan.outputs))],
             fires="share" if plan.logs and plan.sums else "w",
             degree=self._degree,
+            **self.more(),
             is_finite=lambda term: np.isfinite(term.parameters).all(),
             sentence=sentence,
             strength=self._strength,
@@ -125,6 +128,14 @@ class _Writer:
             function,
         ]
         return "\n".join(part for part in parts if part)
+
+    def tables(self) -> list[str]:
+        """The tables of a system that is written as loops."""
+        return [] if self.plan.unrolled else [*self._rule_tables(), *self._consequent_tables()]
+
+    def more(self) -> dict[str, Any]:
+        """What the template names besides."""
+        return {}
 
     def _input(self, k: int) -> dict[str, str]:
         """An input by its name, limited or not, and the ends of its range."""

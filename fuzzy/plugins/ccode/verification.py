@@ -68,6 +68,7 @@ def verify_c(
     points: int = _POINTS,
     seed: int = 0,
     advance: Callable[[str], None] = lambda step: None,
+    answers: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> Verified:
     """Compile the C of a system with all warnings as errors, run it, and compare it with the system.
 
@@ -82,6 +83,8 @@ def verify_c(
         points: How many.
         seed: Of their choice.
         advance: Told what is done next.
+        answers: What the C should answer (points, outputs) at points (points, inputs); by default what ``fis`` does. Of
+            a type-2 system ``fis`` is the upper one, and this the type-2 system itself, compiled.
 
     Returns:
         The greatest difference of each output, and whether it is within what the type of numbers allows.
@@ -106,7 +109,7 @@ def verify_c(
             again = _ran(watched, given[:_SANITIZED], len(fis.outputs), files.number, folder)
             if not np.array_equal(again, y[: len(again)], equal_nan=True):
                 raise CompilerError(f"{files.source.name}: other answers under the sanitizers than without them")
-    wanted = answers_of(fis, x)
+    wanted = answers_of(fis, x, answers)
     if files.number == FIXED_POINT:
         wanted = np.clip(wanted, -32768.0, 32768.0)  # where the C stays
     error = _error(y, wanted)

@@ -3,10 +3,10 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from fuzzy.commands.datafile import FoldsOrder, SkipBad
-from fuzzy.commands.samples import Inputs, Outputs, Table, sample_table, system_samples
+from fuzzy.commands.samples import Inputs, Outputs, SampleTable, Table, sample_table, system_samples
 from fuzzy.commands.shared import check_plot, parsed
 from fuzzy.files.atomic import check_folder
 from fuzzy.shell.options import Json, option
@@ -15,7 +15,7 @@ from fuzzy.shell.terminal import print_json
 from fuzzy.shown import shown
 
 if TYPE_CHECKING:
-    from fuzzy.plugins.front.search import RuleFrontPoint
+    from fuzzy.system import Sugeno
 
 _NUMBERS = "expected whole numbers with commas between them"
 
@@ -58,12 +58,14 @@ def front(
     from fuzzy.files.atomic import write_whole
     from fuzzy.files.fisfile import write_fis
     from fuzzy.fitting.selection import spread_of
+    from fuzzy.inference import infer_quietly
     from fuzzy.plugins.front.search import search_rules
 
     check_plot(plot)
     check_folder(output_folder)
     counts, tried = ([parsed(int, n, _NUMBERS) for n in text.split(",")] for text in (terms, orders))
     samples = sample_table(file, inputs, outputs, skip_bad)
+    unseen = None if test is None else system_samples(_columns_as_system(samples), test, skip_bad)
     with progress_bar(not sys.stderr.isatty()) as begin:
         move = Mover(begin("generations", generations))
         found = search_rules(
@@ -81,8 +83,11 @@ def front(
             **samples.names,
         )
     rows = found.table()
-    if test is not None:
-        rows["test"] = [_test_error(point, test, spread_of(samples.y), skip_bad) for point in found.points]
+    if unseen is not None:
+        names, spread = samples.names["input_names"], spread_of(samples.y)
+        taken = [[names.index(v.name) for v in p.system.inputs] for p in found.points]
+        answers = [infer_quietly(p.system, unseen.x[:, of]).output for p, of in zip(found.points, taken, strict=True)]
+        rows["test"] = [float((((answer - unseen.y) / spread) ** 2).mean() ** 0.5) for answer in answers]
     output_folder.mkdir(parents=True, exist_ok=True)
     rows["file"] = [str(output_folder / f"{k}.fis") for k in range(1, len(rows) + 1)]
     for k, point in enumerate(found.points, 1):
@@ -109,11 +114,12 @@ def front(
         )
 
 
-def _test_error(point: "RuleFrontPoint", file: Path, spread: Any, skip_bad: bool) -> float:
-    import numpy as np
+def _columns_as_system(samples: SampleTable) -> "Sugeno":
+    """A system without rules of all columns that are used, by whose names another table is read."""
+    from fuzzy.system import Sugeno, Variable
 
-    from fuzzy.inference import infer_quietly
+    def variables(what: str) -> list[Variable]:
+        names = zip(samples.names[f"{what}_names"], samples.names[f"{what}_units"], strict=True)
+        return [Variable(name, (0, 1), {}, unit) for name, unit in names]
 
-    samples = system_samples(point.system, file, skip_bad)
-    residual = infer_quietly(point.system, samples.x).output - samples.y
-    return float(np.sqrt(np.mean((residual / spread) ** 2)))
+    return Sugeno(variables("input"), variables("output"), ())

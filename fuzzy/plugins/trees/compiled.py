@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.composite import composite_row
 from fuzzy.compiled.jit import kernel
 from fuzzy.compiled.kernel import evaluate_batch
-from fuzzy.compiled.packed import PackedColumns, packed
+from fuzzy.compiled.packed import PackedColumns, packed, packed_work
 from fuzzy.compiled.sugeno import BLOCK, MANY
 from fuzzy.compiled.threads import share_out
 from fuzzy.inference import say_no_rule_fires, say_out_of_range
@@ -49,6 +50,14 @@ class CompiledTree:
         if any(share_out(evaluate, blocks, None if len(rows) >= MANY else 1)):
             self._say(np.any(outside, axis=0), np.any(missing, axis=0))
         return y.reshape(*points.shape[:-1], len(self.answers))
+
+    @property
+    def row(self) -> np.ndarray:
+        """All numbers (n,), as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
+        systems = np.split(self.numbers, self.ends[:-1])
+        most = max(len(fis.inputs) for fis in self.tree.systems.values())
+        room = len(self.tree.columns) + most + max(map(packed_work, systems))
+        return composite_row(self.tree, systems, room, wires=self.wires, answers=self.answers)
 
     def _say(self, outside: Any, missing: Any) -> None:
         """Warn, or raise, of each system as it says, by the marks of all systems' inputs and outputs."""

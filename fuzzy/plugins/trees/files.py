@@ -17,6 +17,7 @@ no system takes; see :class:`fuzzy.plugins.trees.tree.Tree`.
 import json
 import os
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from fuzzy.files.atomic import write_together
 from fuzzy.files.fisfile import format_fis, read_fis
 from fuzzy.naming import check_known
 from fuzzy.plugins.trees.tree import Tree, TreeError
+from fuzzy.system import Sugeno
 
 TREE_FILE = "tree.toml"
 _KEYS = {"name": str, "connections": list, "answers": list, "systems": dict}
@@ -44,6 +46,14 @@ def read_tree(path: str | os.PathLike[str]) -> Tree:
         FisFileError: A .fis file that holds no Sugeno system.
     """
     file = Path(path) / TREE_FILE if Path(path).is_dir() else Path(path)
+    return tree_of(file, lambda at: read_fis(file.parent / at))
+
+
+def tree_of(file: Path, read: Callable[[str], Sugeno]) -> Tree:
+    """The tree that a tree.toml describes; ``read`` reads the file of a system, by its name there.
+
+    Raises TreeError, and what ``read`` does.
+    """
     try:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
@@ -57,7 +67,7 @@ def read_tree(path: str | os.PathLike[str]) -> Tree:
     names: dict[str, Any] = table.pop("systems", {})
     if wrong := [name for name, at in names.items() if not isinstance(at, str)]:
         raise TreeError(f"{file}: systems.{wrong[0]} must be the name of a .fis file, got {quoted(names[wrong[0]])}")
-    systems = {name: read_fis(file.parent / at) for name, at in names.items()}
+    systems = {name: read(at) for name, at in names.items()}
     try:
         return Tree(systems, **table)
     except InputError as error:

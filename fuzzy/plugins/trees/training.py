@@ -14,6 +14,7 @@ import numpy as np
 from fuzzy.extras import needed
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import output_table
+from fuzzy.fitting.selection import spread_of
 from fuzzy.inference import InferenceWarning, forgiving
 from fuzzy.membershipfunction import MembershipFunction, as_number
 from fuzzy.plugins.trees.tree import Tree, TreeError
@@ -68,7 +69,7 @@ def train_tree(
     """
     torch = needed("torch", "learning a tree")
     data = [_samples(tree, *each) for each in ((x, y), *(() if check is None else (check,)))]
-    spread = np.where((found := data[0][1].std(axis=0)) > 0, found, 1.0)
+    spread = spread_of(data[0][1])
     quiet = tree.with_systems({name: forgiving(fis, "midrange") for name, fis in tree.systems.items()})
     moving, scale = np.array(numbers_of(tree)), np.array(list(_scales(tree)))
     free = torch.tensor(moving / scale, requires_grad=True)

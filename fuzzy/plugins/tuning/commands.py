@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fuzzy.commands.completion import rule_bases
 from fuzzy.commands.datafile import Folds, FoldsOrder, SkipBad
 from fuzzy.commands.samples import system_samples
-from fuzzy.commands.shared import read_system
+from fuzzy.commands.shared import read_either, read_tree
 from fuzzy.errors import InputError
 from fuzzy.files.atomic import check_folder, check_target
 from fuzzy.shell.interrupts import interrupted
@@ -29,15 +29,20 @@ def tune(
     file: Annotated[
         Path,
         argument(
-            "The Sugeno system to start from: a .fis file, or a packaged one's name.",
+            "The Sugeno system to start from: a .fis file, also of type-2, a packaged one's name, or a tree's folder.",
             "SYSTEM",
             autocompletion=rule_bases,
         ),
     ],
-    out: Annotated[Path, option("Where the tuned system goes.", "--out", "-o", "TUNED.fis")],
+    out: Annotated[Path, option("Where the tuned system goes; of a tree a folder.", "--out", "-o", "TUNED.fis")],
     move: Annotated[
-        str, option("What may move: memberships, consequents, weights, choices, rules.", "A,B")
-    ] = "memberships,consequents",
+        str | None,
+        option(
+            "What may move: memberships, consequents, weights, choices, rules; of type-2 footprints. By default the "
+            "first two, and footprints.",
+            "A,B",
+        ),
+    ] = None,
     solve: Annotated[bool, option("Solve each candidate's consequents by least squares: they need not move.")] = False,
     symmetric: Annotated[bool, option("Keep the symmetry of a system that answers to both sides alike.")] = False,
     check: Annotated[Path | None, option("Data not tuned on; they choose among the best so far.", "CHECK.csv")] = None,
@@ -70,19 +75,23 @@ def tune(
       fuzzy identify samples.csv --outputs v --rules 5 -o start.fis
       fuzzy tune samples.csv start.fis --check check.csv --solve --evaluations 200 --engine random -o t.fis
     """
-    from fuzzy.files.fisfile import write_fis
+    import fuzzy
     from fuzzy.plugins.tuning.data import cross_validate_tuning
     from fuzzy.plugins.tuning.data import tune as tuned_on
 
-    check_target(out, ".fis")
+    fis: Any = read_tree(file)
+    if fis is None:
+        check_target(out, ".fis")
+        fis = read_either(file)
+    else:
+        check_folder(out)
     check_target(history)
     if folder is not None:
         check_folder(folder)
-    fis = read_system(file)
     samples = system_samples(fis, data, skip_bad)
     checking = system_samples(fis, check, skip_bad) if check is not None else None
     options: dict[str, Any] = {
-        "move": _parts(move),
+        "move": None if move is None else _parts(move),
         "solve": solve,
         "symmetric": symmetric,
         "evaluations": evaluations,
@@ -114,7 +123,8 @@ def tune(
             progress=partial(_told, Mover(begin(fis.name, evaluations))),
             **options,
         )
-    write_fis(found.system, out, _comment(found, data, check, options))
+    write: Any = {fuzzy.Tree: fuzzy.write_tree, fuzzy.Type2Sugeno: fuzzy.write_type2}.get(type(fis), fuzzy.write_fis)
+    write(found.system, out, _comment(found, data, check, options))
     if history is not None:
         from fuzzy.files.table import write_frame
 
@@ -138,11 +148,13 @@ def _told(moved: Mover, found: "Evaluations", done: int = 0, prefix: str = "") -
 def _parts(text: str) -> list[str]:
     parts = split_list(text)
     if not parts:
-        raise InputError("--move: at least one of memberships, consequents, weights, choices, rules is needed")
+        raise InputError(
+            "--move: at least one of memberships, consequents, weights, choices, rules, footprints is needed"
+        )
     return parts
 
 
-def _comment(found: "TunedSystem", data: Path, check: Path | None, options: dict[str, Any]) -> str:
+def _comment(found: "TunedSystem[Any]", data: Path, check: Path | None, options: dict[str, Any]) -> str:
     """What stands at the top of the tuned system: a title, and how it was made."""
     checked = f", chosen on {check.name}" if check is not None else ""
     solved = ", consequents solved by least squares" if options["solve"] else ""
@@ -154,7 +166,7 @@ def _comment(found: "TunedSystem", data: Path, check: Path | None, options: dict
 
 
 def _as_json(
-    found: "TunedSystem", crossed: "Sequence[TunedFold]", order: str, out: Path, skipped: int, seconds: float
+    found: "TunedSystem[Any]", crossed: "Sequence[TunedFold]", order: str, out: Path, skipped: int, seconds: float
 ) -> dict[str, Any]:
     import numpy as np
 
@@ -180,7 +192,7 @@ def _as_json(
     }
 
 
-def _print(found: "TunedSystem", crossed: "Sequence[TunedFold]", out: Path, seconds: float) -> None:
+def _print(found: "TunedSystem[Any]", crossed: "Sequence[TunedFold]", out: Path, seconds: float) -> None:
     import numpy as np
 
     units = {v.unit for v in found.system.outputs}

@@ -1,4 +1,4 @@
-"""Tuning a system on data: a search towards the least error, through the inference and nothing else.
+"""Tuning a system, a tree or a type-2 system on data: a search towards the least error, through the inference alone.
 
 It needs no gradient and no linearity, so it moves what learning cannot: which consequent a rule takes, weights of
 rules, memberships that stay ordered and covering. Where only consequents move, least squares finds the optimum at once
@@ -10,18 +10,28 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
-from fuzzy.compiled.sugeno import outputs_of
 from fuzzy.detached import detached
-from fuzzy.files.fisfile import format_fis
 from fuzzy.fitting.clustering import finite_table
 from fuzzy.fitting.consequents import IdentificationError, least_squares, output_table
 from fuzzy.fitting.folds import FoldOrder, fold_rows
-from fuzzy.inference import InferenceWarning, forgiving
-from fuzzy.system import Linear, Sugeno
+from fuzzy.inference import InferenceWarning
+from fuzzy.plugins.trees.tree import Tree
+from fuzzy.plugins.tuning.spaces import (
+    System,
+    TreeSpace,
+    Type2Space,
+    answers_of,
+    changed,
+    digest,
+    space_of,
+    systems_of,
+)
+from fuzzy.plugins.type2.system import Type2Sugeno
+from fuzzy.system import FuzzySystemError, Sugeno
 from fuzzy.tuning.journal import SearchInterrupt, resumable_search
 from fuzzy.tuning.parameter import TuningError
 from fuzzy.tuning.search import Evaluations
@@ -33,7 +43,7 @@ Progress = Callable[[Evaluations], bool | None]
 
 
 @dataclass(frozen=True, eq=False)
-class TunedSystem:
+class TunedSystem(Generic[System]):
     """What tuning on data has found. Errors are root mean squares over samples and outputs, in the outputs' unit.
 
     Attributes:
@@ -48,12 +58,12 @@ class TunedSystem:
         stopped: Why: "evaluations", "progress" or "interrupted".
     """
 
-    system: Sugeno
+    system: System
     before: float
     after: float
     check_before: float
     check_after: float
-    space: SystemSpace = field(repr=False)
+    space: SystemSpace | TreeSpace | Type2Space = field(repr=False)
     evaluated: Evaluations = field(repr=False)
     stopped: str
 
@@ -74,15 +84,15 @@ class TunedFold:
     held: np.ndarray  # (held,) int: the rows that were not tuned on, ascending
     before: float  # the error on them of the system as it was
     after: float  # and of the one that was tuned on the others
-    tuned: TunedSystem
+    tuned: TunedSystem[Any]
 
 
 def tune(
-    fis: Sugeno,
+    fis: System,
     x: Any,
     y: Any,
     *,
-    move: Collection[str] = MOVED,
+    move: Collection[str] | None = None,
     solve: bool = False,
     symmetric: bool = False,
     evaluations: int = _EVALUATIONS,
@@ -92,17 +102,21 @@ def tune(
     folder: Path | None = None,
     fresh: bool = False,
     progress: Progress | None = None,
-) -> TunedSystem:
+) -> TunedSystem[System]:
     """Look for the parameters of ``fis`` with which it errs least at the data.
 
     Args:
-        fis: The system to start from.
+        fis: The system to start from, or a tree of systems, or an interval type-2 system.
         x: The inputs (samples, inputs).
         y: The outputs (samples,) or (samples, outputs).
-        move: What may move: "memberships", "consequents", "weights", "choices" of consequents, "rules" on and off.
+        move: What may move: "memberships", "consequents", "weights", "choices" of consequents, "rules" on and off; of a
+            type-2 system also "footprints", the scales and lags of lower functions. By default memberships and
+            consequents, and footprints.
         solve: Whether the consequents of every candidate are solved for by least squares, instead of moving: with
             memberships that move this is by far the best use of a budget [Golub & Pereyra 1973, variable projection].
-        symmetric: Whether a system that answers to the left as to the right keeps that symmetry.
+            Not of trees and of type-2 systems, whose answers are not linear in them.
+        symmetric: Whether a system that answers to the left as to the right keeps that symmetry; of a tree each of its
+            systems.
         evaluations: How many systems are tried, the one as it is included.
         seed: That of the search.
         engine: "cmaes" or "random".
@@ -113,7 +127,8 @@ def tune(
         progress: Called after each generation with all evaluations so far; True ends the search.
 
     Constants of consequents move within the outputs' range in the data about their start at least, slopes within that
-    range over the inputs'. Where no rule fires the middle of the output's range stands, and its error counts.
+    range over the inputs'; between the systems of a tree their universe counts. Where no rule fires the middle of the
+    output's range stands, and its error counts.
 
     Ctrl-C ends with the best so far. The same data, options and seed give the same result.
 
@@ -124,15 +139,17 @@ def tune(
         TuningError: Nothing can be tuned so.
         InputError: Data that do not fit the system.
     """
-    fis = detached(fis)
+    if solve and not isinstance(fis, Sugeno):
+        raise TuningError(f"solve: in {fis.name}, a {type(fis).__name__}, consequents do not follow by least squares")
+    fis = changed(fis, detached)
     x, y = _samples(fis, x, y)
     checking = _samples(fis, *check) if check is not None else None
-    moving = tuple(part for part in move if not (solve and part == "consequents"))
-    space = SystemSpace(fis, moving, symmetric, reach=_reach(fis, x, y))
+    moving = [part for part in move or MOVED if part != "consequents"] if solve else move
+    space = space_of(fis, moving, symmetric, x, y)
     about = {
-        "system": sha256(format_fis(fis).encode()).hexdigest(),
+        "system": digest(fis),
         "data": sha256(x.tobytes() + y.tobytes()).hexdigest(),
-        "move": sorted(moving),
+        "move": sorted(space.move),
         "solve": solve,
         "symmetric": symmetric,
         "evaluations": evaluations,
@@ -140,13 +157,13 @@ def tune(
         "engine": engine,
     }
 
-    def made(row: np.ndarray) -> Sugeno:
-        return least_squares(space.made(row), x, y).fis if solve else space.made(row)
+    def made(row: np.ndarray) -> Any:
+        return least_squares(space.made(row), x, y).fis if solve else space.made(row)  # type: ignore[arg-type]
 
     def error(row: np.ndarray) -> float:
         try:
             return rmse(made(row), x, y)
-        except IdentificationError:  # no rule fires at any sample
+        except (IdentificationError, FuzzySystemError):  # no rule fires at any sample; two lags make a step
             return float("inf")
 
     try:
@@ -182,7 +199,7 @@ def tune(
 
 
 def cross_validate_tuning(
-    fis: Sugeno,
+    fis: Sugeno | Tree | Type2Sugeno,
     x: Any,
     y: Any,
     *,
@@ -196,7 +213,7 @@ def cross_validate_tuning(
     """Tune ``folds`` times, each time without one part of the samples, and measure the error on that part.
 
     Args:
-        fis: The system to start from.
+        fis: The system to start from, of any kind.
         x: The inputs (samples, inputs).
         y: The outputs (samples,) or (samples, outputs).
         folds: How many parts there are, at least 2.
@@ -222,39 +239,26 @@ def cross_validate_tuning(
     return tuple(found)
 
 
-def rmse(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> float:
+def rmse(fis: Sugeno | Tree | Type2Sugeno, x: np.ndarray, y: np.ndarray) -> float:
     """The root mean square error of ``fis`` at ``x`` (samples, inputs) against ``y`` (samples, outputs).
 
     Nothing is said of inputs outside their universes; where no rule fires the middle of the output's range stands.
     """
     with warnings.catch_warnings(action="ignore", category=InferenceWarning), np.errstate(all="ignore"):
-        return float(np.sqrt(np.mean((outputs_of(forgiving(fis, "midrange"), x) - y) ** 2)))
+        return float(np.sqrt(np.mean((answers_of(fis, x) - y) ** 2)))
 
 
-def _samples(fis: Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+def _samples(fis: Sugeno | Tree | Type2Sugeno, x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
     """``x`` (samples, inputs) and ``y`` (samples, outputs) if they and the system fit together."""
-    x, y = finite_table(x, "x"), output_table(y)
+    x, y = finite_table(fis.point(x) if isinstance(fis, Tree) else x, "x"), output_table(y)
     if x.shape[1] != len(fis.inputs) or y.shape[1] != len(fis.outputs) or len(x) != len(y):
         raise TuningError(
             f"{fis.name} has {len(fis.inputs)} inputs and {len(fis.outputs)} outputs; x has the shape {x.shape} and y "
             f"{y.shape}"
         )
-    if not fis.rules:
+    if not any(each.rules for each in systems_of(fis)):
         raise TuningError(f"{fis.name} has no rules, so there is nothing to tune")
     return x, y
-
-
-def _reach(fis: Sugeno, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """How far slopes and constants (outputs, inputs + 1) may move at least, by the ranges of the data."""
-    across = np.ptp(x, axis=0)
-    across[across == 0] = np.inf
-    # A plane through the data has a constant that grows with their distance from 0.
-    distance = 1 + float((np.abs(x).max(axis=0) / across).sum())
-    rows = []
-    for variable, spread in zip(fis.outputs, np.ptp(y, axis=0).tolist(), strict=True):
-        linear = any(isinstance(term, Linear) for term in variable.terms.values())
-        rows.append([*(spread / across), spread * (distance if linear else 1.0)])
-    return np.array(rows)
 
 
 def _records(costs: np.ndarray) -> Sequence[int]:

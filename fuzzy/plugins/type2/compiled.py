@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy.compiled.composite import composite_row, type2_at
 from fuzzy.compiled.jit import compiled_only, kernel
 from fuzzy.compiled.kernel import FEW_POINTS, LANES
 from fuzzy.compiled.kernel import _firing as _firing_of_block
 from fuzzy.compiled.kernel import _memberships as _memberships_of_block
-from fuzzy.compiled.packed import PackedColumns, _hedged, _memberships, packed, whole
-from fuzzy.compiled.tables import NUMBERS
+from fuzzy.compiled.packed import PackedColumns, packed, whole
+from fuzzy.compiled.tables import LEAST_STRENGTH, NUMBERS
 from fuzzy.compiled.vectors import wide_vectors
 from fuzzy.inference import check_points, say_no_rule_fires, say_out_of_range
 from fuzzy.membershipfunction import as_number
-from fuzzy.plugins.type2.reduction import LEAST_STRENGTH
 from fuzzy.plugins.type2.system import Type2Sugeno
 
 
@@ -48,6 +48,13 @@ class CompiledType2:
     def interval(self, x: Any) -> np.ndarray:
         """The ends (..., outputs, 2) of the type-reduced sets at ``x`` (..., inputs)."""
         return self._evaluated(x)[..., :2]
+
+    @property
+    def row(self) -> np.ndarray:
+        """All numbers (n,), as :func:`fuzzy.compiled.composite.evaluate_composite` takes them."""
+        header, outputs = PackedColumns(self.system), len(self.fis.outputs)
+        room = 2 * int(header.terms) + 3 * int(header.rules) + 4 * outputs + len(self.fis.inputs)
+        return composite_row(self.fis, [self.system], room, lower=self.lower, nietan=self._nietan)
 
     def _evaluated(self, x: Any) -> np.ndarray:
         """The ends and the middles (..., outputs, 3)."""
@@ -226,71 +233,6 @@ def _reduce(
         better = closer != 0
 
 
-@compiled_only
-def _evaluate_point(
-    system: np.ndarray, lower: np.ndarray, nietan: bool, answers: np.ndarray, told: np.ndarray, work: np.ndarray
-) -> None:
-    """Write the answers (outputs, 3) at the point at the beginning of ``work``, and for which outputs no rule fires."""
-    header = PackedColumns(system)
-    inputs, terms, rules = whole(header.inputs), whole(header.terms), whole(header.rules)
-    and_min, or_max = header.and_min != 0.0, header.or_max != 0.0
-    unknown = _memberships(system, work, inputs, False)
-    for i in range(inputs):
-        unknown |= work[i] != work[i]
-    begin, number, ends_of = np.uint64(0), whole(header.segment_input), whole(header.segment_end)
-    for s in range(whole(header.segments)):
-        i, end = whole(system[number + s]), whole(system[ends_of + s])
-        for t in range(begin, end):
-            side = np.uint64(0) if work[i] < lower[4, t] else np.uint64(2)
-            above = work[inputs + t] - lower[side, t]
-            work[inputs + terms + t] = above * lower[side + np.uint64(1), t] if above > 0.0 else 0.0
-        begin = end
-    firing, begin = inputs + terms + terms, np.uint64(0)
-    for r in range(rules + rules):
-        either, end = system[whole(header.is_or) + r] != 0.0, whole(system[whole(header.rule_end) + r])
-        w = 0.0 if either else 1.0
-        for k in range(begin, end):
-            degree = work[inputs + whole(system[whole(header.clause_term) + k])]
-            negated = system[whole(header.clause_negated) + k] != 0.0
-            degree = _hedged(degree, system[whole(header.clause_power) + k], negated)
-            if either:
-                w = max(w, degree) if or_max else w + degree - w * degree
-            else:
-                w = min(w, degree) if and_min else w * degree
-        w *= system[whole(header.weight) + r]
-        work[firing + r] = 0.0 if w < LEAST_STRENGTH else w
-        begin = end
-    proposed = firing + rules + rules
-    for o in range(whole(header.outputs)):
-        place, a, b, fires = o * rules, 0.0, 0.0, 0.0
-        for r in range(rules):
-            z, slopes = system[whole(header.constant) + place + r], whole(header.slopes) + (place + r) * inputs
-            if system[whole(header.linear) + o] != 0.0:
-                for i in range(inputs):
-                    z += system[slopes + i] * work[i]
-            work[proposed + r] = z
-            if system[whole(header.takes_part) + place + r] != 0.0:
-                mean = (work[firing + r] + work[firing + rules + r]) / 2.0
-                a, b, fires = a + z * mean, b + mean, fires + work[firing + rules + r]
-        for end in range(np.uint64(2)):
-            best = a / b if b > 0.0 else 0.0
-            better = not nietan
-            while better:
-                sum_, total = 0.0, 0.0
-                for r in range(rules):
-                    if system[whole(header.takes_part) + place + r] != 0.0:
-                        off = work[proposed + r] - best
-                        near = off < 0.0 if end == 0 else off > 0.0
-                        w = work[firing + (rules if near else np.uint64(0)) + r]
-                        sum_, total = sum_ + off * w, total + w
-                new = best + (sum_ / total if total > 0.0 else 0.0)
-                better = new < best if end == 0 else new > best
-                best = new if better else best
-            answers[o, end] = np.nan if unknown else best if fires > 0.0 else system[whole(header.default) + o]
-        answers[o, 2] = (answers[o, 0] + answers[o, 1]) / 2.0
-        told[inputs + o] |= not unknown and not fires > 0.0
-
-
 @kernel(nogil=True)
 def _evaluate(
     system: np.ndarray, lower: np.ndarray, nietan: bool, x: np.ndarray, answers: np.ndarray, told: np.ndarray
@@ -335,7 +277,7 @@ def _evaluate(
                 work = memory[len(memory) // 2 :]
                 for i in range(inputs):
                     work[i] = rows[i, p]
-                _evaluate_point(system, lower, nietan, answers[start + p], told, work)
+                type2_at(system, lower, nietan, answers[start + p], told, work)
             break
         _memberships_of_block(system, rows, inputs, unknown)
         _lower_degrees(lower, rows, inputs, system)

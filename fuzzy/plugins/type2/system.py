@@ -29,6 +29,7 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from array_api_compat import array_namespace
 
+from fuzzy.compiled.tables import LEAST_STRENGTH
 from fuzzy.inference import (
     check_points,
     columns_of,
@@ -42,7 +43,7 @@ from fuzzy.inference import (
 )
 from fuzzy.membershipfunction import Array, MembershipError, as_float, as_number, like
 from fuzzy.naming import check_known
-from fuzzy.plugins.type2.reduction import LEAST_STRENGTH, Reduction
+from fuzzy.plugins.type2.reduction import Reduction
 from fuzzy.rule import Rule
 from fuzzy.system import FuzzySystemError, Sugeno, Variable
 

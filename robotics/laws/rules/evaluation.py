@@ -2,8 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+import fuzzy
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
+from fuzzy.files.fisfile import Type2Error
 from fuzzy.naming import check_known
 from fuzzy.system import Sugeno
 from robotics.laws.law import ControllerError
@@ -23,6 +29,7 @@ class RuleBase:
     compiled: CompiledSugeno = field(repr=False)
     inputs: tuple[Quantity, ...] = field(repr=False)
     outputs: Mapping[str, int]
+    composite: np.ndarray | None = field(default=None, repr=False)  # (n,): the row that is evaluated in its place
 
     @classmethod
     def of(cls, name: str | Sugeno, outputs: Mapping[str, str], task: str) -> "RuleBase":
@@ -33,7 +40,29 @@ class RuleBase:
             outputs: The outputs that it may have, each with what it means.
             task: What messages call it.
         """
-        fis = load_rule_base(name)
+        return cls._of(load_rule_base(name), name, outputs, task)
+
+    @classmethod
+    def of_composite(
+        cls, whole: "fuzzy.Tree | fuzzy.Type2Sugeno", name: Any, outputs: Mapping[str, str], task: str
+    ) -> "RuleBase":
+        """That of a tree or of a type-2 system: of its inputs and outputs, without rules, and with its row.
+
+        Raises ControllerError, and FuzzySystemError of a membership function that compiled code does not know.
+        """
+
+        def clipped(fis: Sugeno) -> Sugeno:
+            return replace(fis, out_of_range="clip") if fis.out_of_range == "warn" else fis
+
+        if isinstance(whole, fuzzy.Tree):
+            row = fuzzy.compile_tree(whole.with_systems({n: clipped(s) for n, s in whole.systems.items()})).row
+        else:
+            row = fuzzy.compile_type2(replace(whole, upper=clipped(whole.upper))).row
+        shell = Sugeno(whole.inputs, [replace(v, terms={}) for v in whole.outputs], (), whole.name)
+        return replace(cls._of(shell, name, outputs, task), composite=row)
+
+    @classmethod
+    def _of(cls, fis: Sugeno, name: Any, outputs: Mapping[str, str], task: str) -> "RuleBase":
         if fis.out_of_range == "warn":  # what a sensor reads, or that it reads nothing, is often out of range
             fis = replace(fis, out_of_range="clip")
         for variable in fis.outputs:
@@ -72,3 +101,19 @@ class RuleBase:
                     f"{called(name)}: {variable.name} is of robot {known.robot}, and {setting.name} has "
                     f"{len(setting.robots)}"
                 )
+
+
+def composite_of(rule_base: Any) -> "fuzzy.Tree | fuzzy.Type2Sugeno | None":
+    """The tree or the type-2 system that a rule base is, itself, a tree's folder or a file; None of any other.
+
+    Raises ControllerError, FisFileError or TreeError for a file that cannot be read.
+    """
+    if not isinstance(rule_base, str):
+        return None if isinstance(rule_base, Sugeno) else rule_base
+    if (Path(rule_base) / "tree.toml").is_file():
+        return fuzzy.read_tree(rule_base)
+    try:
+        load_rule_base(rule_base)
+    except Type2Error:
+        return fuzzy.read_type2(rule_base)
+    return None

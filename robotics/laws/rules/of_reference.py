@@ -47,8 +47,13 @@ def later(name: str) -> tuple[str, float] | None:
 
 def is_of_reference(fis: Sugeno) -> bool:
     """Whether compiled code can ask a rule base: by its inputs, its outputs, and what is to be beyond its universes."""
+    return asks_for_reference(fis) and bool(fis.rules) and fis.out_of_range != "error"
+
+
+def asks_for_reference(fis: Sugeno) -> bool:
+    """Whether inputs and outputs are those that compiled code here knows."""
     known = all(v.name in SEEN or later(v.name) for v in fis.inputs) and 0 < len(fis.inputs) <= INPUTS
-    return known and all(v.name in OUTPUTS for v in fis.outputs) and bool(fis.rules) and fis.out_of_range != "error"
+    return known and all(v.name in OUTPUTS for v in fis.outputs)
 
 
 class AskedColumns(Columns):
@@ -56,6 +61,7 @@ class AskedColumns(Columns):
 
     count = column("", "of its inputs; 0: there is none")
     begin = column("", "where it begins among the packed rule bases")
+    composite = column("", "1: it is a tree or a type-2 system")
     places = several(INPUTS, "", "of its inputs in SEEN, and behind those in LATER")
     times = several(INPUTS, "s", "from now, of those of a later time")
     given = several(len(OUTPUTS), "", "where it gives each of OUTPUTS; -1: it does not")
@@ -93,6 +99,7 @@ def asked_columns(fis: Sugeno, begin: int, period: float) -> dict[str, float | S
     return {
         "count": len(names),
         "begin": begin,
+        "composite": 0.0,
         "places": [*places, *rest],
         "times": [*(0.0 if t is None else t[1] for t in at), *rest],
         "given": [gives.index(name) if name in gives else -1 for name in OUTPUTS],

@@ -18,22 +18,27 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fuzzy.compiled.columns import Columns, codes, column, several, within
+from fuzzy.compiled.composite import evaluate_composite
 from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
 from robotics.laws.equation import KNOWLEDGE_FIELDS, equation
 from robotics.laws.law import ControllerError
 from robotics.laws.rules.asking import MOST_OUTPUTS, AnswerColumns, AskColumns, ask_numbers, ask_rules
-from robotics.laws.rules.evaluation import RuleBase
+from robotics.laws.rules.evaluation import RuleBase, composite_of
 from robotics.laws.rules.of_reference import (
     CORRECTIONS,
     HEADING_ERR,
+    INPUTS,
+    LATER,
     OUTPUTS,
+    SEEN,
     AskedColumns,
     AskingColumns,
     RecalledColumns,
     answered,
     asked_columns,
+    asks_for_reference,
     is_of_reference,
     pick,
     see,
@@ -49,6 +54,7 @@ from robotics.laws.tracking.fuzzy_tracking import (
     FuzzyTracking,
     TrackingDerived,
     TrackingWork,
+    called,
     load_rule_base,
     tell_inputs,
     toward,
@@ -113,7 +119,10 @@ def drive_by_rules(robot, aim, gain, memory, command, work, time, road, path, ru
         for n in range(int(ask.count)):
             own.asked[n] = pick(n, ask, own, time, road, path)
         tell_asked(command.inputs, ask, own)
-        evaluate_packed(rules[int(ask.begin) :], own.asked, own.said, work.tracking.rest)
+        if ask.composite == 1:
+            evaluate_composite(rules[int(ask.begin) :], own.asked, own.said, work.tracking.rest)
+        else:
+            evaluate_packed(rules[int(ask.begin) :], own.asked, own.said, work.tracking.rest)
         v, w = answered(own.said, ask, target, own.seen[HEADING_ERR], v, w, gain.catch_up)
         memory.v, memory.w = v, w
     command.first, command.second, command.wish_v, command.wish_w = v, w, v, w
@@ -127,7 +136,9 @@ class OwnRules(FuzzyTracking):
     """
 
     def __new__(cls, rule_base: str | Sugeno = "tracking", leader: float = 0.0, **_: Any) -> "OwnRules":
-        """Choose the class by what the rule base asks for; raises as the making of it."""
+        """Choose the class by what the rule base is and asks for; raises as the making of it."""
+        if composite_of(rule_base) is not None:
+            return super().__new__(CompositeRules if cls is OwnRules else cls)
         fis = load_rule_base(rule_base)
         perceives = not is_tracking(fis) and (leader != 0 or not is_of_reference(fis))
         return super().__new__(PerceivingRules if perceives and cls is OwnRules else cls)
@@ -143,8 +154,11 @@ class OwnRules(FuzzyTracking):
     works: ClassVar[type[Columns]] = RulesWork
 
     def __post_init__(self) -> None:
-        tracks = is_tracking(load_rule_base(self.rule_base))
-        own = None if tracks else RuleBase.of(self.rule_base, RULE_OUTPUTS, "a rule base")
+        if (whole := composite_of(self.rule_base)) is not None:
+            own: RuleBase | None = RuleBase.of_composite(whole, self.rule_base, RULE_OUTPUTS, "a rule base")
+        else:
+            tracks = is_tracking(load_rule_base(self.rule_base))
+            own = None if tracks else RuleBase.of(self.rule_base, RULE_OUTPUTS, "a rule base")
         object.__setattr__(self, "own", own)
         super().__post_init__()
 
@@ -179,7 +193,9 @@ class OwnRules(FuzzyTracking):
 
     def rule_rows(self) -> Sequence[np.ndarray]:
         """The rule bases of tracking, and the own one."""
-        return super().rule_rows() if self.own is None else (*super().rule_rows(), self.own.compiled.system)
+        if self.own is None:
+            return super().rule_rows()
+        return *super().rule_rows(), self.own.compiled.system if self.own.composite is None else self.own.composite
 
     @cached_property
     def tracker(self) -> FuzzyTracking:
@@ -212,6 +228,30 @@ class OwnRules(FuzzyTracking):
     def rule_bases(self) -> Mapping[str, RuleBase]:
         """The rule base, if it is not fuzzy tracking itself."""
         return {} if self.own is None else {"own": self.own}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompositeRules(OwnRules):
+    """A tree of systems or an interval type-2 system as the rule base, of the robot's own motion, path and reference.
+
+    It is evaluated in compiled code as a plain one is; what explains, tunes or writes rules takes plain ones only.
+    """
+
+    tasks = FuzzyTracking.tasks
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        assert self.own is not None
+        if not asks_for_reference(self.own.fis):
+            raise ControllerError(
+                f"{called(self.rule_base)}: a tree or a type-2 system that drives takes at most {INPUTS} of "
+                f"{', '.join(SEEN)}, and {', '.join(LATER)} with :SECONDS behind it, and gives {', '.join(OUTPUTS)}"
+            )
+
+    def derive(self, setting: Setting) -> Mapping[str, Any]:
+        """The same, evaluated as what it is."""
+        found = super().derive(setting)
+        return {**found, "ask": {**found["ask"], "composite": 1.0}}
 
 
 class PerceivingDerived(RulesDerived):

@@ -301,7 +301,7 @@ def rule_base_files() -> dict[str, Path]:
 
 def called(rule_base: str | Sugeno) -> str:
     """What messages call a rule base: its name or file, or the system's own name."""
-    return rule_base.name if isinstance(rule_base, Sugeno) else rule_base
+    return rule_base if isinstance(rule_base, str) else rule_base.name
 
 
 def share_of_noise(share: float) -> float:

@@ -21,7 +21,7 @@ from robotics.laws.equation import AimColumns, Equation, EquationLaw, RobotColum
 from robotics.laws.knowledge import SmoothedColumns, smooth_correction
 from robotics.laws.law import Law
 from robotics.laws.rules.of_reference import BY_PATH, later
-from robotics.laws.rules.own_rules import OwnRules
+from robotics.laws.rules.own_rules import CompositeRules, OwnRules
 from robotics.laws.rules.quantities import quantity_of
 from robotics.laws.setting import Setting
 from robotics.laws.tracking.fuzzy_tracking import FuzzyTracking
@@ -75,9 +75,11 @@ NAMES = "fuzzy (any rule base of tracking), fuzzy-lateral, fuzzy-correcting, lya
 def check_written(law: Law[Any], specification: str) -> None:
     """Raise ExportError, listing the laws that can be written in C, for one that cannot."""
     if type(law) not in SECTIONS or not getattr(law, "has_equation", False):
-        why = "its rule base asks for more than fuzzy tracking knows" if isinstance(law, OwnRules) else (
-            "it looks ahead, hears others, or has a control step that is not translated"
-        )  # fmt: skip
+        why = "it looks ahead, hears others, or has a control step that is not translated"
+        if isinstance(law, CompositeRules):
+            why = "its rule base is a tree or of type-2, which `fuzzy export c` writes alone"
+        elif isinstance(law, OwnRules):
+            why = "its rule base asks for more than fuzzy tracking knows"
         raise ExportError(
             f"{specification} cannot be written in C: {why}; those that can be: {NAMES}; with safe=yes behind it its "
             "monitor of passive safety is, below orders that are handed"

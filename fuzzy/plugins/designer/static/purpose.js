@@ -1,7 +1,12 @@
 // What the rule base is for: a switch by which only what fits is shown. Model: "purposes", and the chosen "purpose".
 import { element, put, watch } from "./chart.js";
 
-const WORDS = { function: "a function of its inputs", loop: "the controller of a plant", robot: "the law of a robot" };
+const WORDS = {
+  function: "a function of its inputs",
+  loop: "the controller of a plant",
+  robot: "the law of a robot",
+  tree: "a system of a tree",
+};
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 export function render({ model, el }) {

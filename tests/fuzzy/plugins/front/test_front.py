@@ -177,3 +177,13 @@ def test_the_command_writes_systems_that_err_as_it_says(tmp_path, monkeypatch, c
         assert row["test"] == pytest.approx(error, rel=1e-9)
     assert len((tmp_path / "found" / "front.csv").read_text().splitlines()) == len(said["points"]) + 1
     assert 1 <= said["chosen"] <= len(said["points"])
+
+
+def test_a_table_to_test_on_is_read_before_the_search(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fuzzy.plugins.front.search.search_rules", None)  # which would fail
+    x, y = step_and_noise(20)
+    np.savetxt("data.csv", np.column_stack([x, y]), delimiter=",", header="a,b,c,d,e,v", comments="")
+    np.savetxt("kept.csv", x, delimiter=",", header="a,b,c,d,e", comments="")
+    assert main(["front", "data.csv", "-o", "found", "--test", "kept.csv"]) == 2
+    assert "kept.csv" in capsys.readouterr().err

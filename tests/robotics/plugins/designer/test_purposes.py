@@ -47,7 +47,7 @@ def test_one_unknown_input_is_enough_not_to_drive():
 
 
 def test_purposes_follow_the_panels_and_a_panel_without_one_suits_all():
-    assert purposes_of(panels()) == ["function", "loop", "robot"]
+    assert purposes_of(panels()) == ["function", "loop", "robot", "tree"]
     assert purposes_of([]) == ["function"]
     assert SessionPanel("Own", 1, lambda bench: None).purpose == ""
     assert {panel.title for panel in panels() if getattr(panel, "improves", "")} == {"Train", "Tune", "Tune the loop"}
