@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,16 @@ import pytest
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
 from robotics.plugins.identify.excitation import SQUARE_MARGIN, excite
-from robotics.plugins.identify.replay import replayed
+from robotics.plugins.identify.replay import (
+    COMMANDS,
+    ODOMETRY_POSES,
+    POSES,
+    VELOCITIES,
+    WHEELS,
+    YAW,
+    replayed,
+    write_log,
+)
 from robotics.plugins.identify.signals import IdentifyError, read_signals
 from robotics.simulation.scenario.robots import load_robot
 
@@ -55,14 +65,57 @@ def test_the_command_writes_commands_and_a_drive(
 ) -> None:
     if ending == "mcap":
         pytest.importorskip("rosbags")
-    file, log = tmp_path / "excite.csv", tmp_path / f"drive.{ending}"
+    file, log = tmp_path / f"excite.{ending}", tmp_path / f"drive.{ending}"
     words = ["--seconds", "20", "-o", str(file), "--drive", str(log), "--latency", "0.05", "--json"]
     assert main(["excite", "--robot", "etsro", *words]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["topic"] == "cmd_vel"
-    table = read_table(file)
-    assert (table.names, table.units) == (("time", "v_command", "w_command"), ("s", "m/s", "rad/s"))
-    assert np.diff(table.values[:, 0]) == pytest.approx(0.05)
+    time, v, w = commands_of(file)
+    assert np.diff(time) == pytest.approx(0.05)
     read = read_signals(log, SHEET)
-    assert read.commands.v[: len(table.values)] == pytest.approx(table.values[:, 1], abs=1e-6)
+    assert read.commands.v[: len(time)] == pytest.approx(v, abs=1e-6)
+    assert read.commands.w[: len(time)] == pytest.approx(w, abs=1e-6)
     assert read.poses is not None
+
+
+def commands_of(file: Path) -> np.ndarray:
+    """Times, v and w (3, n) of a file: of MCAP as the package rosbags reads what ros2 bag would play."""
+    if file.suffix == ".csv":
+        table = read_table(file)
+        assert (table.names, table.units) == (("time", "v_command", "w_command"), ("s", "m/s", "rad/s"))
+        return table.values.T
+    from rosbags.highlevel import AnyReader
+
+    with AnyReader([file]) as reader:
+        rows = [(time / 1e9, *_twist(reader.deserialize(raw, c.msgtype))) for c, time, raw in reader.messages()]
+        assert [(c.topic, c.msgtype) for c in reader.connections] == [("/cmd_vel", "geometry_msgs/msg/TwistStamped")]
+    return np.array(rows).T
+
+
+def _twist(message: Any) -> tuple[float, float]:
+    return message.twist.linear.x, message.twist.angular.z
+
+
+def test_a_log_of_several_rates_is_the_same_as_csv_and_as_mcap(tmp_path: Path) -> None:
+    """Poses of another source than odometry's, a gyroscope and wheels, each at times of its own."""
+    pytest.importorskip("rosbags")
+    units = COMMANDS | VELOCITIES | ODOMETRY_POSES | POSES | WHEELS | YAW
+    generator, names = np.random.default_rng(0), [*units]
+    rows = np.full((60, 1 + len(names)), np.nan)
+    rows[:, 0] = 0.01 * np.arange(60)
+    groups = ((COMMANDS,), (VELOCITIES, ODOMETRY_POSES), (POSES,), (YAW, WHEELS))
+    for first, parts in enumerate(groups):  # small angles: faster ones would be taken for degrees
+        for name in (name for part in parts for name in part):
+            rows[first::4, 1 + names.index(name)] = generator.uniform(-0.1, 0.1, 15)
+    for ending in ("csv", "mcap"):
+        write_log(tmp_path / f"log.{ending}", units, rows)
+    table = read_signals(tmp_path / "log.csv", SHEET)
+    bag = read_signals(tmp_path / "log.mcap", SHEET, pose="pose", imu="imu")
+    for part in ("commands", "velocities", "poses", "yaw"):
+        told = getattr(bag, part)
+        assert len(told.time) == 15
+        for one, other in zip(getattr(table, part), told, strict=True):
+            assert other == pytest.approx(one, abs=1e-9)
+    own = read_signals(tmp_path / "log.mcap", SHEET).poses
+    assert own is not None
+    assert own.x == pytest.approx(rows[1::4, 1 + names.index("odometry_x")])
