@@ -9,8 +9,10 @@ import pytest
 
 from fuzzy.files.table import read_table
 from robotics.commands.application import main
+from robotics.plugins.identify.calibration import steady_stretches
 from robotics.plugins.identify.excitation import SQUARE_MARGIN, excite
 from robotics.plugins.identify.replay import (
+    COMMAND_PERIOD,
     COMMANDS,
     ODOMETRY_POSES,
     POSES,
@@ -20,10 +22,11 @@ from robotics.plugins.identify.replay import (
     replayed,
     write_log,
 )
-from robotics.plugins.identify.signals import IdentifyError, read_signals
+from robotics.plugins.identify.signals import IdentifyError, MeasuredVelocities, read_signals
 from robotics.simulation.scenario.robots import load_robot
 
 SHEET = load_robot("etsro").robot
+GENTLE = ("gently straight", "gently on the spot", "gently around a wheel")
 
 
 def test_simulated_robots_of_the_range_stay_in_the_square_and_it_tells_more_than_chance() -> None:
@@ -47,9 +50,24 @@ def test_simulated_robots_of_the_range_stay_in_the_square_and_it_tells_more_than
 
 
 def test_slow_ramps_turning_and_commands_beyond_the_limits_are_in_it() -> None:
-    program = excite(SHEET, 3.0, 24.0).program
+    found = excite(SHEET, 3.0, 24.0)
+    assert not set(GENTLE) & set(found.names), "a short one has no time for them"
+    program = found.program
     assert np.abs(program.w).max() > SHEET.w_max
     assert np.count_nonzero((np.abs(program.v) > 0) & (np.abs(program.v) < 0.1)) > 20
+
+
+def test_a_third_of_a_minute_is_steady_and_the_robot_comes_back() -> None:
+    """Steady as the calibration of wheels counts it: by its own odometry, of a robot that does what it is told."""
+    found = excite(SHEET, 3.0, 60.0)
+    assert [name for name in found.names if name.startswith("gently")] == list(GENTLE)
+    program = found.program
+    seen = MeasuredVelocities(program.time, program.v, program.w)
+    stretches = steady_stretches(seen, SHEET.half_axle)
+    driven = [np.abs(program.v[a:b]).sum() + SHEET.half_axle * np.abs(program.w[a:b]).sum() for a, b in stretches]
+    assert COMMAND_PERIOD * sum(driven) > 3.0, "m, of rims on average, straight on and around"
+    assert sum(program.time[b - 1] - program.time[a] for a, b in stretches) > 20.0
+    assert abs(program.v.sum()) + abs(program.w.sum()) < 1e-9
 
 
 def test_a_square_without_room_is_refused() -> None:
