@@ -24,7 +24,7 @@ from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import Posture, heading_of
 from fuzzyfleet_ros.parameters import Parameter, declared
 from fuzzyfleet_ros.standing import CommandWatchdog
-from robotics.plugins.identify.replay import COMMANDS, ODOMETRY_POSES, POSES, VELOCITIES, WHEELS, YAW, write_log
+from robotics.plugins.identify.replay import COMMANDS, ODOMETRY_POSES, POSES, VELOCITIES, WHEEL_SPEEDS, YAW, write_log
 from robotics.plugins.identify.signals import IdentifyError
 from robotics.plugins.logs.names import WHEELS as JOINTS
 from robotics.simulation.scenario.robots import load_robot
@@ -72,7 +72,7 @@ class Identifier(Node):
         self.sensed = QoSProfile(depth=50, reliability=policy)
         own = ODOMETRY_POSES if values["pose_topic"] else POSES
         self._listen(Odometry, values["odom_topic"], VELOCITIES | own, self._odometry)
-        self._listen(JointState, values["joint_topic"], WHEELS, _of_wheels)
+        self._listen(JointState, values["joint_topic"], WHEEL_SPEEDS, _of_wheels)
         self._listen(Imu, values["imu_topic"], YAW, lambda message: (message.angular_velocity.z,))
         if values["pose_topic"]:
             self._listen(PoseStamped, values["pose_topic"], POSES, _of_pose)

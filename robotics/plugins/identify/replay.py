@@ -28,7 +28,7 @@ COMMANDS = {"v_command": "m/s", "w_command": "rad/s"}
 VELOCITIES = {"v": "m/s", "w": "rad/s"}
 POSES = {"x": "m", "y": "m", "heading": "rad"}
 ODOMETRY_POSES = {f"odometry_{name}": unit for name, unit in POSES.items()}
-WHEELS = {"left": "rad/s", "right": "rad/s"}
+WHEEL_SPEEDS = {"left": "rad/s", "right": "rad/s"}
 YAW = {"yaw_rate": "rad/s"}
 COMMAND_PERIOD = 0.05  # s: from command to command, and from sample to sample
 
@@ -114,7 +114,7 @@ def write_log(target: Path, units: Mapping[str, str], rows: np.ndarray) -> None:
 
     Args:
         target: The file, whose name ends in .csv or .mcap.
-        units: The columns after the time, and their units: some of COMMANDS, VELOCITIES, POSES, ODOMETRY_POSES, WHEELS
+        units: The columns after the time, and their units: some of COMMANDS, VELOCITIES, POSES, ODOMETRY_POSES, WHEEL_SPEEDS
             and YAW. POSES are odometry's own where there are no ODOMETRY_POSES.
         rows: Times [s] and columns (n, 1 + columns); not-a-number: not told at that time.
 
@@ -153,7 +153,7 @@ def _messages(names: list[str], rows: np.ndarray, make: "Composer") -> Iterator[
         if own and (pose := of(POSES)):
             posed = make.make("geometry_msgs/PoseStamped", header=make.header(time, "map"), pose=make.pose(*pose))
             yield LogRecord(time, "/pose", posed)
-        if turning := of(WHEELS):
+        if turning := of(WHEEL_SPEEDS):
             none = np.zeros(0)
             fields = {"position": none, "velocity": np.array(turning), "effort": none}
             yield LogRecord(

@@ -39,6 +39,7 @@ class Mujoco(Ground):
 
     def filmed(self, name: str, target: Path) -> Any:
         """The same, which writes a film of the first run afterwards; ``name`` is what the plant is called."""
+        mujoco_module()
         from robotics.plugins.mujoco.film import MujocoFilm
 
         return MujocoFilm(self.worlds, name, target)

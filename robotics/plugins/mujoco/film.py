@@ -13,8 +13,7 @@ from fuzzy.extras import install_command
 from fuzzy.figures.drawing import new_figure, style
 from robotics.laws.setting import Setting
 from robotics.plugins.films.animation import AnimationError, check_animation, film_writer, frame_times
-from robotics.plugins.mujoco.bodies import MujocoWorlds, mujoco_module
-from robotics.plugins.mujoco.mjcf import PICTURE
+from robotics.plugins.mujoco.mjcf import FILM_PIXELS
 from robotics.simulation.lanes import PlantLanes
 from robotics.simulation.physics import Mover, PhysicsError
 from robotics.simulation.run import Run
@@ -28,8 +27,8 @@ _PATH_POINTS, _PATH_WIDTH = 200, 0.006  # m
 class MujocoFilm:
     """MuJoCo as the plant, which keeps how the world of the first run stands after every period."""
 
-    def __init__(self, worlds: Callable[[Setting, PlantLanes], MujocoWorlds], name: str, target: Path) -> None:
-        """``name`` is what the plant is called. Raises AnimationError, PhysicsError, TargetError."""
+    def __init__(self, worlds: Callable[[Setting, PlantLanes], Any], name: str, target: Path) -> None:
+        """``worlds`` opens worlds, ``name`` is the plant's. Raises AnimationError, PhysicsError, TargetError."""
         self.suffix = check_animation(target)
         if self.suffix == "html":
             raise AnimationError(f"{target}: MuJoCo's renderer makes .mp4 and .gif; robotics animate makes .html")
@@ -55,7 +54,7 @@ class MujocoFilm:
     def write(self, run: Run, progress: Callable[[int], Callable[[], None]]) -> None:
         """Draw and write the film. Raises AnimationError and OSError."""
         timing, period = frame_times(run, self.suffix), float(run.time[1] - run.time[0])
-        advance, (width, height) = progress(len(timing.times)), PICTURE
+        advance, (width, height) = progress(len(timing.times)), FILM_PIXELS
         with style():
             figure = new_figure(width / _DPI, height / _DPI, constrained=False)
             ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -76,14 +75,13 @@ class MujocoFilm:
 
 def _context() -> Any:
     """An OpenGL context without a screen, of the size of the picture. Raises PhysicsError."""
-    mujoco_module()
     libraries = {"osmesa": "OSMesa", "egl": "EGL"}
     named = os.environ.get("MUJOCO_GL", "").lower()
     found = [named] if named in libraries else [name for name, library in libraries.items() if find_library(library)]
     why = "neither OSMesa nor EGL is on this machine"
     if found:
         try:
-            context = import_module(f"mujoco.{found[0]}").GLContext(*PICTURE)
+            context = import_module(f"mujoco.{found[0]}").GLContext(*FILM_PIXELS)
             context.make_current()
             return context
         except (ImportError, AttributeError, RuntimeError, OSError, TypeError) as error:
@@ -94,9 +92,9 @@ def _context() -> Any:
     )
 
 
-def _camera_of(worlds: MujocoWorlds, context: Any, paths: tuple[np.ndarray, ...]) -> Callable[[np.ndarray], np.ndarray]:
+def _camera_of(worlds: Any, context: Any, paths: tuple[np.ndarray, ...]) -> Callable[[np.ndarray], np.ndarray]:
     """What draws a world that stands at given coordinates, with the paths: pixels (height, width, 3)."""
-    mj, model, (width, height) = worlds.module, worlds.model, PICTURE
+    mj, model, (width, height) = worlds.module, worlds.model, FILM_PIXELS
     data, scene, camera, option = mj.MjData(model), mj.MjvScene(model, 10_000), mj.MjvCamera(), mj.MjvOption()
     context.make_current()
     drawing, rectangle = mj.MjrContext(model, mj.mjtFontScale.mjFONTSCALE_100.value), mj.MjrRect(0, 0, width, height)

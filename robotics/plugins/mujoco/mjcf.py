@@ -27,7 +27,7 @@ CONTACT_TIME = 0.004  # s
 SOFTLY = "0 0.95 0.001"
 HEIGHT_OF_OBSTACLES = 0.2  # m: obstacles
 THIN = 0.005  # m: half the thickness of edges and walls
-PICTURE = 960, 540  # pixels of a film
+FILM_PIXELS = 960, 540  # pixels of a film
 _LIGHT = 0.01  # of the body: a wheel's mass where the robot's file leaves it out, for a moving body needs one
 _FLOOR, _SOLID = 1, 2  # bits of what collides with what
 
@@ -64,7 +64,7 @@ def scene(robots: tuple[Robot, ...], obstacles: Geometry | None, ground: Ground,
   <default>
     <geom solref="{_numbers(CONTACT_TIME, 1)}" contype="{_SOLID}" conaffinity="{_SOLID}" density="0"/>
   </default>
-  <visual><global offwidth="{PICTURE[0]}" offheight="{PICTURE[1]}"/></visual>
+  <visual><global offwidth="{FILM_PIXELS[0]}" offheight="{FILM_PIXELS[1]}"/></visual>
   <asset>
     <texture name="tiles" type="2d" builtin="checker" width="64" height="64" rgb1="1 1 1" rgb2="0.93 0.93 0.93"/>
     <material name="tiles" texture="tiles" texrepeat="1 1" texuniform="true"/>

@@ -17,7 +17,7 @@ from robotics.plugins.identify.replay import (
     ODOMETRY_POSES,
     POSES,
     VELOCITIES,
-    WHEELS,
+    WHEEL_SPEEDS,
     YAW,
     replayed,
     write_log,
@@ -117,11 +117,11 @@ def _twist(message: Any) -> tuple[float, float]:
 def test_a_log_of_several_rates_is_the_same_as_csv_and_as_mcap(tmp_path: Path) -> None:
     """Poses of another source than odometry's, a gyroscope and wheels, each at times of its own."""
     pytest.importorskip("rosbags")
-    units = COMMANDS | VELOCITIES | ODOMETRY_POSES | POSES | WHEELS | YAW
+    units = COMMANDS | VELOCITIES | ODOMETRY_POSES | POSES | WHEEL_SPEEDS | YAW
     generator, names = np.random.default_rng(0), [*units]
     rows = np.full((60, 1 + len(names)), np.nan)
     rows[:, 0] = 0.01 * np.arange(60)
-    groups = ((COMMANDS,), (VELOCITIES, ODOMETRY_POSES), (POSES,), (YAW, WHEELS))
+    groups = ((COMMANDS,), (VELOCITIES, ODOMETRY_POSES), (POSES,), (YAW, WHEEL_SPEEDS))
     for first, parts in enumerate(groups):  # small angles: faster ones would be taken for degrees
         for name in (name for part in parts for name in part):
             rows[first::4, 1 + names.index(name)] = generator.uniform(-0.1, 0.1, 15)
