@@ -114,8 +114,8 @@ def write_log(target: Path, units: Mapping[str, str], rows: np.ndarray) -> None:
 
     Args:
         target: The file, whose name ends in .csv or .mcap.
-        units: The columns after the time, and their units: some of COMMANDS, VELOCITIES, POSES, ODOMETRY_POSES, WHEEL_SPEEDS
-            and YAW. POSES are odometry's own where there are no ODOMETRY_POSES.
+        units: The columns after the time, and their units: some of COMMANDS, VELOCITIES, POSES, ODOMETRY_POSES,
+            WHEEL_SPEEDS and YAW. POSES are odometry's own where there are no ODOMETRY_POSES.
         rows: Times [s] and columns (n, 1 + columns); not-a-number: not told at that time.
 
     Raises:
