@@ -63,7 +63,6 @@ def run_(
       robotics run lyapunov-sine --mcap run.mcap --layout panels.json
       robotics run lyapunov-sine --starts 0.5,0.5,3.14 --seeds 200
       robotics run fuzzy-off-path --robot pioneer-3dx
-      robotics run lyapunov-sine --plant mujoco:friction=0.1 --film ice.mp4
     """
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import chosen_metrics, own_metrics, with_named
