@@ -7,7 +7,8 @@ Each robot is drawn around the EtsRo, and has what our plant has not, or does no
 and slip, castors that drag, wheel loops of another order, a dead band, rounded commands. It drives the minute of
 `robotics excite`; `robotics identify` makes a robot of its log. Twelve laws then drive two scenarios in our simulator
 and on the hidden robot, told of the identified robot, of that with wheels and axle of the data sheet, and of the
-data sheet alone. The gains of one law are tuned on each. Rows are saved as they come.
+data sheet alone. The gains of one law are tuned on each. Rows are saved as they come, and robots
+whose rows stand in the file are not asked again.
 """
 
 import argparse
@@ -232,7 +233,10 @@ def main() -> None:
         return
     program = excite(load_robot(SHEET).robot, 3.0, 60.0).program
     rows: list[dict[str, Any]] = []
-    for seed in range(chosen.first, chosen.first + chosen.robots):
+    if chosen.out is not None and chosen.out.exists():
+        rows = json.loads(chosen.out.read_text(encoding="utf-8"))["rows"]
+    done = {row["robot"] for row in rows}
+    for seed in sorted({*range(chosen.first, chosen.first + chosen.robots)} - done):
         began = time.process_time()
         rows.append(studied(seed, program, lambda line: print(line, flush=True)))
         rows[-1]["processor_s"] = time.process_time() - began

@@ -84,7 +84,7 @@ PLUGINS_OF: dict[str, dict[str, tuple[str, ...]]] = {
         "learning": ("stress",),
         "shapes": (),
         "logs": ("learning",),
-        "mujoco": (),
+        "mujoco": ("films",),
         "predictive": ("reactive",),
         "reactive": (),
         "reinforcement": ("arena",),

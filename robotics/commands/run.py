@@ -1,5 +1,7 @@
 """The command ``robotics run``: one scenario under one controller."""
 
+from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 from fuzzy.commands.shared import parsed, usage
@@ -39,6 +41,9 @@ def run_(
         option("Another robot than the scenario's, with its own sensors.", "NAME|FILE.toml", autocompletion=robots),
     ] = None,
     plant: Annotated[str, option("Other physics: mujoco, or mujoco:friction=0.3,...", "--plant", "NAME")] = "",
+    film: Annotated[
+        Path | None, option("A film of the first seed by MuJoCo's renderer: .mp4, .gif.", "--film", "FILE")
+    ] = None,
     metric: Metric = None,
     starts: Annotated[
         str | None,
@@ -62,6 +67,7 @@ def run_(
     from robotics.laws.catalogue import make_controller
     from robotics.measures.registry import chosen_metrics, own_metrics, with_named
     from robotics.simulation.loop import simulate
+    from robotics.simulation.physics import as_physics
     from robotics.simulation.scenario.conditions import noises
     from robotics.simulation.scenario.reading import load_scenario
     from robotics.simulation.scenario.robots import load_robot
@@ -76,6 +82,12 @@ def run_(
         setting = setting.spread(_spread(starts))
     controller = chosen_controller(controller, law) or setting.controller or "fuzzy"
     driver, own = make_controller(controller), own_metrics(with_named([setting], metric or ()), setting.kind)
+    physics: Any = plant
+    if film is not None:
+        other = as_physics(plant)
+        if not hasattr(other, "filmed"):
+            raise InputError("--film needs --plant mujoco; robotics animate draws any saved run from above")
+        physics = other.filmed(plant, film)
     files.check_logs(range(seed, seed + seeds))
     ages = setting.kind == "team" and files.need_ages(seeds, len(setting.robots), setting.ticks)
     print_forewarnings(forewarnings(setting.setting, driver, controller))
@@ -83,7 +95,9 @@ def run_(
         advance = begin(f"{setting.name}: {controller}", setting.ticks + 1)
         kept: dict[str, Any] = {"message_ages": ages} | dict.fromkeys(("torques", "encoders", "messages"), files.logged)
         run = simulate(
-            setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance, plant=plant
+            setting, driver, range(seed, seed + seeds), name=controller, **kept, progress=advance, plant=physics
         )
         page = files.write(run, begin)
+        if film is not None:
+            physics.write(run, partial(begin, f"drawing {film.name}"))
     print_run(run, page, json, metrics=own, first=chosen_metrics(setting.metrics, setting.kind), noise=noises(setting))

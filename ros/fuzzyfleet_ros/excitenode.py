@@ -15,10 +15,10 @@ from rclpy.duration import Duration
 from fuzzy.files.table import read_table
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import HERE, Posture
-from fuzzyfleet_ros.identifynode import COMMANDS, LOG_PARAMETERS, Identifier
+from fuzzyfleet_ros.identifynode import LOG_PARAMETERS, Identifier
 from fuzzyfleet_ros.parameters import Parameter, ParameterError
 from robotics.plugins.identify.excitation import excite
-from robotics.plugins.identify.replay import COMMAND_PERIOD, Program
+from robotics.plugins.identify.replay import COMMAND_PERIOD, COMMANDS, Program
 
 _PARAMETERS = (
     *LOG_PARAMETERS,

@@ -1,7 +1,8 @@
 """The node that records a drive, and identifies the robot from it when the drive is over.
 
-The log is a CSV file as ``robotics identify`` reads it: a row tells what came at its time. Times are those of the
-messages' headers; as in the controller, a message whose time is more than ``odom_timeout`` off the clock is ignored.
+The log is a CSV or an MCAP file as ``robotics identify`` reads it: a row tells what came at its time. Times are those
+of the messages' headers; as in the controller, a message whose time is more than ``odom_timeout`` off the clock is
+ignored.
 """
 
 import time as clocks
@@ -19,18 +20,18 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 
 from fuzzy.files.atomic import check_target
-from fuzzy.files.table import write_table
 from fuzzyfleet_ros import messages
 from fuzzyfleet_ros.frames import Posture, heading_of
 from fuzzyfleet_ros.parameters import Parameter, declared
 from fuzzyfleet_ros.standing import CommandWatchdog
+from robotics.plugins.identify.replay import COMMANDS, ODOMETRY_POSES, POSES, VELOCITIES, WHEEL_SPEEDS, YAW, write_log
 from robotics.plugins.identify.signals import IdentifyError
-from robotics.plugins.logs.names import WHEELS
+from robotics.plugins.logs.names import WHEELS as JOINTS
 from robotics.simulation.scenario.robots import load_robot
 
 LOG_PARAMETERS = (
     Parameter("robot", "etsro", "The data sheet: a robot's name or .toml file."),
-    Parameter("log", "drive.csv", "The log that is written."),
+    Parameter("log", "drive.csv", "The log that is written: .csv or .mcap."),
     Parameter("out", "myrobot.toml", "The identified robot's file; empty: the drive is only recorded."),
     Parameter("page", "", "A page .html of fits, numbers and advice; empty: none."),
     Parameter("stamped", True, "Whether velocities are TwistStamped, or Twist."),
@@ -45,11 +46,6 @@ IDENTIFY_PARAMETERS = (
     *LOG_PARAMETERS,
     Parameter("seconds", 60.0, "How long it records from the first command on [s]; 0: until Ctrl-C.", 0, 3600),
 )
-COMMANDS = {"v_command": "m/s", "w_command": "rad/s"}
-_VELOCITIES = {"v": "m/s", "w": "rad/s"}
-_POSES = {"x": "m", "y": "m", "heading": "rad"}
-_WHEELS = {"left": "rad/s", "right": "rad/s"}
-_YAW = {"yaw_rate": "rad/s"}
 Columns = dict[str, str]  # the unit of each column of the log, by its name
 
 
@@ -62,24 +58,24 @@ class Identifier(Node):
         """Open it; ``options`` are those of a node, such as its namespace."""
         super().__init__(name, **options)
         values = self.values = declared(self, parameters)
-        for key, ending in {"log": ".csv", "out": ".toml", "page": ".html"}.items():
-            check_target(Path(values[key]) if values[key] or key == "log" else None, ending)
+        for key, endings in {"log": (".csv", ".mcap"), "out": (".toml",), "page": (".html",)}.items():
+            check_target(Path(values[key]) if values[key] or key == "log" else None, *endings)
         self.model = load_robot(values["robot"])
         self.lockstep, self.done = values.get("lockstep", False), False
         self.standing = CommandWatchdog(values["odom_timeout"], 0.0, clocks.monotonic)
-        self.told: dict[str, dict[int, float]] = {"time": {}}  # of each column: its numbers by their time [ns]
-        self.units: Columns = {"time": "s"}
+        self.told: dict[str, dict[int, float]] = {}  # of each column: its numbers by their time [ns]
+        self.units: Columns = {}
         self.posture = Posture(0.0, 0.0, 0.0)  # as odometry says
         self.begin: int | None = None  # ns: of the first command
         self.why = ""  # it was stopped
         policy = ReliabilityPolicy.RELIABLE if self.lockstep else ReliabilityPolicy.BEST_EFFORT
         self.sensed = QoSProfile(depth=50, reliability=policy)
-        own = {} if values["pose_topic"] else _POSES
-        self._listen(Odometry, values["odom_topic"], _VELOCITIES | own, self._odometry)
-        self._listen(JointState, values["joint_topic"], _WHEELS, _of_wheels)
-        self._listen(Imu, values["imu_topic"], _YAW, lambda message: (message.angular_velocity.z,))
+        own = ODOMETRY_POSES if values["pose_topic"] else POSES
+        self._listen(Odometry, values["odom_topic"], VELOCITIES | own, self._odometry)
+        self._listen(JointState, values["joint_topic"], WHEEL_SPEEDS, _of_wheels)
+        self._listen(Imu, values["imu_topic"], YAW, lambda message: (message.angular_velocity.z,))
         if values["pose_topic"]:
-            self._listen(PoseStamped, values["pose_topic"], _POSES, _of_pose)
+            self._listen(PoseStamped, values["pose_topic"], POSES, _of_pose)
         self._attend()
 
     def _attend(self) -> None:
@@ -134,7 +130,7 @@ class Identifier(Node):
 
     def _odometry(self, message: Odometry) -> Sequence[float]:
         self.posture, v, w = messages.posture_in(message)
-        return (v, w) if self.values["pose_topic"] else (v, w, *self.posture)
+        return (v, w, *self.posture)
 
     def _write(self) -> None:
         """Write the log. Raises IdentifyError where nothing came."""
@@ -143,8 +139,8 @@ class Identifier(Node):
                 raise IdentifyError(f"nothing came on {self.resolve_topic_name(self.values[topic])}: there is no log")
         stamps = sorted(set().union(*self.told.values()))
         seconds = (np.array(stamps) - stamps[0]) / messages.NANOSECONDS
-        others = [[self.told[name].get(stamp, nan) for stamp in stamps] for name in self.units if name != "time"]
-        write_table(self.values["log"], [*self.units], np.column_stack([seconds, *others]), [*self.units.values()])
+        others = [[self.told[name].get(stamp, nan) for stamp in stamps] for name in self.units]
+        write_log(Path(self.values["log"]), self.units, np.column_stack([seconds, *others]))
 
     def leave(self) -> None:
         """Write the log, and identify the robot. Raises IdentifyError where it was stopped, and as identify does."""
@@ -157,12 +153,18 @@ class Identifier(Node):
         self.get_logger().info(f"wrote {log}")
         if values["out"]:
             page = Path(values["page"]) if values["page"] else None
-            identify(Path(log), out=Path(values["out"]), robot=values["robot"], page=page)
+            named = {}
+            if Path(log).suffix.lower() == ".mcap":  # as write_log names them
+                named = {
+                    "pose": "pose" if values["pose_topic"] else "",
+                    "imu": "imu" if "yaw_rate" in self.told else "",
+                }
+            identify(Path(log), out=Path(values["out"]), robot=values["robot"], page=page, **named)
 
 
 def _of_wheels(message: JointState) -> Sequence[float]:
     speeds = dict(zip(message.name, message.velocity, strict=False))
-    return [speeds[name] for name in WHEELS] if all(name in speeds for name in WHEELS) else []
+    return [speeds[name] for name in JOINTS] if all(name in speeds for name in JOINTS) else []
 
 
 def _of_pose(message: PoseStamped) -> Sequence[float]:

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from fuzzy.files.table import open_table
-from robotics.plugins.identify.replay import Program, replayed, write_program
+from robotics.plugins.identify.replay import (
+    COMMANDS,
+    ODOMETRY_POSES,
+    POSES,
+    VELOCITIES,
+    YAW,
+    Program,
+    replayed,
+    write_program,
+)
 from robotics.plugins.identify.signals import IdentifyError, read_signals
 from robotics.simulation.scenario.robots import load_robot
 from tests.ros.together import given, simulator, spun
@@ -125,16 +134,16 @@ def test_it_stops_for_good_and_keeps_the_log(what, sentence, tmp_path, program, 
     assert len(read_signals(log, SHEET).commands.time) > 1
 
 
-def test_a_drive_by_others_is_recorded_with_gyroscope_and_poses(tmp_path, probe):
+@pytest.mark.parametrize("ending", ["csv", "mcap"])
+def test_a_drive_by_others_is_recorded_with_gyroscope_and_poses(ending, tmp_path, probe):
     from geometry_msgs.msg import PoseStamped, Twist
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import Imu, JointState
 
     from fuzzyfleet_ros import messages
     from fuzzyfleet_ros.frames import Posture
-    from fuzzyfleet_ros.identifynode import COMMANDS
 
-    log = tmp_path / "drive.csv"
+    log = tmp_path / f"drive.{ending}"
     listens = identifier(log=str(log), stamped=False, seconds=0.4, pose_topic="mocap")
     with spun(probe, listens) as ((own, node), until):
         kinds = {"/odom": Odometry, "/cmd_vel": Twist, "/imu": Imu, "/joint_states": JointState, "/mocap": PoseStamped}
@@ -153,17 +162,11 @@ def test_a_drive_by_others_is_recorded_with_gyroscope_and_poses(tmp_path, probe)
         own.create_timer(0.02, send)
         assert until(lambda: node.done)
         node.leave()
-    assert {column.name for column in open_table(log).columns} == {
-        "time",
-        "yaw_rate",
-        *COMMANDS,
-        "v",
-        "w",
-        "x",
-        "y",
-        "heading",
-    }
-    read = read_signals(log, SHEET)
+    named = {"pose": "pose", "imu": "imu"} if ending == "mcap" else {}
+    if not named:
+        columns = COMMANDS | VELOCITIES | ODOMETRY_POSES | POSES | YAW
+        assert {column.name for column in open_table(log).columns} == {"time", *columns}
+    read = read_signals(log, SHEET, **named)
     assert set(read.velocities.v.tolist()) == {0.1}
     assert set(read.commands.w.tolist()) == {0.25}
     assert read.yaw is not None
@@ -178,7 +181,7 @@ def test_what_cannot_be_is_said(tmp_path, probe):
 
     (tmp_path / "back.csv").write_text("time,v_command,w_command\n1,0,0\n0.5,0,0\n", encoding="utf-8")
     for make, sentence in (
-        (exciter(log="drive.mcap"), "must end in .csv"),
+        (exciter(log="drive.bag"), "must end in .csv, .mcap"),
         (exciter(robot="nobody"), "nobody"),
         (exciter(commands=str(tmp_path / "back.csv")), "back.csv: its times do not grow"),
         (exciter(square=0.2), "leaves the robot no room"),

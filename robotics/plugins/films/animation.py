@@ -165,9 +165,7 @@ def write_animation(
             )
         advance = progress(frames) if progress is not None else None
         with (
-            replacing(path) as temporary,
-            _writer(suffix, timing.fps, scene.film.title) as writer,
-            writer.saving(scene.figure, str(temporary), dpi),
+            film_writer(path, suffix, timing.fps, scene.film.title, scene.figure, dpi) as writer,
         ):
             for time in timing.times:
                 show_frame(scene, float(time))
@@ -204,6 +202,17 @@ def _samples(run: Run, timing: FrameTiming) -> np.ndarray:
     begin, until = timing.times[0], timing.times[-1]
     inside = run.time[(run.time > begin) & (run.time < until)]
     return np.concatenate([[begin], inside[:: max(1, len(inside) // _MOST_SAMPLES)], [until]])
+
+
+@contextmanager
+def film_writer(path: str | Path, suffix: str, fps: float, title: str, figure: Any, dpi: float) -> Iterator[Any]:
+    """What writes frames of ``figure`` as a film to ``path``, whole or not at all. Raises AnimationError, OSError."""
+    with (
+        replacing(path) as temporary,
+        _writer(suffix, fps, title) as writer,
+        writer.saving(figure, str(temporary), dpi),
+    ):
+        yield writer
 
 
 @contextmanager

@@ -22,6 +22,7 @@ from robotics.show.figures.drawing import (
     TARGET,
     draw_line,
     draw_obstacles,
+    draw_patches,
     placed,
     split_outlines,
     strided,
@@ -72,6 +73,7 @@ class Scene:
         note = _note(film, enlarged, speed)
         figure.text(_LEFT / DOUBLE, (_GAP + _CHART + 0.13) / height, note, fontsize=6.5, color="0.35")
         thin = 1.2 if few else 0.7
+        draw_patches(ax, film.run.about.patches)
         if film.obstacles is not None and len(film.obstacles.counts) == 1:
             draw_obstacles(ax, film.obstacles_at(film.time[0]))
 
@@ -287,6 +289,8 @@ def _note(film: Replay, enlarged: float, speed: float) -> str:
     parts = [f"{speed:g} times real time", "dashed: path", "+: target", size, "outline only: standing"]
     if film.faults:
         parts.append("hatched: a robot with a fault")
+    if film.run.about.patches:
+        parts.append("hatched floor: other friction")
     lines = ["; ".join(parts)]
     if film.contacts:
         named = [f"{who(c.robot, c.other, c.obstacle)} at {c.start:.2f} s" for c in film.contacts[:3]]

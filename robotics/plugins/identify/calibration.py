@@ -79,10 +79,10 @@ def _ways(seen: MeasuredVelocities, averaged: bool, half_axle: float) -> np.ndar
 
 
 def track(start: np.ndarray, ways: np.ndarray, half_axle: float) -> np.ndarray:
-    """The poses (3, n) of a robot whose wheels go ``ways`` (2, n) [m] from the pose ``start`` (3,) on."""
+    """The poses (3, n) of a robot whose wheels go ``ways`` (2, n) [m] from the pose ``start`` (3,) on, by arcs."""
     turn = (ways[0] - ways[1]) / (2 * half_axle)
     heading = start[2] + np.cumsum(turn)
-    middle, forward = heading - turn / 2, (ways[0] + ways[1]) / 2
+    middle, forward = heading - turn / 2, (ways[0] + ways[1]) / 2 * np.sinc(turn / (2 * np.pi))  # the arc's chord
     return np.stack([
         start[0] + np.cumsum(forward * np.cos(middle)), start[1] + np.cumsum(forward * np.sin(middle)), heading
     ])  # fmt: skip

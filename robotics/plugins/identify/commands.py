@@ -102,7 +102,7 @@ def identify(
 def excite(
     *,
     robot: Sheet = "etsro",
-    out: Annotated[Path, option("Write the commands.", "--out", "-o", "FILE.csv")],
+    out: Annotated[Path, option("Write the commands: .csv or .mcap.", "--out", "-o", "FILE")],
     square: Annotated[float, option("Side of the square in whose middle the robot begins.", "M")] = 3.0,
     seconds: Annotated[float, option("How long the commands are.", "S")] = 60.0,
     drive: Annotated[
@@ -119,7 +119,7 @@ def excite(
     inside, with a margin. Keep people away, and a hand at the switch: a robot out of that range may leave the square.
 
     The columns are time [s], v_command [m/s] and w_command [rad/s], every 50 ms: publish each row at its time on the
-    topic cmd_vel (geometry_msgs/TwistStamped), and log cmd_vel and odom.
+    topic cmd_vel (geometry_msgs/TwistStamped), and log cmd_vel and odom. As .mcap, ros2 bag play publishes them.
 
     \b
     Example:
@@ -131,7 +131,7 @@ def excite(
     from robotics.plugins.identify.replay import replayed, write_drive, write_program
     from robotics.simulation.scenario.robots import load_robot
 
-    check_target(out, ".csv")
+    check_target(out, ".csv", ".mcap")
     check_target(drive, ".csv", ".mcap")
     model = load_robot(robot)
     found = excitation(model.robot, square, seconds, seed)

@@ -2,9 +2,11 @@
 
 The minute is made of manoeuvres that lead back to where they began: steps of speed and turn rate, and then the same
 steps backwards in time with the opposite sign, by which the robot goes back along its way. Two slow ramps come first,
-for the dead band, which has no derivative. The others are chosen from a few dozen that are drawn, one by one: the one
-that raises the logarithm of the determinant of the information matrix most for each second (D-optimality, greedy), for
-the mean of a few robots drawn from :data:`RANGE`, with white noise of a fiftieth of full speed.
+for the dead band, which has no derivative, and in 45 s and more a third of the time of gentle drives, straight, on the
+spot and around one wheel, in which no tyre slips, for wheels and axle. The others are chosen from a few dozen that are
+drawn, one by one: the one that raises the logarithm of the determinant of the information matrix most for each second
+(D-optimality, greedy), for the mean of a few robots drawn from :data:`RANGE`, with white noise of a fiftieth of full
+speed.
 
 Other robots drawn from the same range, with wheels and axle that odometry has wrong by :data:`STEP_SIZES`, do not
 come back quite: a lag and a limit leave something over. A manoeuvre, or its mirror image, is therefore only taken if
@@ -50,6 +52,8 @@ _STILL = 0.3  # of the steps of v, and of those of ω, are 0
 _COMES_TO_REST = 1.0  # s: after a manoeuvre, for the slowest robot
 _TRIES = 6
 _POINTS = 10  # steps of the plant between points of a track that are looked at
+_GENTLE = 0.3  # m/s²: of a rim in gentle drives, less than what counts as steady driving
+_GENTLE_SHARE, _GENTLE_FROM = 1 / 3, 45.0  # of the time, for three of them; s: less is needed for steps
 _PRIOR = 1.0  # of the information of each coordinate, so that the determinant is there from the first manoeuvre on
 
 
@@ -156,6 +160,24 @@ def _ramp(robot: Robot, turns: bool) -> Manoeuvre:
     )
 
 
+def _gentle(robot: Robot, reach: float, seconds: float) -> list[Manoeuvre]:
+    """Drives whose speed rises, stays and falls, each for a third of its way there; and back."""
+    if seconds < _GENTLE_FROM:
+        return []
+    count = round((_GENTLE_SHARE * seconds / 3 - _REST) / 2 / COMMAND_PERIOD)
+    lasts = count * COMMAND_PERIOD
+    rim = min(_GENTLE * lasts / 3, 0.7 * full_speeds(robot)[0], 0.7 * full_speeds(robot)[1] * robot.half_axle)
+    rim = min(rim, reach / (1.2 * 2 / 3 * lasts))
+    shape = rim * np.clip(3 * np.minimum(np.arange(count), np.arange(count)[::-1]) / count, 0.0, 1.0)
+    shape = np.concatenate([shape, -shape[::-1]])
+    turn = shape / robot.half_axle
+    return [
+        Manoeuvre("gently straight", shape, 0 * shape),
+        Manoeuvre("gently on the spot", 0 * shape, turn),
+        Manoeuvre("gently around a wheel", shape / 2, turn / 2),
+    ]
+
+
 def _library(robot: Robot, reach: float, seed: int) -> list[Manoeuvre]:
     """Drawn manoeuvres that stay within ``reach`` [m], with a fifth for what the robot does otherwise than its data."""
     generator = np.random.default_rng([seed, 1])
@@ -203,34 +225,34 @@ def _chosen(
     seed: int,
     inside: tuple[float, np.ndarray, np.ndarray],
 ) -> tuple[list[Manoeuvre], list[Manoeuvre]]:
-    """Manoeuvres of so many seconds in all after two ramps, the most telling first; and as many at random.
+    """Ramps, gentle drives, and then manoeuvres until the time is over, the most telling first; and some at random.
 
     ``inside`` is how far [m] robots may come, and which these are, as of :func:`_tracks`.
     """
     far, *drivers = inside
-    ramps = [_ramp(robot, False), _ramp(robot, True)]
+    first = [_ramp(robot, False), _ramp(robot, True), *_gentle(robot, reach, seconds)]
     library = _library(robot, reach, seed)
     library += [Manoeuvre(f"{part.name}, mirrored", -part.v, -part.w) for part in library]
-    alone = [_joined([part], _lasting(part) + _REST) for part in [*ramps, *library]]
-    half = len(ramps) + len(library) // 2
+    alone = [_joined([part], _lasting(part) + _REST) for part in [*first, *library]]
+    half = len(first) + len(library) // 2
     each_told = [_information(robot, each, judges) for each in alone[:half]]
-    of_ramps, told = each_told[:2], each_told[2:] * 2
-    settled = [_joined([part], _lasting(part) + _REST + _COMES_TO_REST) for part in [*ramps, *library]]
+    of_first, told = each_told[: len(first)], each_told[len(first) :] * 2
+    settled = [_joined([part], _lasting(part) + _REST + _COMES_TO_REST) for part in [*first, *library]]
     tracks = [_tracks(robot, each, *drivers) for each in settled]
     lengths = np.array([_lasting(part) for part in library])
     begun = np.zeros((3, tracks[0].shape[2]))
-    for each in tracks[:2]:
+    for each in tracks[: len(first)]:
         begun = _after(begun, each)[:, -1]
 
     def filled(best: bool) -> list[Manoeuvre]:
         """Manoeuvres until the time is over: of those that may be taken the best, or any."""
-        chosen, poses, left = list(ramps), begun, seconds - _REST - sum(map(_lasting, ramps))
-        total, generator = _PRIOR * np.eye(_count()) + sum(of_ramps), np.random.default_rng([seed, 2])
+        chosen, poses, left = list(first), begun, seconds - _REST - sum(map(_lasting, first))
+        total, generator = _PRIOR * np.eye(_count()) + sum(of_first), np.random.default_rng([seed, 2])
         while True:
             now = np.linalg.slogdet(total)[1]
             gains = np.array([np.linalg.slogdet(total + each)[1] - now for each in told]) / lengths
             for k in np.argsort(-gains) if best else generator.permutation(len(library)):
-                track = _after(poses, tracks[2 + int(k)])
+                track = _after(poses, tracks[len(first) + int(k)])
                 if lengths[k] <= left and _farthest(track) <= far:
                     break
             else:

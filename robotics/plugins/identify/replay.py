@@ -1,8 +1,10 @@
 """Commands driven without feedback: a law that replays them, and a simulated drive of a robot by it."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,6 +19,17 @@ from robotics.world.paths.trajectory import Timing
 from robotics.world.sensing.posture import Sensing
 from robotics.world.vehicle.robot import Robot
 
+if TYPE_CHECKING:
+    from robotics.plugins.logs.content import LogRecord
+    from robotics.plugins.logs.messages import Composer
+
+# Columns of a log, and their units; ``robotics identify`` leaves out ODOMETRY_POSES of a table
+COMMANDS = {"v_command": "m/s", "w_command": "rad/s"}
+VELOCITIES = {"v": "m/s", "w": "rad/s"}
+POSES = {"x": "m", "y": "m", "heading": "rad"}
+ODOMETRY_POSES = {f"odometry_{name}": unit for name, unit in POSES.items()}
+WHEEL_SPEEDS = {"left": "rad/s", "right": "rad/s"}
+YAW = {"yaw_rate": "rad/s"}
 COMMAND_PERIOD = 0.05  # s: from command to command, and from sample to sample
 
 
@@ -77,9 +90,8 @@ def replayed(
 
 
 def write_program(program: Program, target: Path) -> None:
-    """Write commands as a CSV file. Raises DataError where it cannot be written."""
-    rows = np.stack([program.time.round(6), program.v.round(6), program.w.round(6)], axis=1)
-    write_table(target, ("time", "v_command", "w_command"), rows, ("s", "m/s", "rad/s"))
+    """Write commands, as :func:`write_log` writes a log of them."""
+    write_log(target, COMMANDS, np.stack([row.round(6) for row in program], axis=1))
 
 
 def write_drive(run: Run, target: Path) -> None:
@@ -90,15 +102,62 @@ def write_drive(run: Run, target: Path) -> None:
         write_mcap(run, target)
         return
     assert run.encoders is not None
-    columns = {
-        ("time", "s"): run.time,
-        ("v_command", "m/s"): run["command_1"][0, 0],
-        ("w_command", "rad/s"): run["command_2"][0, 0],
-        ("v", "m/s"): run.encoders[:, 2, 0, 0],
-        ("w", "rad/s"): run.encoders[:, 3, 0, 0],
-        ("x", "m"): run["x_measured"][0, 0],
-        ("y", "m"): run["y_measured"][0, 0],
-        ("heading", "rad"): run["heading_measured"][0, 0],
-    }
-    names, units = zip(*columns, strict=True)
-    write_table(target, names, np.stack([*columns.values()], axis=1), units)
+    told = run["command_1"][0, 0], run["command_2"][0, 0], *run.encoders[:, 2:4, 0, 0].T
+    poses = (run[f"{name}_measured"][0, 0] for name in POSES)
+    write_log(target, COMMANDS | VELOCITIES | POSES, np.stack([run.time, *told, *poses], axis=1))
+
+
+def write_log(target: Path, units: Mapping[str, str], rows: np.ndarray) -> None:
+    """Write what a robot logged, in the order of time, as a CSV file or, by the file's ending, as an MCAP file.
+
+    Its messages are those that ``robotics identify`` reads, on the topics cmd_vel, odom, joint_states, imu and pose.
+
+    Args:
+        target: The file, whose name ends in .csv or .mcap.
+        units: The columns after the time, and their units: some of COMMANDS, VELOCITIES, POSES, ODOMETRY_POSES,
+            WHEEL_SPEEDS and YAW. POSES are odometry's own where there are no ODOMETRY_POSES.
+        rows: Times [s] and columns (n, 1 + columns); not-a-number: not told at that time.
+
+    Raises:
+        DataError, OSError: It cannot be written.
+        LogError: A package is missing that an MCAP file needs.
+    """
+    if target.suffix.lower() != ".mcap":
+        write_table(target, ("time", *units), rows, ("s", *units.values()))
+        return
+    from robotics.plugins.logs.writing import write_records
+
+    write_records(partial(_messages, list(units), rows), {}, target)
+
+
+def _messages(names: list[str], rows: np.ndarray, make: "Composer") -> Iterator["LogRecord"]:
+    """The messages of a log."""
+    from robotics.plugins.logs.content import LogRecord
+    from robotics.plugins.logs.names import WHEELS as JOINTS
+
+    own = set(ODOMETRY_POSES) <= set(names)
+    for time, *values in rows.tolist():
+        told = {name: value for name, value in zip(names, values, strict=True) if np.isfinite(value)}
+
+        def of(group: Mapping[str, str], told: dict[str, float] = told) -> list[float]:
+            return [told[name] for name in group] if set(group) <= set(told) else []
+
+        header = make.header(time, "base_link")
+        if given := of(COMMANDS):
+            stamped = make.make("geometry_msgs/TwistStamped", header=header, twist=make.twist(*given))
+            yield LogRecord(time, "/cmd_vel", stamped)
+        at = of(ODOMETRY_POSES if own else POSES)
+        if seen := of(VELOCITIES):
+            place = make.header(time, "odom")
+            yield LogRecord(time, "/odom", make.odometry(place, "base_link", at or (0.0, 0.0, 0.0), *seen))
+        if own and (pose := of(POSES)):
+            posed = make.make("geometry_msgs/PoseStamped", header=make.header(time, "map"), pose=make.pose(*pose))
+            yield LogRecord(time, "/pose", posed)
+        if turning := of(WHEEL_SPEEDS):
+            none = np.zeros(0)
+            fields = {"position": none, "velocity": np.array(turning), "effort": none}
+            yield LogRecord(
+                time, "/joint_states", make.make("sensor_msgs/JointState", header=header, name=list(JOINTS), **fields)
+            )
+        if rate := of(YAW):
+            yield LogRecord(time, "/imu", make.turn_rate(header, *rate))

@@ -74,19 +74,27 @@ _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0
 _SPEEDS = {f"{length}/{per}": a / b for length, a in _LENGTHS.items() for per, b in (("s", 1.0), ("h", 3600.0))}
 _RATES = {f"{angle}/s": a for angle, a in _ANGLES.items()} | {"rpm": 2 * pi / 60}
 LOG_COLUMNS: Mapping[str, tuple[Mapping[str, float], tuple[str, ...], str]] = {
-    "time": (_TIMES, ("t", "stamp"), "since any moment"),
-    "v_command": (_SPEEDS, ("v_cmd", "cmd_v", "v_commanded", "cmd_vel.linear.x"), "commanded speed"),
-    "w_command": (_RATES, ("w_cmd", "cmd_w", "w_commanded", "cmd_vel.angular.z"), "commanded turn rate"),
+    "time": (_TIMES, ("t", "stamp", "timestamp", "__time"), "since any moment"),
+    "v_command": (
+        _SPEEDS,
+        ("v_cmd", "cmd_v", "v_commanded", "cmd_vel.linear.x", "cmd_vel.twist.linear.x"),
+        "commanded speed",
+    ),
+    "w_command": (
+        _RATES,
+        ("w_cmd", "cmd_w", "w_commanded", "cmd_vel.angular.z", "cmd_vel.twist.angular.z"),
+        "commanded turn rate",
+    ),
     "right_command": (_RATES, ("wheel_right_command",), "commanded speed of the right wheel"),
     "left_command": (_RATES, ("wheel_left_command",), "commanded speed of the left wheel"),
-    "v": (_SPEEDS, ("v_measured", "odom_v", "odom.linear.x"), "speed by odometry"),
-    "w": (_RATES, ("w_measured", "odom_w", "odom.angular.z"), "turn rate by odometry"),
+    "v": (_SPEEDS, ("v_measured", "odom_v", "odom.linear.x", "odom.twist.twist.linear.x"), "speed by odometry"),
+    "w": (_RATES, ("w_measured", "odom_w", "odom.angular.z", "odom.twist.twist.angular.z"), "turn rate by odometry"),
     "right": (_RATES, ("wheel_right",), "measured speed of the right wheel"),
     "left": (_RATES, ("wheel_left",), "measured speed of the left wheel"),
-    "x": (_LENGTHS, ("x_measured",), "position by something else than the wheels"),
-    "y": (_LENGTHS, ("y_measured",), "likewise"),
-    "heading": (_ANGLES, ("heading_measured", "yaw"), "heading likewise"),
-    "yaw_rate": (_RATES, ("imu_w", "gyro_z"), "turn rate by a gyroscope"),
+    "x": (_LENGTHS, ("x_measured", "odom.pose.pose.position.x"), "position by something else than the wheels"),
+    "y": (_LENGTHS, ("y_measured", "odom.pose.pose.position.y"), "likewise"),
+    "heading": (_ANGLES, ("heading_measured", "yaw", "odom.pose.pose.orientation.yaw"), "heading likewise"),
+    "yaw_rate": (_RATES, ("imu_w", "gyro_z", "imu.angular_velocity.z"), "turn rate by a gyroscope"),
 }
 _GROUPS = {
     "commands": (("v_command", "w_command"), ("right_command", "left_command")),
@@ -240,13 +248,23 @@ def _from_table(table: TableText, log: str, base: Robot) -> Signals:
     found = _columns(table, log)
     read = table.all_columns()
     if "time" not in found:
-        raise IdentifyError(f"{log}: there is no column time; it has {listed(found) if found else 'no known column'}")
+        there, wanted = (
+            listed([column.name for column in table.columns[:12]]),
+            listed(("time", *LOG_COLUMNS["time"][1])),
+        )
+        raise IdentifyError(f"{log}: there is no column {wanted}; it has {there}: rename them to {listed(LOG_COLUMNS)}")
     time = read.values[:, found["time"][0]] * found["time"][1]
     if not np.isfinite(time).any():
-        raise IdentifyError(f"{log}: no row has a time")
+        raise IdentifyError(f"{log}: no row has a number in the column time: dates are not read, write seconds")
     told = np.flatnonzero(np.isfinite(time))
     _refuse_jump(time[told], log, "line", read.lines[told])
-    groups, remarks, sources = {}, [], {}
+    groups, remarks, sources, counts = {}, [], {}, {}
+    steps = np.diff(time[told])
+    back = steps < -2 * np.quantile(np.abs([0.0, *steps]), 0.5)
+    if back.any():
+        remarks.append(
+            f"The clock steps back, by up to {-steps.min():.2f} s: rows are sorted by it, and some are mixed up."
+        )
     for group, choices in _GROUPS.items():
         names = next((each for each in choices if all(name in found for name in each)), None)
         if names is None:
@@ -260,6 +278,7 @@ def _from_table(table: TableText, log: str, base: Robot) -> Signals:
                 f"{np.count_nonzero(~good)} of {len(good)} rows have no number in {listed(names)}: left out."
             )
         groups[group], sources[group] = _ordered(rows[good], len(names) + 1), listed(names)
+        counts[group] = np.count_nonzero(good)
         if names[0] in ("right", "right_command"):
             right, left = groups[group][1:] * base.wheel_radius
             groups[group][1:] = (right + left) / 2, (right - left) / (2 * base.half_axle)
@@ -267,6 +286,12 @@ def _from_table(table: TableText, log: str, base: Robot) -> Signals:
         if group not in groups:
             wanted = " or ".join(listed(each) for each in _GROUPS[group])
             raise IdentifyError(f"{log}: {group} need the columns {wanted}; it has {listed(found)}")
+    for group, (times, *_) in groups.items():
+        if 2 * len(times) < counts[group]:
+            raise IdentifyError(
+                f"{log}: {counts[group]} rows with {sources[group]} have only {len(times)} different times: write the "
+                "time with more digits"
+            )
     poses = Poses(*groups["poses"]) if "poses" in groups else None
     if poses is not None:
         poses = poses._replace(heading=_unwrapped(poses, log))
@@ -296,9 +321,11 @@ def _columns(table: TableText, log: str) -> dict[str, tuple[int, float]]:
     }
     found: dict[str, tuple[int, float]] = {}
     for place, column in enumerate(table.columns):
-        name = known.get(column.name.strip().casefold())
+        name = known.get(column.name.strip().casefold().strip("/").replace("/", "."))
         if name is None:
             continue
+        if name in found:
+            raise IdentifyError(f"{log}: two columns are {name}, the second is {column.name}: leave one out")
         units = LOG_COLUMNS[name][0]
         if column.unit and column.unit not in units:
             raise IdentifyError(f"{log}: the column {column.name}: " + expected(column.unit, units, "unit"))

@@ -3,6 +3,7 @@
 What cannot be is refused with a sentence that says what to do; what is odd, and can be left out, is left out and told.
 """
 
+from dataclasses import replace
 from math import pi
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from fuzzy.shown import shown
 from fuzzy.words import listed
-from robotics.plugins.identify.signals import LOG_GAP, IdentifyError, Poses, Signals
+from robotics.plugins.identify.signals import LOG_GAP, IdentifyError, MeasuredVelocities, Poses, Signals
 
 _LONGEST_GAP = 3.0  # s: a longer one is taken for another drive, which begins so much later
 SETTLING_TIME = 1.0  # s after a gap before the model is compared again: by then it has forgotten what it missed
@@ -18,6 +19,10 @@ _FASTEST, _FASTEST_TURN = 15.0, 20.0  # m/s and rad/s: no small robot moves so
 _LEAST_MOTION = 5.0  # s
 _SHORT = 20.0  # s
 _LATEST = 1.0  # s: of the delays that are tried
+_JUMP = 0.5, 2.0  # m/s and rad/s: below it nothing is an outlier
+_RARE = 0.05  # of the samples: outliers at most; of more the unit is wrong
+_STUCK = 1.5  # s: a number that stays so long while commands change
+_TURNED = 20.0  # degrees: of a heading that belongs to other axes
 _FACTORS = {1000.0: "m/s and mm/s", 100.0: "m/s and cm/s", 180 / pi: "rad/s and degrees/s", 30 / pi: "rad/s and rpm"}
 
 
@@ -33,9 +38,16 @@ class SoundSignals(NamedTuple):
 def sound(signals: Signals) -> SoundSignals:
     """Look at everything that can be wrong with a log. Raises IdentifyError."""
     _check_times(signals)
+    signals, left_out = _without_outliers(signals)
     _check_sizes(signals)
     signals, remarks = _without_long_gaps(signals)
+    remarks = left_out + remarks
     delay = _check_match(signals)
+    if delay > _LATEST - 0.05:
+        remarks.append(
+            f"What was measured comes {_LATEST:g} s after its command, or later than is tried: were both written by "
+            "the same clock?"
+        )
     if signals.poses is not None:
         _check_heading(signals, signals.poses)
     usable, more = _usable(signals)
@@ -78,6 +90,75 @@ def _check_times(signals: Signals) -> None:
             f"{signals.log}: commands are from {given.time[0]:.2f} to {given.time[-1]:.2f} s, and velocities from "
             f"{seen.time[0]:.2f} to {seen.time[-1]:.2f} s: by their clocks they are of different times"
         )
+
+
+def _without_outliers(signals: Signals) -> tuple[Signals, list[str]]:
+    """The same without single numbers that no robot tells, and those that stay whatever the robot does."""
+    given, seen = signals.commands, signals.velocities
+    said: list[str] = []
+    bad = np.zeros(len(seen.time), dtype=bool)
+    place = np.maximum(np.searchsorted(given.time, seen.time, side="right") - 1, 0)
+    for name, unit, least, told, measured in (
+        ("speed", "m/s", _JUMP[0], given.v, seen.v),
+        ("turn rate", "rad/s", _JUMP[1], given.w, seen.w),
+    ):
+        most = max(3 * float(np.abs(told).max()), least)
+        beyond = np.abs(measured) > most
+        if 0 < beyond.mean() <= _RARE:
+            bad |= beyond
+            said.append(
+                f"{np.count_nonzero(beyond)} of {len(beyond)} measured {name}s are beyond {shown(most)} {unit}, three "
+                "times what was commanded: left out."
+            )
+        for first, last in _constant(seen.time, measured[None], _STUCK):
+            asked = told[place[first : np.searchsorted(seen.time, seen.time[last] - 1.0)]]
+            if len(asked) and np.ptp(asked) > 0.3 * np.ptp(told):
+                bad[first : last + 1] = True
+                said.append(
+                    f"The measured {name} stays at {shown(measured[first])} {unit} from {seen.time[first]:.2f} s to "
+                    f"{seen.time[last]:.2f} s, whatever was commanded: left out."
+                )
+    if bad.all() or len(seen.time) - np.count_nonzero(bad) < 10:
+        return signals, []
+    velocities = MeasuredVelocities(*(each[~bad] for each in seen))
+    poses, more = _without_lost_poses(signals.poses, velocities)
+    return replace(signals, velocities=velocities, poses=poses), said + more
+
+
+def _constant(time: np.ndarray, values: np.ndarray, least: float) -> list[tuple[int, int]]:
+    """The first and the last place of each stretch of ``least`` [s] and more in which values (k, n) never change."""
+    changes = np.flatnonzero((np.diff(values, axis=1) != 0).any(axis=0))
+    edges = zip([0, *(changes + 1)], [*changes, len(time) - 1], strict=True)
+    return [(int(first), int(last)) for first, last in edges if time[last] - time[first] >= least]
+
+
+def _without_lost_poses(poses: Poses | None, seen: MeasuredVelocities) -> tuple[Poses | None, list[str]]:
+    """Poses without those that stand still while the wheels turn, and those that no robot reaches so soon."""
+    if poses is None or len(poses.time) < 3:
+        return poses, []
+    good = np.ones(len(poses.time), dtype=bool)
+    said: list[str] = []
+    since = np.minimum(np.diff(seen.time, prepend=seen.time[0]), LOG_GAP)
+    driven, turned = (np.interp(poses.time, seen.time, np.cumsum(np.abs(each) * since)) for each in (seen.v, seen.w))
+    for first, last in _constant(poses.time, np.stack(poses[1:]), _STUCK):
+        if driven[last] - driven[first] > 0.1 or turned[last] - turned[first] > 0.3:
+            good[first + 1 : last + 1] = False
+            said.append(
+                f"The pose stays the same from {poses.time[first]:.2f} s to {poses.time[last]:.2f} s while the wheels "
+                "turn: left out."
+            )
+    fastest, kept = 2 * float(np.abs(seen.v).max()) + 0.5, int(np.argmax(good))
+    at, lost = poses.x + 1j * poses.y, 0
+    for k in np.flatnonzero(good).tolist():
+        if abs(at[k] - at[kept]) > fastest * (poses.time[k] - poses.time[kept]) + 0.1:
+            good[k], lost = False, lost + 1
+        else:
+            kept = k
+    if lost > 0.5 * len(at):
+        return poses, said  # in other units, or odd from the first one on
+    if lost:
+        said.append(f"{lost} of {len(at)} poses are farther away than the robot comes in that time: left out.")
+    return Poses(*(each[good] for each in poses)), said
 
 
 def _check_sizes(signals: Signals) -> None:
@@ -193,14 +274,47 @@ def _check_heading(signals: Signals, poses: Poses) -> None:
     rate = np.diff(np.interp(time, poses.time, poses.heading)) / 0.25
     middle = time[:-1] + 0.125
     v, w = (np.interp(middle, seen.time, each) for each in (seen.v, seen.w))
+    _check_places(signals.log, poses, time, v)
     table = _correlations(np.stack([v, w]), np.stack([rate, rate]))[:, 0]
     if abs(table[0]) > 0.7 and abs(table[1]) < 0.4:
         raise IdentifyError(f"{signals.log}: the heading changes with v, and not with w: v and w are swapped")
     gain = float((w * rate).mean() / max((w * w).mean(), 1e-12))
+    if table[1] < -0.7:
+        raise IdentifyError(
+            f"{signals.log}: the heading falls where w is positive: it must count to the left, counter-clockwise"
+        )
     if table[1] > 0.7 and gain > 10:
         raise IdentifyError(
             f"{signals.log}: the heading changes {shown(gain, digits=3)} times as fast as w says: is it in degrees? In "
             "a CSV file the header says so: heading [deg]"
+        )
+
+
+def _check_places(log: str, poses: Poses, time: np.ndarray, v: np.ndarray) -> None:
+    """Refuse positions that do not go where speed and heading lead: mirrored, turned, or in other units."""
+    x, y, heading = (np.interp(time, poses.time, each) for each in poses[1:])
+    moved, led = np.diff(x + 1j * y), 0.25 * v * np.exp(1j * (heading[1:] + heading[:-1]) / 2)
+    if np.abs(led).sum() < 1.0 or np.abs(moved).sum() < 1e-6:
+        return
+    # moved = scaled and turned led + scaled and turned mirror image of led
+    columns = np.stack([led, led.conj()], axis=1)
+    (straight, mirrored), *_ = np.linalg.lstsq(columns, moved, rcond=None)
+    if np.abs(moved - columns @ [straight, mirrored]).mean() > 0.5 * np.abs(moved).mean():
+        return
+    if abs(mirrored) > abs(straight):
+        raise IdentifyError(
+            f"{log}: x and y are a mirror image of where v and the heading lead: they are swapped, or one of them "
+            "counts the other way round (x is where the heading is 0, y to the left of it)"
+        )
+    if not 0.25 < abs(straight) < 4:
+        raise IdentifyError(
+            f"{log}: the positions move {shown(abs(straight), digits=3)} times as far as v says: are they in other "
+            "units than m? In a CSV file the header says so: x [mm]"
+        )
+    if abs(turned := float(np.degrees(np.angle(straight)))) > _TURNED:
+        raise IdentifyError(
+            f"{log}: the robot drives {shown(turned, digits=2)} degrees to the left of where its heading points: the "
+            "heading must be 0 along x"
         )
 
 

@@ -63,6 +63,20 @@ class Composer:
         twist = self.make("geometry_msgs/TwistWithCovariance", twist=self.twist(v, w), covariance=_NONE)
         return self.make("nav_msgs/Odometry", header=header, child_frame_id=child, pose=pose, twist=twist)
 
+    def turn_rate(self, header: Any, w: float) -> Any:
+        """What a gyroscope tells: a turn rate [rad/s], and nothing else (by the message's own rule, -1)."""
+        unknown = np.append(-1.0, np.zeros(8))
+        return self.make(
+            "sensor_msgs/Imu",
+            header=header,
+            orientation=self.turn(0.0),
+            orientation_covariance=unknown,
+            angular_velocity=self.vector(z=w),
+            angular_velocity_covariance=np.zeros(9),
+            linear_acceleration=self.vector(),
+            linear_acceleration_covariance=unknown,
+        )
+
     def transform(self, header: Any, child: str, x: float, y: float, heading: float) -> Any:
         """Where the frame ``child`` stands in that of the header."""
         turned = self.make("geometry_msgs/Transform", translation=self.vector(x, y), rotation=self.turn(heading))

@@ -7,8 +7,9 @@ whoever reads it needs none. The same run gives the same bytes.
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -20,6 +21,7 @@ from robotics.plugins.logs.typestore import DEFAULT_DISTRIBUTION, DISTRIBUTIONS,
 from robotics.simulation.run import Run
 
 Storage = Literal["mcap", "sqlite3"]
+Records = Callable[[Composer], Iterable[LogRecord]]
 
 
 def check_mcap(path: Path) -> None:
@@ -67,12 +69,32 @@ def write_mcap(
         TargetError: The place is not one to write to.
         OSError: The file cannot be written.
     """
+    chosen = _seed(run, seed)
+    write_records(partial(records, run, chosen), facts(run, chosen), path, distribution, progress)
+
+
+def write_records(
+    made: Records,
+    about: Mapping[str, str],
+    path: str | Path,
+    distribution: str = DEFAULT_DISTRIBUTION,
+    progress: Callable[[], None] | None = None,
+) -> None:
+    """Write messages as an MCAP file.
+
+    Args:
+        made: What makes the messages, in the order of time, with a composer of their types.
+        about: What the log says of itself beside its topics.
+        path: As of :func:`write_mcap`, which raises what this raises, with ``distribution`` and ``progress``.
+        distribution: The ROS 2 distribution.
+        progress: Called after every time at which there is a message.
+    """
     path = Path(path)
     check_mcap(path)
     with replacing(path) as temporary, _beside(path) as room:
-        made = room / path.stem
-        _write(run, made, _seed(run, seed), distribution, "mcap", progress)
-        (made / f"{made.name}.mcap").replace(temporary)
+        folder = room / path.stem
+        _write(made, about, folder, distribution, "mcap", progress)
+        (folder / f"{folder.name}.mcap").replace(temporary)
 
 
 def write_rosbag(
@@ -104,8 +126,8 @@ def write_rosbag(
     check_storage(storage)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _beside(folder) as room:
-        made = room / folder.name
-        _write(run, made, _seed(run, seed), distribution, storage, progress)
+        made, chosen = room / folder.name, _seed(run, seed)
+        _write(partial(records, run, chosen), facts(run, chosen), made, distribution, storage, progress)
         made.rename(folder)
 
 
@@ -131,7 +153,12 @@ def _beside(target: Path) -> Iterator[Path]:
 
 
 def _write(
-    run: Run, folder: Path, seed: int, distribution: str, storage: Storage, progress: Callable[[], None] | None
+    made: Records,
+    about: Mapping[str, str],
+    folder: Path,
+    distribution: str,
+    storage: Storage,
+    progress: Callable[[], None] | None,
 ) -> None:
     """Write a rosbag2 folder."""
     store = typestore(distribution)
@@ -141,12 +168,12 @@ def _write(
     writer = make(folder, version=DISTRIBUTIONS[distribution], storage_plugin=StoragePlugin[storage.upper()])
     if storage == "mcap":
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    for name, value in facts(run, seed).items():
+    for name, value in about.items():
         writer.set_custom_data(name, value)
     with writer:
         connections: dict[str, Any] = {}
         reached = 0.0
-        for record in records(run, seed, Composer(store)):
+        for record in made(Composer(store)):
             kind = record.message.__msgtype__
             if record.topic not in connections:
                 how = {"typestore": store, "offered_qos_profiles": [_quality(record)]}

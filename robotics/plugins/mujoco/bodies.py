@@ -4,6 +4,7 @@ The wheel loops, the bounds of commands, the encoders and odometry are those of 
 (:mod:`robotics.world.vehicle.plant`), every 10 ms; what lies between a voltage and the angle of a wheel is MuJoCo's.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,11 +35,22 @@ class Mujoco(Ground):
 
     def opened(self, setting: Setting, body: PlantLanes) -> Mover:
         """What moves the robots. Raises PhysicsError for a scenario that it cannot have, and without the package."""
+        return self.worlds(setting, body).move
+
+    def filmed(self, name: str, target: Path) -> Any:
+        """The same, which writes a film of the first run afterwards; ``name`` is what the plant is called."""
+        mujoco_module()
+        from robotics.plugins.mujoco.film import MujocoFilm
+
+        return MujocoFilm(self.worlds, name, target)
+
+    def worlds(self, setting: Setting, body: PlantLanes) -> "MujocoWorlds":
+        """The worlds of all runs. Raises PhysicsError."""
         if setting.plant == "kinematic":
             raise PhysicsError('mujoco moves masses by motors: plant = "dynamic" is accepted in the scenario')
         if setting.world is not None and (setting.world.motion is not None or setting.world.runs > 1):
             raise PhysicsError("mujoco: an obstacle moves by itself; obstacles at rest are accepted")
-        return MujocoWorlds(mujoco_module(), self, setting, body).move
+        return MujocoWorlds(mujoco_module(), self, setting, body)
 
 
 class MujocoWorlds:

@@ -11,6 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from fuzzy.figures.palette import COLORS
 from fuzzy.quantity import check_quantities, quantity
 from robotics.simulation.physics import PhysicsError
 from robotics.world.environment.world import Geometry
@@ -26,6 +27,7 @@ CONTACT_TIME = 0.004  # s
 SOFTLY = "0 0.95 0.001"
 HEIGHT_OF_OBSTACLES = 0.2  # m: obstacles
 THIN = 0.005  # m: half the thickness of edges and walls
+FILM_PIXELS = 960, 540  # pixels of a film
 _LIGHT = 0.01  # of the body: a wheel's mass where the robot's file leaves it out, for a moving body needs one
 _FLOOR, _SOLID = 1, 2  # bits of what collides with what
 
@@ -62,9 +64,14 @@ def scene(robots: tuple[Robot, ...], obstacles: Geometry | None, ground: Ground,
   <default>
     <geom solref="{_numbers(CONTACT_TIME, 1)}" contype="{_SOLID}" conaffinity="{_SOLID}" density="0"/>
   </default>
+  <visual><global offwidth="{FILM_PIXELS[0]}" offheight="{FILM_PIXELS[1]}"/></visual>
+  <asset>
+    <texture name="tiles" type="2d" builtin="checker" width="64" height="64" rgb1="1 1 1" rgb2="0.93 0.93 0.93"/>
+    <material name="tiles" texture="tiles" texrepeat="1 1" texuniform="true"/>
+  </asset>
   <worldbody>
     <light pos="0 0 5"/>
-    <geom type="plane" size="0 0 1" contype="{_FLOOR}" conaffinity="0"/>
+    <geom type="plane" size="0 0 1" material="tiles" contype="{_FLOOR}" conaffinity="0"/>
     {"".join(bodies)}{"".join(things)}
   </worldbody>
   <actuator>{"".join(motors)}</actuator>
@@ -89,7 +96,7 @@ def _body(i: int, robot: Robot, ground: Ground) -> str:
         <inertial pos="0 0 0" mass="{wheel!r}" diaginertia="{_numbers(across, spin, across)}"/>
         <joint name="{side}{i}" axis="0 1 0" frictionloss="{robot.friction_torque!r}"
           armature="{max(robot.wheel_spin_inertia - spin, 0.0)!r}"/>
-        <geom type="sphere" size="{r!r}" contype="0" conaffinity="{_FLOOR}" priority="1" {rubber}/>
+        <geom type="sphere" size="{r!r}" rgba="0.2 0.2 0.2 1" contype="0" conaffinity="{_FLOOR}" priority="1" {rubber}/>
       </body>"""
         for side, y in (("right", -robot.half_axle), ("left", robot.half_axle))
     ]
@@ -104,8 +111,14 @@ def _body(i: int, robot: Robot, ground: Ground) -> str:
     <body name="robot{i}" pos="{_numbers(0, 0, r)}">
       <freejoint/>
       <inertial pos="{_numbers(robot.mass_offset, 0, 0)}" mass="{mass!r}" diaginertia="{_numbers(*lying, upright)}"/>
-      <geom type="box" size="{_numbers(robot.length / 2, robot.width / 2, 0.7 * r)}"/>{"".join(castors + wheels)}
+      <geom type="box" size="{_numbers(robot.length / 2, robot.width / 2, 0.7 * r)}" rgba="{_rgba(i)}"/>
+      {"".join(castors + wheels)}
     </body>"""
+
+
+def _rgba(i: int) -> str:
+    color = COLORS[i % len(COLORS)]
+    return _numbers(*(int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)), 1)
 
 
 def _motor(i: int, robot: Robot, side: str, emf: bool) -> str:

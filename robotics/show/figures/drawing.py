@@ -358,13 +358,20 @@ def draw_obstacles(ax: Axes, lines: Iterable[np.ndarray], **style: Any) -> None:
 
 
 def draw_patches(ax: Axes, patches: Sequence[Patch]) -> None:
-    """Draw the patches of a floor in a top view, each with its friction; bluer where it is more slippery."""
+    """Draw the patches of a floor in a top view, each with its friction, within limits of the axes that are set.
+
+    Slippery ones are hatched by lines, rough ones by a grid, told apart without their colours.
+    """
     for patch in patches:
         outline, rough = patch.outline(), patch.friction > 1
-        color, alpha = (COLORS[5], 0.25) if rough else (COLORS[4], 0.5 - 0.35 * patch.friction)
-        ax.add_patch(Polygon(outline, zorder=0.5, linewidth=0, facecolor=color, alpha=alpha))
-        place = outline[:, 0].mean(), outline[:, 1].min()
-        ax.text(*place, f"friction × {shown(patch.friction)}", fontsize=6, ha="center", va="bottom", zorder=0.6)
+        color, hatch = (COLORS[5], "++") if rough else (COLORS[4], "--")
+        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.6), "linewidth": 0.6}
+        ax.add_patch(Polygon(outline, zorder=0.5, hatch=hatch, **look))
+        x, y = outline[:, 0].mean(), outline[:, 1].min()
+        if not ax.get_autoscale_on():
+            x, y = np.clip([x, y], *np.transpose([ax.get_xlim(), ax.get_ylim()]))
+        words = on_white(0.6) | {"zorder": 0.6, "fontsize": 6}
+        ax.text(x, y, f"friction × {shown(patch.friction)}", ha="center", va="bottom", clip_on=True, **words)
 
 
 def split_outlines(lines: Iterable[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -89,6 +89,7 @@ def player_data(
         "hears": None if film.hears is None else _coded(np.packbits(film.hears.ravel(), bitorder="little")),
         "stale": _coded(np.stack(film.stale, axis=1).astype("<f4")),
         "stale_after": film.stale_after,
+        "patches": [[patch.friction, np.round(patch.outline(), 4).tolist()] for patch in run.about.patches],  # 1, m
         "obstacles": _obstacles(film),
         "sonar": _sonar(film),
         "modes": _modes(film),

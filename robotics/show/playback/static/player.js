@@ -376,6 +376,7 @@ function mount(model, el, time) {
     const xs = ticks(cx - wide, cx + wide, most),
       ys = ticks(cy - high, cy + high, rows);
     axes(pen, frame, view, theme, xs, ys, ["x [m]", "y [m]"]);
+    data.patches.forEach(([friction, points]) => drawPatch(pen, friction, points));
     if (data.obstacles && !data.obstacles.moving) drawObstacles(pen, { k: 0, share: 0 });
     const nodes = data.channels.path_x.length / count;
     pen.strokeStyle = theme.quiet;
@@ -398,6 +399,7 @@ function mount(model, el, time) {
     const old = `dashed if older than ${fixed(data.stale_after, 2)} s`;
     if (data.hears !== null) parts.push(`half of a line: what the robot at its end hears from the other, ${old}`);
     if (data.faults.length) parts.push("hatched: a robot with a fault");
+    if (data.patches.length) parts.push("hatched floor: other friction");
     if (data.obstacles) parts.push("grey: obstacle");
     if (data.sonar) parts.push("cone: the range that a sonar reads, faint without an echo");
     if (data.modes) parts.push("ring, and bars under the slider: a robot's operating mode");
@@ -575,6 +577,43 @@ function mount(model, el, time) {
       pen.stroke();
     }
     pen.restore();
+  }
+
+  // A patch of the floor: lines where it is slippery, a grid where it is rough, and its friction in words
+  function drawPatch(pen, friction, points) {
+    const { left, right, top, bottom } = view.frame,
+      within = (value, low, high) => Math.min(Math.max(value, low), high);
+    const xs = points.map(([x]) => view.x(x)),
+      ys = points.map(([, y]) => view.y(y)),
+      rough = friction > 1;
+    pen.save();
+    pen.beginPath();
+    pen.rect(left, top, right - left, bottom - top);
+    pen.clip();
+    pen.beginPath();
+    xs.forEach((x, n) => pen.lineTo(x, ys[n]));
+    pen.closePath();
+    pen.fillStyle = pen.strokeStyle = theme.color(rough ? 5 : 4);
+    pen.globalAlpha = 0.12;
+    pen.fill();
+    pen.globalAlpha = 0.6;
+    pen.lineWidth = 1;
+    pen.setLineDash([]);
+    pen.stroke();
+    pen.clip();
+    for (const kind of rough ? ["silence", "stall"] : ["silence"])
+      hatch(pen, left, top, right - left, bottom - top, 8, kind);
+    pen.restore();
+    const text = `friction × ${Number(friction.toPrecision(3))}`,
+      half = pen.measureText(text).width / 2 + 3;
+    const x = within((Math.min(...xs) + Math.max(...xs)) / 2, left + half, right - half),
+      y = within(Math.max(...ys), top + 16, bottom);
+    pen.fillStyle = theme.paper;
+    pen.fillRect(x - half, y - 16, 2 * half, 16);
+    pen.fillStyle = theme.ink;
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillText(text, x, y - 8);
   }
 
   function drawObstacles(pen, place) {

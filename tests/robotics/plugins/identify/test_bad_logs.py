@@ -94,6 +94,14 @@ BAD = {
     "other sign": (changed(w=lambda c: -c["w"]), "opposite sign"),
     "other robot": (changed(v=lambda c: c["v"][::-1], w=lambda c: c["w"][::-1]), "does not follow"),
     "all NaN": (changed(v=lambda c: np.full(600, np.nan)), "no row has numbers in v and w"),
+    "heading clockwise": (
+        changed(heading=lambda c: -c["heading"], y=lambda c: -c["y"]),
+        "the heading falls where",
+    ),
+    "x and y swapped": (changed(x=lambda c: c["y"], y=lambda c: c["x"]), "a mirror image of where v and the heading"),
+    "positions in mm": (changed(x=lambda c: 1000 * c["x"], y=lambda c: 1000 * c["y"]), "x [mm]"),
+    "heading along y": (changed(heading=lambda c: c["heading"] - np.pi / 2), "90 degrees to the left of where its"),
+    "whole seconds": (changed(time=lambda c: np.floor(c["time"])), "only 30 different times"),
     "too short": ({name: each[:60] for name, each in drive().items()}, "can be used"),
 }
 
@@ -115,7 +123,8 @@ def test_it_is_refused_in_a_sentence(what: str, tmp_path: Path, capsys: pytest.C
         ("t,x,y", "need the columns v_command and w_command"),
         ("time,v_command,w_command,x,y,heading", "velocities need the columns v and w or right and left"),
         ("time [fortnight],v_command,w_command,v,w", "unknown unit 'fortnight'"),
-        ("v_command,w_command,v,w", "there is no column time"),
+        ("v_command,w_command,v,w", "there is no column time, t, .* it has v_command, w_command, v and w: rename them"),
+        ("time,v_command,w_command,v,w,v_measured", "two columns are v, the second is v_measured"),
     ],
 )
 def test_columns_that_are_missing_are_named(header: str, said: str, tmp_path: Path) -> None:
@@ -164,6 +173,62 @@ def test_gaps_and_missing_numbers_are_left_out_and_told(tmp_path: Path) -> None:
     time = found.signals.velocities.time
     assert not found.usable[(time > 11.0) & (time < 12.4)].any()
     assert found.usable[time > 13.0].all()
+
+
+def oddly(what: str, columns: Columns) -> Columns:
+    """A drive with a fault in some of its samples."""
+    lost = {name: each.copy() for name, each in columns.items()}
+    if what == "spikes":
+        lost["v"][[50, 300, 444]] = 327.67
+    elif what == "stuck":
+        lost["v"][200:300] = lost["v"][200]
+    elif what == "poses jump":
+        lost["x"][100:120] = 99.0
+    elif what == "poses stay":
+        for name in ("x", "y", "heading"):
+            lost[name][400:500] = lost[name][400]
+    elif what == "steps back":
+        lost["time"][300:] -= 0.3
+    elif what == "late":
+        for name in ("v_command", "w_command"):
+            lost[name] = np.roll(lost[name], -19)
+    return lost
+
+
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ("none", ""),
+        ("spikes", "3 of 600 measured speeds are beyond 1.496 m/s, three times what was commanded: left out."),
+        ("stuck", "stays at 0.0401 m/s from 10.00 s to 14.95 s, whatever was commanded: left out."),
+        ("poses jump", "20 of 600 poses are farther away than the robot comes in that time: left out."),
+        ("poses stay", "The pose stays the same from 20.00 s to 24.95 s while the wheels turn: left out."),
+        ("steps back", "The clock steps back, by up to 0.25 s"),
+        ("late", "What was measured comes 1 s after its command, or later"),
+    ],
+)
+def test_what_no_robot_does_is_left_out_and_told(what: str, said: str, tmp_path: Path) -> None:
+    found = sound(read_signals(write(oddly(what, drive()), tmp_path / "odd.csv"), SHEET))
+    assert " ".join(found.remarks) == "" if not said else said in " ".join(found.remarks)
+    assert np.abs(found.signals.velocities.v).max() < 0.6
+    poses = found.signals.poses
+    assert poses is not None
+    assert np.abs(poses.x).max() < 10
+    assert len(poses.time) == {"poses jump": 580, "poses stay": 501, "steps back": 594}.get(what, 600)
+
+
+def test_columns_as_plotjuggler_names_topics(tmp_path: Path) -> None:
+    plain = drive()
+    named = [
+        f"/{topic}/{part}" for topic in ("cmd_vel/twist", "odom/twist/twist") for part in ("linear/x", "angular/z")
+    ]
+    posed = [f"/odom/pose/pose/{part}" for part in ("position/x", "position/y", "orientation/yaw")]
+    columns = dict(zip(("__time", *named, *posed), plain.values(), strict=True))
+    read = read_signals(write(columns, tmp_path / "plotjuggler.csv"), SHEET)
+    assert read.commands.w == pytest.approx(plain["w_command"])
+    assert read.velocities.v == pytest.approx(plain["v"])
+    assert read.poses is not None
+    assert read.poses.y == pytest.approx(plain["y"])
 
 
 def test_a_pause_of_an_hour_makes_two_drives(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robotics.commands.application import main
+from robotics.plugins.identify.calibration import track
 from robotics.plugins.identify.excitation import excite
 from robotics.plugins.identify.model import COORDINATE_NAMES, Stimulus, drive, fields_of, sampled, values_of
 from robotics.plugins.identify.replay import COMMAND_PERIOD, Program, replayed, write_drive
@@ -58,6 +59,16 @@ def test_the_model_is_the_simulators_plant(program: Program) -> None:
     wrong = np.abs(own - run.encoders[:, 2:, 0, 0].T)[:, 1:]
     assert wrong[0].max() < 2.5 * count
     assert wrong[1].max() < 2.5 * count / SHEET.half_axle
+
+
+def test_wheels_that_turn_evenly_lead_along_a_circle() -> None:
+    """Of radius b (r + l) / (r - l) around a middle to the left, however far a sample is from the next."""
+    half, ways = 0.1, np.array([[0.09], [0.05]]) * np.ones(40)
+    radius = half * (0.09 + 0.05) / (0.09 - 0.05)
+    x, y, heading = track(np.zeros(3), ways, half)
+    assert np.hypot(x, y - radius) == pytest.approx(radius, rel=1e-12)
+    assert x == pytest.approx(radius * np.sin(heading))
+    assert heading[-1] == pytest.approx(40 * (0.09 - 0.05) / (2 * half))
 
 
 def test_the_command_finds_the_robot_and_others_take_its_file(

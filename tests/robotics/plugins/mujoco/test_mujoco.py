@@ -9,9 +9,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from robotics import load_robot, load_scenario, simulate
+from robotics import load_robot, load_run, load_scenario, simulate
 from robotics.commands.application import main
 from robotics.laws.law import Command, Law
+from robotics.plugins.films.animation import AnimationError
 from robotics.plugins.identify.replay import COMMAND_PERIOD, Program, replayed
 from robotics.plugins.mujoco.mjcf import Ground, scene
 from robotics.simulation.physics import PhysicsError, physics_of
@@ -78,6 +79,11 @@ def test_what_it_cannot_move_and_what_is_not_installed_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(PhysicsError, match="needs MuJoCo: pip install"):
         simulate(load_scenario("lyapunov-sine"), "lyapunov", plant="mujoco")
+
+
+def test_a_film_needs_the_plant(tmp_path, capsys):
+    assert main(["run", "lyapunov-sine", "--film", str(tmp_path / "film.gif")]) == 2
+    assert "--film needs --plant mujoco" in capsys.readouterr().err
 
 
 class TestDriven:
@@ -170,3 +176,37 @@ class TestDriven:
         told = json.loads(capsys.readouterr().out)
         assert told["scenario"] == "lyapunov-sine in mujoco"
         assert told["metrics"]["rms_cross_track_under_way_m"][0] < 0.003
+
+    @pytest.mark.long
+    def test_a_film_shows_the_robot_on_its_way(self, tmp_path):
+        """By MuJoCo's renderer: what is blue moves to the right by what the robot drives."""
+        pytest.importorskip("OpenGL")
+        from PIL import Image
+
+        file, scenario = tmp_path / "film.gif", tmp_path / "line.toml"
+        scenario.write_text(LINE.replace("4.0", "1.0").replace("20.0", "1.0"), encoding="utf-8")
+        try:
+            physics_of("mujoco").filmed("mujoco", file)
+        except PhysicsError as error:
+            pytest.skip(str(error))
+        words = ["run", str(scenario), "--controller", "lyapunov", "--plant", "mujoco", "--film", str(file)]
+        assert main([*words, "--save", str(tmp_path / "run.npz"), "--quiet"]) == 0
+        places = []
+        with Image.open(file) as film:
+            frames = film.n_frames
+            for k in (0, frames - 1):
+                film.seek(k)
+                red, _, blue = np.moveaxis(np.asarray(film.convert("RGB")).astype(int), -1, 0)
+                places.append(np.nonzero(blue - red > 60)[1].mean())
+        driven = np.ptp(load_run(tmp_path / "run.npz")["x"])
+        assert frames == 11
+        # The camera sees 1.25 m times the proportions of the picture, or more where things are near
+        assert (places[1] - places[0]) / 960 * 1.25 == pytest.approx(driven, rel=0.25)
+
+    def test_without_opengl_a_film_says_what_to_install(self, monkeypatch, tmp_path):
+        monkeypatch.delenv("MUJOCO_GL", raising=False)
+        monkeypatch.setattr("robotics.plugins.mujoco.film.find_library", lambda name: None)
+        with pytest.raises(PhysicsError, match="apt install libosmesa6"):
+            physics_of("mujoco").filmed("mujoco", tmp_path / "film.gif")
+        with pytest.raises(AnimationError, match=r"robotics animate makes \.html"):
+            physics_of("mujoco").filmed("mujoco", tmp_path / "film.html")

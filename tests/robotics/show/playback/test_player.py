@@ -30,6 +30,7 @@ from robotics.world.environment.world import Disc, Geometry, Polygon, Wall, Worl
 from robotics.world.paths.path import Circle, Line
 from robotics.world.paths.trajectory import Timing
 from robotics.world.sensing.sonar import SONAR
+from robotics.world.vehicle.floor import Patch
 from tests.robotics.handmade import handmade
 from tests.robotics.show.playback.browser import CHROMIUM, Browser
 
@@ -611,6 +612,35 @@ def test_sonar_cones_are_toggled(world_page: Browser) -> None:
     assert world_page.js(f"{label}.checked") is False
     world_page.js(f"{label}.click()")
     assert world_page.js("pixels()") == with_cones
+
+
+def test_patches_of_the_floor_are_hatched_by_their_friction(browser: Browser, run: Run, tmp_path: Path) -> None:
+    """Seen in a wide patch: lines across where it is slippery, and lines up where it is rough as well."""
+    browser.media()
+    browser.size(1300, 900)
+    seen = []
+    for friction in (None, 0.2, 3.0):
+        corners = ((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0))
+        patches = () if friction is None else (Patch(friction=friction, corners=corners),)
+        write_player(replace(run, about=replace(run.about, patches=patches)), tmp_path / "floor.html", 7)
+        page = visit(browser, tmp_path / "floor.html")
+        assert ("hatched floor" in page.js("$('.note').textContent")) is (friction is not None)
+        ways = """[0, 1].map((up) => {
+          const canvas = $('.fp-canvas canvas'), copy = document.createElement('canvas');
+          copy.width = canvas.width; copy.height = canvas.height;
+          const pen = copy.getContext('2d', { willReadFrequently: true });
+          pen.fillStyle = 'white'; pen.fillRect(0, 0, copy.width, copy.height); pen.drawImage(canvas, 0, 0);
+          const long = (up ? canvas.height : canvas.width) - 160;
+          const dots = pen.getImageData(80, 60, up ? 1 : long, up ? long : 1).data;
+          const lights = Array.from({ length: long }, (_, k) => dots[4 * k] + dots[4 * k + 1] + dots[4 * k + 2]);
+          return lights.filter((light, k) => k && Math.abs(light - lights[k - 1]) > 40).length;
+        })"""
+        seen.append(page.js(ways))
+    assert browser.problems == []
+    (across, up), (across_ice, up_ice), (across_rough, up_rough) = seen
+    assert up_ice > up + 20
+    assert across_ice < across + 20 < across_rough
+    assert up_rough > up + 20
 
 
 def test_the_moving_obstacle_moves(world_page: Browser) -> None:

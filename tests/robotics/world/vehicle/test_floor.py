@@ -8,9 +8,12 @@ import pytest
 
 import robotics
 from fuzzy.compiled.jit import kernel
+from fuzzy.figures.drawing import style
 from robotics.commands.application import main
 from robotics.laws.catalogue import make_controller
+from robotics.plugins.films.scene import set_scene
 from robotics.plugins.identify.replay import Program, ProgramReplay
+from robotics.show.playback.replay import replay
 from robotics.simulation.physics import PhysicsError
 from robotics.simulation.safety.coverage import blind_spots
 from robotics.simulation.scenario.robots import load_robot
@@ -124,6 +127,21 @@ def test_pictures_show_patches(tmp_path):
     assert main(["check", str(file), "-o", str(tmp_path / "check.svg")]) == 1  # fuzzy drives blind
     for picture in ("run.svg", "check.svg"):
         assert "friction × 0.2" in (tmp_path / picture).read_text(encoding="utf-8")
+
+
+def test_films_show_patches_hatched_with_their_friction_where_it_is_seen():
+    told = robotics.parse_scenario(ICE.replace("center = [1.0, 0.0]", "center = [1.0, 0.4]"), "ice")
+    run = robotics.simulate(replace(told, duration=1.0), "fuzzy", [0])
+    with style():
+        figure = set_scene(replay(run, run.time), 1.0, 80).figure
+    view = figure.axes[0]
+    (patch,) = [part for part in view.patches if part.get_hatch()]
+    assert np.hypot(*(patch.get_xy() - [1.0, 0.4]).T) == pytest.approx(0.5)
+    (words,) = [text for text in view.texts if "friction" in text.get_text()]
+    assert words.get_text() == "friction × 0.2"
+    assert view.get_xlim()[0] < words.get_position()[0] < view.get_xlim()[1]
+    assert view.get_ylim()[0] <= words.get_position()[1] < view.get_ylim()[1]
+    assert "hatched floor: other friction" in " ".join(text.get_text() for text in figure.texts)
 
 
 def test_a_file_has_patches_and_sentences_of_them(tmp_path, capsys):
