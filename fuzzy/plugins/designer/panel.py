@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fuzzy.plugins.designer.document import Document
 
 T = TypeVar("T")
-AHEAD = 0.05  # s that what follows the hand may take before the rest of the page is told
+AHEAD = 0.1  # s that what follows the hand may take before the rest of the page is told
 SENT = 0.003  # s that it then has to leave
 PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
