@@ -23,11 +23,12 @@ import {
   say,
   scale,
   shape,
+  watch,
 } from "../../designer/static/chart.js";
 import { field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
 import { chips, settingsSheet } from "../../designer/static/settings.js";
 
-const NAMES = ["choice", "files", "system", "response", "problem"];
+const NAMES = ["choice", "files", "system", "problem"];
 const KINDS = { design: "design", file: "file", pid: "PID" };
 const kind = (row) => KINDS[row.name] ?? row.name; // or an operating point
 const WORDS = {
@@ -456,7 +457,10 @@ export async function render({ model, el }) {
     drawForm();
     drawResponse();
   };
+  // What follows the hand waits for no frame.
+  const following = watch(model, ["response"], drawResponse);
   return keepDrawn(model, NAMES, root, draw, () => {
+    following();
     looked.end();
     settings.end();
   });
