@@ -348,6 +348,13 @@ export async function render({ model, el }) {
       }
       return marks;
     });
+    others.soon();
+  }
+
+  /** What follows the first picture. */
+  function drawOthers() {
+    const response = get("response");
+    if (response === null) return;
     drawOver(controls, response, "control", "control u", [], () => []);
     drawPlane(response);
     drawTable(response);
@@ -457,10 +464,12 @@ export async function render({ model, el }) {
     drawForm();
     drawResponse();
   };
+  const others = framed(drawOthers);
   // What follows the hand waits for no frame.
   const following = watch(model, ["response"], drawResponse);
   return keepDrawn(model, NAMES, root, draw, () => {
     following();
+    others.end();
     looked.end();
     settings.end();
   });
