@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fuzzy.plugins.designer.document import Document
 
 T = TypeVar("T")
-AHEAD = 0.1  # s that what follows the hand may take before the rest of the page is told
+HEAD_START = 0.1  # s that what follows the hand may take before the rest of the page is told
 SENT = 0.003  # s that it then has to leave
 PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
@@ -122,7 +122,7 @@ class Workbench:
         """Call ``callback()``, a function or a coroutine, after the edits in hand, until the tab closes.
 
         While the panel that is being built now is hidden, its callbacks rest; they are called once when it is
-        shown again. With ``hidden`` this one never rests. With ``later`` it waits for what the others begin, for AHEAD
+        shown again. With ``hidden`` this one never rests. With ``later`` it waits for what the others begin, HEAD_START
         seconds at most: what a drag leads to is seen before what is said of it.
         """
         self._change_callbacks.append((PagePart() if hidden else self._here, callback, later))
@@ -206,7 +206,7 @@ class Workbench:
         waiting: list[asyncio.Future[Any]] = []
         for turn in (False, True):
             if turn and waiting:
-                await asyncio.wait(waiting, timeout=AHEAD)
+                await asyncio.wait(waiting, timeout=HEAD_START)
                 await asyncio.sleep(SENT)
             for where, callback, later in list(self._change_callbacks):
                 if self.closed or later != turn or (place is not None and where is not place):

@@ -536,12 +536,12 @@ def test_what_follows_the_hand_comes_before_the_rest_of_the_page(tmp_path, monke
         bench.on_change(lambda: calls.append("rest"), later=True)
         bench.on_change(follow)
         asyncio.get_running_loop().call_later(0.01, run.set)
-        monkeypatch.setattr(panel, "AHEAD", 60.0)
+        monkeypatch.setattr(panel, "HEAD_START", 60.0)
         await bench.changed()
         assert calls == ["run", "rest"]
         # A run that takes long does not hold the page up.
         run.clear()
-        monkeypatch.setattr(panel, "AHEAD", 0.0)
+        monkeypatch.setattr(panel, "HEAD_START", 0.0)
         changed = asyncio.create_task(bench.changed())
         while len(calls) < 3:
             await asyncio.sleep(0)
