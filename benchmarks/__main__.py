@@ -28,6 +28,7 @@ BENCHMARKS = {
     "avoidance": True,
     "environments": False,
     "designer": False,
+    "drivepage": False,
     "ros": True,
 }
 

@@ -92,6 +92,16 @@ class CompiledSugeno:
                 say_no_rule_fires(self.fis, missing.any(axis=0))
         return output
 
+    def quietly(self, points: np.ndarray) -> np.ndarray:
+        """The outputs (samples, outputs) at a few points (samples, inputs), whatever the system says of them: as
+        :func:`fuzzy.inference.infer` of :func:`fuzzy.inference.forgiving` finds them.
+        """
+        inputs, outputs = len(self.fis.inputs), len(self.fis.outputs)
+        values = np.empty((len(points), outputs))
+        flags = np.empty(inputs, dtype=np.bool_), np.empty(outputs, dtype=np.bool_)
+        evaluate_batch(self.system, np.ascontiguousarray(points, dtype=np.float64), values, *flags)
+        return values
+
     def _shared_out(self, rows: np.ndarray, values: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
         """Evaluate very many points on all processors; what ``evaluate_batch`` tells, for each block."""
         blocks = -(-len(rows) // BLOCK)

@@ -325,6 +325,9 @@ def label(specification: str) -> str:
 
 def law_title(controller: str) -> str:
     """The :func:`label` of a run's controller, or the name itself where there is no such preset (a run from a file)."""
+    about = Specification.of(controller)
+    if not about.file and about.name not in presets():
+        return controller
     try:
         return label(controller)
     except ControllerError:

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui.client import Client
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
+from nicegui.json import dumps
 
 from fuzzy.errors import InputError
 from fuzzy.shell.terminal import plain
@@ -88,7 +89,7 @@ def _text(value: Any) -> str:
     if isinstance(value, Shared):
         return value.text
     try:
-        return json.dumps(value, allow_nan=False, separators=(",", ":"))
+        return dumps(value)
     except (TypeError, ValueError):
         return json.dumps(plain(value), separators=(",", ":"))
 

@@ -148,6 +148,7 @@ class _Page:
         self.purpose = document.purpose or purpose_of(document.design.system, panels[0])
         self.history = HistoryTab(self.bench, self._compare_with, self._give)
         self._shown: dict[str, Any] = {}  # the traits as of the last change
+        self.bench.on_change(self._renew, later=True)
         self._build()
         self._unlisten = document.listen(self._showing.wish)
         opened.arrive(document, self._show_shell)
@@ -272,7 +273,7 @@ class _Page:
         bridge.on_message(partial(self._heard, bridge))
         self._everywhere.append(bridge)
         # In a hidden tab it is told once, when it is shown again; all in one message, which is drawn once.
-        self.bench.on_change(lambda: bridge.update(**self._shown, **more()))
+        self.bench.on_change(lambda: bridge.update(**self._shown, **more()), later=True)
         return bridge
 
     def _build_terms(self, traits: dict[str, Any]) -> None:
@@ -392,6 +393,13 @@ class _Page:
         if not self.client.has_socket_connection:
             self._rested = True
             return
+        with suppress(TimeoutError):  # the connection was lost, or the page is very slow
+            await self.bench.changed()
+            if not self.bench.closed:
+                await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
+
+    def _renew(self) -> None:
+        """Take anew what the page's modules are told of the design, and tell the header."""
         self._shown = self._traits()
         if self._sent is not self._shown["design"]:
             self._sent = self._shown["design"]
@@ -402,10 +410,6 @@ class _Page:
             self._name = name
             self.header.update(shell=self._shell())
             self.header.send({"moved": name})
-        with suppress(TimeoutError):  # the connection was lost, or the page is very slow
-            await self.bench.changed()
-            if not self.bench.closed:
-                await self.client.run_javascript(_DRAWN, timeout=DRAWN_WITHIN)
 
     async def _find_defects(self) -> None:
         design = self.document.design

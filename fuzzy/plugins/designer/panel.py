@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from fuzzy.plugins.designer.document import Document
 
 T = TypeVar("T")
+HEAD_START = 0.1  # s that what follows the hand may take before the rest of the page is told
+SENT = 0.003  # s that it then has to leave
 PANEL_ENTRY_POINTS = "fuzzyfleet.designer"
 
 
@@ -103,7 +105,7 @@ class Workbench:
         self.closed = False
         self._workers, self._module_url, self._say = workers, module_url, say
         self._reading, self._open_rule, self._tell_shared, self._give = reading, open_rule, tell_shared, give
-        self._change_callbacks: list[tuple[PagePart, Callable[[], Any]]] = []
+        self._change_callbacks: list[tuple[PagePart, Callable[[], Any], bool]] = []
         self._close_callbacks: list[Callable[[], Any]] = []
         self._here = PagePart()
         self._groups: dict[str, Callable[[str], None]] = {}
@@ -116,13 +118,14 @@ class Workbench:
 
         return Bridge(self._module_url(module), traits, lambda sentence: self.notify(sentence, problem=True))
 
-    def on_change(self, callback: Callable[[], Any], hidden: bool = False) -> None:
+    def on_change(self, callback: Callable[[], Any], hidden: bool = False, later: bool = False) -> None:
         """Call ``callback()``, a function or a coroutine, after the edits in hand, until the tab closes.
 
         While the panel that is being built now is hidden, its callbacks rest; they are called once when it is
-        shown again. With ``hidden`` this one never rests.
+        shown again. With ``hidden`` this one never rests. With ``later`` it waits for what the others begin, HEAD_START
+        seconds at most: what a drag leads to is seen before what is said of it.
         """
-        self._change_callbacks.append((PagePart() if hidden else self._here, callback))
+        self._change_callbacks.append((PagePart() if hidden else self._here, callback, later))
 
     def on_close(self, callback: Callable[[], Any]) -> None:
         """Call ``callback()`` when the browser tab has been closed for good, or shows another file."""
@@ -200,14 +203,18 @@ class Workbench:
 
     async def changed(self, place: PagePart | None = None) -> None:
         """Tell all that is shown, or all in ``place``, that the document changed."""
-        waiting = []
-        for where, callback in list(self._change_callbacks):
-            if self.closed or (place is not None and where is not place):
-                continue
-            if not where.shown:
-                where.missed = True
-                continue
-            waiting += self._called(callback)
+        waiting: list[asyncio.Future[Any]] = []
+        for turn in (False, True):
+            if turn and waiting:
+                await asyncio.wait(waiting, timeout=HEAD_START)
+                await asyncio.sleep(SENT)
+            for where, callback, later in list(self._change_callbacks):
+                if self.closed or later != turn or (place is not None and where is not place):
+                    continue
+                if not where.shown:
+                    where.missed = True
+                    continue
+                waiting += map(asyncio.ensure_future, self._called(callback))
         for outcome in await asyncio.gather(*waiting, return_exceptions=True):
             if isinstance(outcome, InputError):
                 self.notify(str(outcome), problem=True)

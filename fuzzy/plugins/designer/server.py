@@ -166,6 +166,7 @@ def _server(opened: OpenDocuments, name: str, port: int, token: str) -> Any:
         server_header=False,
         timeout_graceful_shutdown=2,
         ws_max_size=4_000_000,
+        ws_per_message_deflate=False,  # to pack what stays on this machine takes longer than to send it
     )
     server = uvicorn.Server(config)
     # A request that is cut off because the designer is ended is no error.

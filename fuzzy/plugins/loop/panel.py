@@ -17,7 +17,7 @@ from fuzzy.errors import InputError
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Latest
-from fuzzy.plugins.designer.panel import SessionPanel
+from fuzzy.plugins.designer.panel import HEAD_START, SessionPanel
 from fuzzy.plugins.designer.saving import save_text
 from fuzzy.plugins.designer.session import PanelSession, refusal_of
 from fuzzy.plugins.designer.views import variable_data
@@ -270,14 +270,15 @@ class StepSession(ChosenLoop, PanelSession):
             self.before = saved or document.begin
         self.simulate()
 
-    def changed(self) -> None:
-        """Simulate the loop anew, unless only another point is looked at."""
+    def changed(self) -> Any:
+        """Simulate the loop anew, unless only another point is looked at; the page waits a little for what it gives."""
         if self.bench.document.saved and self.before is not self.present:
             self.before = self.present
         elif self.shown == self.present:
             self.widget.update(choice=self.choice)
-            return  # only another look at it, or an edit that is undone again
+            return None  # only another look at it, or an edit that is undone again
         self.simulate()
+        return self.loops.task and asyncio.ensure_future(asyncio.wait([self.loops.task], timeout=HEAD_START))
 
     def close(self) -> None:
         """Simulate no more."""

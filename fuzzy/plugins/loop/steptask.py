@@ -5,8 +5,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fuzzy.errors import InputError
-from fuzzy.plugins.designer.views import numbers
+from fuzzy.plugins.designer.views import numbers, rounded_for
 from fuzzy.plugins.loop.controller import PID, LoopError, Roles, Scale
 from fuzzy.plugins.loop.plant import FunctionPlant, TransferFunction
 from fuzzy.plugins.loop.plantfile import Plant, read_plant
@@ -50,15 +52,16 @@ def simulated(task: StepTask) -> dict[str, Any]:
     else:
         rows = [("design", respond(task.design, plant, task.loop, task.roles))]
     now = rows[0][1]
+    # A drag changes neither the file's design nor the PID; of a function the plant may be another one.
+    same = respond if isinstance(plant, FunctionPlant) else _unchanged
     if task.before is not None:
         fis, roles, scale = task.before
-        rows.append(("file", respond(fis, plant, replace(task.loop, scale=scale), roles)))
+        rows.append(("file", same(fis, plant, replace(task.loop, scale=scale), roles)))
     words, rival = " ".join(map(typeset, clipping(task.design, now, task.roles))), None
     try:
         rival = _rival(task, plant)
         if rival is not None:
-            same = not isinstance(plant, FunctionPlant)  # a drag changes neither: a function may be another one
-            rows.append(("pid", (_pid_response if same else respond)(rival, plant, task.loop)))
+            rows.append(("pid", same(rival, plant, task.loop)))
     except LoopError as error:
         words += typeset(f" No PID is drawn: {error}.")
     every = -(-len(now.time) // _DRAWN)
@@ -69,7 +72,7 @@ def simulated(task: StepTask) -> dict[str, Any]:
         "points": [f"{value:g}" for value in points],
         "operating": numbers(now.operating[::every]) if points and task.shown != "points" else None,
         "rows": [_row(name, done, every) for name, done in rows],
-        "known": numbers(now.known[::every].T),
+        "known": [_drawn(column) for column in now.known[::every].T],
         "rival": None if rival is None else asdict(rival),
         "words": words.strip(),
     }
@@ -111,7 +114,7 @@ def controller_zip(task: StepTask, name: str) -> bytes:
     return zipped_controller(controller_code(task.design, task.loop, task.roles, name))
 
 
-_tuned, _pid_response = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)
+_tuned, _unchanged = lru_cache(maxsize=4)(tuned_pid), lru_cache(maxsize=4)(respond)
 _best = lru_cache(maxsize=4)(pid_over_points)
 
 
@@ -129,11 +132,17 @@ def _rival(task: StepTask, plant: Plant) -> PID | None:
     return _tuned(plant, task.loop.period)
 
 
+def _drawn(values: np.ndarray) -> list[Any]:
+    """As many digits as a picture shows, and two more."""
+    known = values[np.isfinite(values)]
+    return numbers(rounded_for(values, float(np.ptp(known)) / 100 if known.size else 0.0))
+
+
 def _row(name: str, done: StepResponse, every: int) -> dict[str, Any]:
     return {
         "name": name,
-        "output": numbers(done.output[::every]),
-        "control": numbers(done.control[::every]),
+        "output": _drawn(done.output[::every]),
+        "control": _drawn(done.control[::every]),
         "figures": asdict(done.figures),
         "stopped": typeset(done.stopped),
     }

@@ -44,7 +44,6 @@ from fuzzy.compiled.packed import evaluate_packed
 from fuzzy.compiled.sugeno import CompiledSugeno, compile_sugeno
 from fuzzy.files.fisfile import read_fis
 from fuzzy.files.packaged import FisNameError, find_fis, fis_files, packaged_fis_files
-from fuzzy.inference import forgiving, infer_quietly
 from fuzzy.naming import check_known
 from fuzzy.quantity import quantity
 from fuzzy.system import Sugeno
@@ -249,8 +248,7 @@ class FuzzyTracking(EquationLaw):
         near = max(self.steering_distance, far, 1e-3)
         asked = np.zeros((2, len(TRACKING_INPUTS)))
         asked[:, :3] = [(far, _SMALL, far), (far, -_SMALL, far)]
-        said = infer_quietly(forgiving(self.tracking.fis), asked[:, self.inputs]).output
-        ahead, back = np.nan_to_num(said[:, 1])
+        ahead, back = np.nan_to_num(self.tracking.quietly(asked[:, self.inputs])[:, 1])
         noise = math.hypot(sensing.position_noise / near, sensing.heading_noise)
         shares = share_of_noise(sensing.filter_gain), share_of_noise(share_of(self._smoothed(setting), setting.period))
         turning = abs(ahead - back) / (2 * _SMALL) * noise
@@ -341,7 +339,15 @@ def compiled_curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSu
 
     ``symbol`` is what messages call the curve. Raises ControllerError or FisFileError.
     """
+    own = isinstance(name, str) and name in _own_rule_bases()
+    return (_own_curve if own else _curve)(name, symbol, argument)
+
+
+def _curve(name: str | Sugeno, symbol: str, argument: str) -> CompiledSugeno:
     fis = load_rule_base(name)
     if len(fis.inputs) != 1 or len(fis.outputs) != 1:
         raise ControllerError(f"{called(name)}: {symbol} has one input, {argument}, and one output")
     return compile_sugeno(fis, sample=True)
+
+
+_own_curve = cache(_curve)  # likewise

@@ -68,11 +68,11 @@ def rule_times(fis: Sugeno, asked: Asked, robot: int = 0) -> dict[str, Any]:
 def motion_curves(run: Run) -> dict[str, Any]:
     """The first seed's curves over time beside x, y and the error, in JSON's types, at every "every"-th sample.
 
-    "v" and "w" are rows [m/s, rad/s], one a robot, of the truth, "v_demand" and "w_demand" what the law demanded;
-    "torque_right" and "torque_left" [N m] are there where the run keeps them and the plant has motors.
+    "v" and "w" are rows [m/s, rad/s], one a robot, of the truth; "torque_right" and "torque_left" [N m] are there where
+    the run keeps them and the plant has motors.
     """
     every = max(1, len(run.time) // _EVERY)
-    found: dict[str, Any] = {n: _rows(run[n][0][:, ::every]) for n in ("v", "w", "v_demand", "w_demand")}
+    found: dict[str, Any] = {n: _rows(run[n][0][:, ::every]) for n in ("v", "w")}
     if run.torques is not None and run.torques.any():
         for wheel, name in enumerate(("torque_right", "torque_left")):
             found[name] = _rows(run.torques[::every, wheel, 0].T)

@@ -19,6 +19,7 @@ from fuzzy.files.fisfile import read_fis
 from fuzzy.naming import check_known
 from fuzzy.plugins.designer.folder import check_size
 from fuzzy.plugins.designer.latest import Postponed
+from fuzzy.plugins.designer.panel import HEAD_START
 from fuzzy.plugins.designer.session import act_of, refusal_of
 from fuzzy.plugins.designer.workers import WorkError
 from fuzzy.system import Sugeno
@@ -33,7 +34,7 @@ from robotics.plugins.designer.uses import TryoutError
 # The first things to look at are made first
 _ORDER = ("check", "course", "tried", "choices", "before", "rival", "rules")
 _RUNS = {"tried", "before", "rival"}
-_REST = 0.3  # s after a run in which nothing else was wanted, until it is found which rule ruled when
+_REST = 0.5  # s after a run in which nothing else was wanted, until it is found which rule ruled when
 _KEPT = 32  # runs of rivals
 _CHOICES = (
     "scenario",
@@ -350,20 +351,21 @@ class TryoutSession(FolderSession):
         self.wish = wish
         self.wanted |= {"course", "tried"}
 
-    def changed(self) -> None:
-        """Drive anew, unless nothing that drives was edited."""
+    def changed(self) -> Any:
+        """Drive anew, unless nothing that drives was edited; the page waits a little for what comes of it."""
         if self.bench.document.judged != self.wish.terms:  # what was tuned counts by the same cost here
             self.rounds.forget()
             self.wanted |= _RUNS
             self._want(replace(self.wish, terms=self.bench.document.judged))
             self.go()
         if self.trial is not None and self.last and self.present == self.last[1] and "tried" not in self.wanted:
-            return  # one looks at another point, or edits what drives nobody
+            return None  # one looks at another point, or edits what drives nobody
         if self.trial is None or _variables(self.present) != self.variables:
             self.wanted |= {"course"}
         self.wanted |= {"tried"}
         self.widget.update(seeds=None)
         self.go()
+        return self.task and asyncio.ensure_future(asyncio.wait([self.task], timeout=HEAD_START))
 
     def reread(self, what: str, name: str) -> None:
         """Begin to read a file anew."""

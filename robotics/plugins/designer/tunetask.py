@@ -12,6 +12,7 @@ import time
 import warnings
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -118,8 +119,13 @@ def offered(fis: Sugeno, file: str) -> dict[str, Any]:
 
 def terms_of(kind: str) -> list[list[Any]]:
     """The terms of the cost for scenarios of a kind, each [metric, scale, weight]."""
-    terms = COST_TERMS if kind == "tracking" else load_tuning("team").cost
+    terms = COST_TERMS if kind == "tracking" else _team_terms()
     return [[term.metric, term.scale, term.weight] for term in terms]
+
+
+@cache
+def _team_terms() -> tuple[Term, ...]:
+    return load_tuning("team").cost  # read once: a drag asks at each step
 
 
 def metrics() -> list[list[str]]:

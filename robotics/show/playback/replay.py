@@ -189,6 +189,8 @@ def replay(run: Run, times: np.ndarray, seed: int | None = None, stale: float | 
 
 def _held(rows: np.ndarray) -> np.ndarray:
     """``rows`` (robots, samples) with every unknown value as the last known one before it; at the start, the first."""
+    if np.isfinite(rows).all():
+        return np.ascontiguousarray(rows)
     known = np.where(np.isfinite(rows), rows, np.nan)
     return np.ascontiguousarray(pd.DataFrame(known.T).ffill().bfill().to_numpy().T)
 

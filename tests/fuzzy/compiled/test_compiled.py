@@ -23,7 +23,7 @@ from fuzzy.compiled.packed import (
 )
 from fuzzy.compiled.sugeno import BLOCK, MANY, CompiledSugeno, compile_sugeno
 from fuzzy.compiled.tables import NUMBERS
-from fuzzy.inference import InferenceWarning, infer
+from fuzzy.inference import InferenceWarning, forgiving, infer
 from fuzzy.membership import FUNCTIONS, Gaussian, LinearS, LinearZ, Triangle
 from fuzzy.rule import Clause, Rule
 from fuzzy.system import Constant, FuzzySystemError, Linear, Sugeno, Variable
@@ -104,6 +104,8 @@ def magnified(fis: Sugeno, memberships: tuple[np.ndarray, ...]) -> np.ndarray:
 def test_compiled_equals_infer(drawn):
     fis, x = drawn
     assert_same(fis, compile_sugeno(fis)(x), x)
+    rows = x.reshape(-1, x.shape[-1])
+    assert_same(forgiving(fis), compile_sugeno(fis).quietly(rows), rows)
 
 
 @quiet

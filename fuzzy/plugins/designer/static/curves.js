@@ -38,6 +38,7 @@ export function membershipChart(hands) {
   svg.append(...Object.values(layers));
   const key = pressing();
   let view = null,
+    drawnFor = "",
     box,
     x,
     y,
@@ -171,6 +172,10 @@ export function membershipChart(hands) {
 
   function draw(next) {
     view = next;
+    // Python's answer to a drag is what stands here.
+    const key = JSON.stringify({ ...view, functions: null });
+    if (key === drawnFor) return;
+    drawnFor = key;
     const { variable, width, selected } = view,
       narrow = width < 560,
       { low, high } = variable;

@@ -1,21 +1,29 @@
 // The hands on the designer's modules: dragging, keys, fields, and what is shown until Python has answered.
 import { element, put, rounded, say, typed } from "./chart.js";
 
-/** At most one call an animation frame, with the latest arguments; flush() makes the waiting one now. */
-export function framed(f) {
+/**
+ * At most one call an animation frame, with the latest arguments; flush() makes the waiting one now. With `atOnce` the
+ * first one waits for no frame.
+ */
+export function framed(f, atOnce = false) {
   let request = 0,
     latest = null;
-  const now = () => {
-    cancelAnimationFrame(request);
-    request = 0;
+  const call = () => {
     if (latest === null) return;
     const waiting = latest;
     latest = null;
     f(...waiting);
   };
+  const now = () => {
+    cancelAnimationFrame(request);
+    request = 0;
+    call();
+  };
   const later = (...given) => {
     latest = given;
-    if (!request) request = requestAnimationFrame(now);
+    if (request) return;
+    request = requestAnimationFrame(now);
+    if (atOnce) call();
   };
   later.flush = now;
   later.cancel = () => {
@@ -42,7 +50,7 @@ export function hold(send) {
   const post = framed((message, text) => {
     sent.push(text);
     send(message);
-  });
+  }, true);
   const drop = () => {
     post.cancel();
     clearTimeout(timer);

@@ -74,7 +74,7 @@ export function render({ el }) {
   }
 
   const { soon, end } = framed(paint);
-  const changes = new MutationObserver(soon),
+  const changes = new MutationObserver(() => shown && soon()),
     sizes = new ResizeObserver(([{ contentRect }]) => {
       shown = contentRect.width > 0;
       soon();
@@ -82,7 +82,7 @@ export function render({ el }) {
   if (look) changes.observe(look, { subtree: true, childList: true, attributes: true, characterData: true });
   sizes.observe(el);
   // A canvas changes without an event; while something is played or turned it is looked at ten times a second.
-  const ticking = setInterval(() => marked()?.matches("canvas, :has(canvas)") && soon(), 100);
+  const ticking = setInterval(() => shown && marked()?.matches("canvas, :has(canvas)") && soon(), 100);
   show(true);
   return () => {
     end();

@@ -23,11 +23,12 @@ import {
   say,
   scale,
   shape,
+  watch,
 } from "../../designer/static/chart.js";
 import { field, formStyled, group, panelForm, row } from "../../designer/static/form.js";
 import { chips, settingsSheet } from "../../designer/static/settings.js";
 
-const NAMES = ["choice", "files", "system", "response", "problem"];
+const NAMES = ["choice", "files", "system", "problem"];
 const KINDS = { design: "design", file: "before", pid: "PID" };
 const kind = (row) => KINDS[row.name] ?? row.name; // or an operating point
 const WORDS = {
@@ -347,6 +348,13 @@ export async function render({ model, el }) {
       }
       return marks;
     });
+    others.soon();
+  }
+
+  /** What follows the first picture. */
+  function drawOthers() {
+    const response = get("response");
+    if (response === null) return;
     drawOver(controls, response, "control", "control u", [], () => []);
     drawPlane(response);
     drawTable(response);
@@ -456,7 +464,12 @@ export async function render({ model, el }) {
     drawForm();
     drawResponse();
   };
+  const others = framed(drawOthers);
+  // What follows the hand waits for no frame.
+  const following = watch(model, ["response"], drawResponse);
   return keepDrawn(model, NAMES, root, draw, () => {
+    following();
+    others.end();
     looked.end();
     settings.end();
   });

@@ -46,7 +46,7 @@ const SHEETS = [
   "./texteditor.css",
   "../../../show/playback/static/player.css",
 ];
-const NAMES = ["choices", "files", "trial", "course", "tried", "before", "rival", "problem", "seeds", "rules"];
+const NAMES = ["choices", "files", "trial", "course", "before", "rival", "problem", "seeds", "rules"];
 const SPEEDS = [0.5, 1, 2, 5, 10, 20];
 const COUNTS = [1, 5, 20]; // of seeds that are run at once
 const ENDS = { contact: "Contact", stopped: "Stopped", refused: "Refused", failed: "Failed" }; // what became of a run that ended early
@@ -67,6 +67,7 @@ const WORDS = {
 const PLAN = [76, 46]; // px of the scenario in small
 const LARGEST = 2e6; // bytes of a scenario's file
 const CHIPS = 5; // figures in sight while one drags
+const FOLLOWING = 100; // ms after which speeds and torques follow a path
 const BEFORE = 8; // s before the moment that matters most from which a run is played
 
 /** The model of a player, as anywidget's: given.turn(name, value) gives it another value, and says so. */
@@ -95,7 +96,7 @@ export async function render({ model, el }) {
   await styled(import.meta.url, ...SHEETS);
   const form = panelForm(model, (note) => editor.node.after(note)),
     { get, send, choose, fields } = form;
-  const state = { share: 1, touched: false, ticks: false, offered: new Map(), widths: new Map() };
+  const state = { share: 1, touched: false, ticks: false, offered: new Map(), widths: new Map(), planes: new Map() };
 
   // Controls
   const scenario = choices("Scenario", [], "", (value) => {
@@ -467,14 +468,13 @@ export async function render({ model, el }) {
     ahead.show(trial.look_ahead);
     seed.show(trial.seed);
     form.drawProblem();
-    const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
-    verdict.hidden = found === "";
-    say(verdict, found === "" ? "" : `This design: ${found}.`);
-    drawEnds();
   }
 
   /** What was to be feared before the runs, how they ended early, and what else is to be said of them. */
   function drawEnds() {
+    const found = (get("tried")?.outcomes ?? []).length ? "" : (get("tried")?.verdict ?? "");
+    verdict.hidden = found === "";
+    say(verdict, found === "" ? "" : `This design: ${found}.`);
     const boxes = new Map(),
       warned = new Map(),
       told = [];
@@ -559,8 +559,17 @@ export async function render({ model, el }) {
       half = [(box.right - box.left) / unit / 2, tall / unit / 2];
     const x = scale(middle[0] - half[0], middle[0] + half[0], box.left, box.right);
     const y = scale(middle[1] - half[1], middle[1] + half[1], box.bottom, box.top);
-    const height = box.bottom + 44,
-      id = `tr-${Math.random().toString(36).slice(2)}`;
+    const height = box.bottom + 44;
+    // While its axes stay, only what is filled in is another.
+    const kept = state.planes.get(svg),
+      key = JSON.stringify([width, height, x.ends, y.ends]);
+    if (kept?.course === course && kept.key === key) {
+      kept.filled.replaceChildren();
+      fill(kept.filled, x, y);
+      return { ...kept, x, y };
+    }
+    const id = `tr-${Math.random().toString(36).slice(2)}`,
+      filled = shape("g");
     put(svg, { viewBox: `0 0 ${width} ${height}`, height });
     const clip = shape(
       "clipPath",
@@ -572,7 +581,8 @@ export async function render({ model, el }) {
       drawn.append(shape("path", { d: line(path.x.map(x), path.y.map(y)), class: "tr-reference" }));
     for (const [xs, ys] of course.obstacles ?? [])
       drawn.append(shape("path", { d: line(xs.map(x), ys.map(y)), class: "tr-obstacle" }));
-    fill(drawn, x, y);
+    fill(filled, x, y);
+    drawn.append(filled);
     for (const [sx, sy, heading] of course.starts) {
       drawn.append(
         shape("path", {
@@ -583,7 +593,8 @@ export async function render({ model, el }) {
       );
     }
     svg.replaceChildren(clip, axes(box, x, y, ["x [m]", "y [m]"]), drawn);
-    return { x, y, drawn, width, height };
+    state.planes.set(svg, { course, key, filled, drawn });
+    return { x, y, drawn };
   }
 
   /** Where something touched: a cross, with who in words. */
@@ -698,8 +709,9 @@ export async function render({ model, el }) {
     );
   }
 
-  /** The speeds beside their references, and the wheels' torques: a frame later, so that a drag's path is not late. */
+  /** The speeds beside their references, and the wheels' torques: they follow, so that a drag's path is not late. */
   function drawMotion() {
+    state.following = 0;
     const runs = shown(),
       tried = get("tried");
     if (get("course") === null || get("course").played) return;
@@ -731,7 +743,11 @@ export async function render({ model, el }) {
       : null;
     pointOut();
   }
-  const motion = framed(drawMotion);
+  const errors = framed(() => {
+    if (get("course") === null || get("course").played) return;
+    drawError();
+    pointOut();
+  });
   /** Move the dots of all pictures over time. */
   function pointOut() {
     const at = state.share * get("course").duration;
@@ -952,11 +968,15 @@ export async function render({ model, el }) {
 
   function draw() {
     drawControls();
-    const course = get("course"),
+    drawRuns();
+  }
+  function drawRuns() {
+    const course = (state.course = get("course")),
       played = Boolean(course?.played);
     single.hidden = course === null || played;
     stages.hidden = !played;
     besideField.hidden = true;
+    drawEnds();
     table.hidden = course === null || shown().length === 0;
     if (table.hidden) figures.update([]);
     if (course === null) {
@@ -977,8 +997,8 @@ export async function render({ model, el }) {
     other.end();
     drawKeys();
     drawAbove();
-    drawError();
-    motion.soon();
+    errors.soon();
+    state.following ||= setTimeout(drawMotion, FOLLOWING);
     drawRules();
     drawMoment();
   }
@@ -1002,7 +1022,7 @@ export async function render({ model, el }) {
   });
   // Several values may come together: one picture for all of them.
   const { soon, end } = framed(draw);
-  /** What is being run, and once it takes a second, how far it is if it takes as long as the last time. */
+  /** What is being run once it takes a while, and then how far it is if it takes as long as the last time. */
   const sayBusy = () => {
     clearInterval(state.ticking);
     const doing = get("busy"),
@@ -1016,8 +1036,8 @@ export async function render({ model, el }) {
       else bar.removeAttribute("value");
       say(word, doing === null ? "" : `${WORDS[doing.what]} …${long ? ` ${past.toFixed(0)} s` : ""}`);
     };
-    tick();
-    if (doing !== null) state.ticking = setInterval(tick, 250);
+    if (doing === null) tick();
+    else state.ticking = setInterval(tick, 250);
   };
   sayBusy();
   const drawSeeds = () =>
@@ -1031,6 +1051,8 @@ export async function render({ model, el }) {
   // The word alone changes with it: the pictures are not drawn anew for it.
   const watches = [
     watch(model, NAMES, soon),
+    // What follows the hand waits for no frame.
+    watch(model, ["tried"], () => (state.course === get("course") ? drawRuns() : soon())),
     watch(model, ["busy"], sayBusy),
     watch(model, ["seeds", "round", "trial", "course"], drawSeeds),
     watch(model, ["editor"], drawEditor),
@@ -1048,7 +1070,8 @@ export async function render({ model, el }) {
   draw();
   return () => {
     end();
-    motion.end();
+    clearTimeout(state.following);
+    errors.end();
     passing.toggle(false);
     settings.end();
     rules.end();

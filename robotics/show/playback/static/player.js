@@ -32,11 +32,24 @@ function make(tag, attributes = {}, ...children) {
   return node;
 }
 
+/** What decides which parts a player has: runs that are alike in it are shown in the same ones. */
+const partsOf = ({ robots, hears, sonar, modes, contacts, rules, channels }) =>
+  JSON.stringify([
+    robots,
+    hears === null,
+    sonar?.sensors,
+    modes && [modes.words, modes.events.length > 0],
+    (contacts ?? []).length > 0,
+    rules && [rules.top, rules.bases, Boolean(rules.values)],
+    Object.keys(channels),
+  ]);
+
 // A model that says so when its run changes is shown anew: from its time on, by default from the one that was shown.
 function render({ model, el }) {
   let shown = mount(model, el, null);
   const again = () => {
     const time = model.get("time") ?? shown.time();
+    if (shown.renew(time)) return;
     shown.remove();
     shown = mount(model, el, time);
   };
@@ -52,12 +65,13 @@ function render({ model, el }) {
 
 function mount(model, el, time) {
   const data = unpack(model.get("run")),
+    built = partsOf(data),
     { count } = data,
     few = count <= FEW;
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)"),
     dark = window.matchMedia("(prefers-color-scheme: dark)");
-  const begun = time === null ? data.start : Math.min(data.end, Math.max(data.start, time));
-  const state = { t: begun, playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
+  const within = (t) => (t === null ? data.start : Math.min(data.end, Math.max(data.start, t)));
+  const state = { t: within(time), playing: false, before: null, picked: few ? -1 : 0, over: -1, hidden: new Set() };
   const seen = (i) => !state.hidden.has(i);
   // The robot whose rules are shown: under the cursor, or chosen, or the first
   const subject = () => (state.over >= 0 ? state.over : Math.max(state.picked, 0));
@@ -106,14 +120,22 @@ function mount(model, el, time) {
   const button = (text, onclick, label = null) =>
     make("button", { type: "button", "aria-label": label, onclick }, text);
   const step = (text, label, by) => button(text, () => reach(state.t + by), label);
-  const range = { type: "range", min: data.start, max: data.end, step: "any", value: data.start, "aria-label": "Time" };
-  const slider = make("input", { ...range, oninput: () => reach(Number(slider.value)) });
+  const range = { type: "range", step: "any", "aria-label": "Time", oninput: () => reach(Number(slider.value)) };
+  const slider = make("input", range);
   const clock = make("output", { class: "clock" });
-  const events = data.modes?.events ?? [];
-  const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
-  const marks = make("canvas", { class: "marks", role: "img", "aria-label": said });
+  let events = [], // changes of mode
+    contacts = []; // start, end [s], x, y, depth [m], who
+  const marks = make("canvas", { class: "marks", role: "img" });
   const timeline = data.modes ? make("div", { class: "timeline" }, slider, marks) : slider;
-  const contacts = data.contacts ?? []; // start, end [s], x, y, depth [m], who
+  const contactWords = make("p", { class: "note contacts" });
+  function read() {
+    events = data.modes?.events ?? [];
+    contacts = data.contacts ?? [];
+    Object.assign(slider, { min: data.start, max: data.end });
+    const said = `The robots' operating modes over time, with ${events.length} changes of mode; click to go to a time`;
+    marks.setAttribute("aria-label", said);
+    contactWords.textContent = contactList();
+  }
   const nextContact = () => {
     const later = contacts.map(([at]) => at).filter((at) => at - state.t > 1e-3);
     if (contacts.length) reach(later.length ? later[0] : contacts[0][0]);
@@ -191,6 +213,7 @@ function mount(model, el, time) {
   // Whoever shows the player may be told what a hand does: the time, the robot, and a rule with its rule base's task
   const told = model.get("told") ?? null;
   const tell = (rule = null, task = null) => told?.({ time: state.t, robot: subject(), rule, task });
+  read();
   const rules = rulesPanel(data, {
     make,
     choice,
@@ -227,7 +250,7 @@ function mount(model, el, time) {
         ...(events.length ? jumps.map(([text, label, way]) => button(text, () => jump(way), label)) : []),
       ),
       note,
-      ...(contacts.length ? [make("p", { class: "note contacts" }, contactList())] : []),
+      ...(contacts.length ? [contactWords] : []),
     ),
     make(
       "div",
@@ -244,7 +267,7 @@ function mount(model, el, time) {
   el.append(root);
 
   // Looks that depend on the page: sizes, colours, and what does not change with time
-  let theme, view, span, still, chartStill, lines;
+  let theme, view, span, lines;
   function layout() {
     root.classList.toggle("wide", el.clientWidth >= 1040);
     root.classList.toggle("narrow", el.clientWidth < 600);
@@ -270,6 +293,7 @@ function mount(model, el, time) {
 
   // Under the slider: a row a robot, coloured while it does something else than track, and a tick at every change of mode
   let strip = null;
+  const [marksStill, still, chartStill] = [0, 1, 2].map(() => make("canvas"));
   function layoutMarks() {
     const rows = few ? count : 0,
       size = sized(marks, 8 + 7 * rows, 60),
@@ -277,7 +301,7 @@ function mount(model, el, time) {
       right = size.width - 8; // as a slider's thumb
     strip = { size, x: (t) => left + ((right - left) * (t - data.start)) / (data.end - data.start) };
     strip.time = (px) => data.start + ((data.end - data.start) * (px - left)) / (right - left);
-    strip.still = make("canvas");
+    strip.still = marksStill;
     strip.still.width = marks.width;
     strip.still.height = marks.height;
     const pen = begin(strip.still, size),
@@ -365,7 +389,6 @@ function mount(model, el, time) {
     // Among obstacles a robot that is drawn too large would seem to touch them.
     const grown = data.obstacles ? 1 : Math.max(1, (few ? 18 : count > 60 ? 8 : 11) / (data.shortest * scale));
     view = { size, scale, grown, frame, x: (v) => mx + scale * (v - cx), y: (v) => my - scale * (v - cy) };
-    still = make("canvas");
     still.width = scene.width;
     still.height = scene.height;
     const pen = begin(still, size),
@@ -431,7 +454,6 @@ function mount(model, el, time) {
       y: (v) => frame.bottom - ((frame.bottom - frame.top) * (v - low)) / (high - low),
       time: (px) => data.start + ((data.end - data.start) * (px - frame.left)) / (frame.right - frame.left),
     };
-    chartStill = make("canvas");
     chartStill.width = plot.width;
     chartStill.height = plot.height;
     const pen = begin(chartStill, size);
@@ -865,7 +887,7 @@ function mount(model, el, time) {
   // Time
   let request = 0;
   function seek(t) {
-    state.t = Math.min(data.end, Math.max(data.start, t));
+    state.t = within(t);
     draw();
   }
   /** As seek, by a hand. */
@@ -1012,7 +1034,19 @@ function mount(model, el, time) {
     rules?.end();
     root.remove();
   };
-  return { remove, time: () => state.t, seek };
+  /** Show the model's run as it is now from a time on, at rest; false where it needs other parts. */
+  const renew = (t) => {
+    const run = model.get("run");
+    if (partsOf(run) !== built) return false;
+    toggle(false);
+    Object.assign(data, unpack(run));
+    read();
+    state.t = within(t);
+    rules?.renew();
+    layout();
+    return true;
+  };
+  return { remove, time: () => state.t, seek, renew };
 }
 
 export { unpacked };

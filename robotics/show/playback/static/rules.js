@@ -82,7 +82,7 @@ const colorOf = (theme, look) => (look < theme.colors ? theme.color(look) : them
  */
 export function rulesPanel(data, { make, choice, pick, draw, seek, open, task = null }) {
   if (!data.rules) return null;
-  const { bases, top, values } = data.rules,
+  const { bases, top } = data.rules,
     shown = bases.length > 2 ? Math.min(2, top) : top;
   const numbered = Array.from({ length: data.count }, (_, i) => [String(i), String(i + 1)]);
   const [robotLabel, robot] = choice("Rules of robot", numbered, "0", () => pick(Number(robot.value)));
@@ -103,7 +103,7 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open, task = 
     const list = make("ol", {}, ...rows.map(({ row }) => row));
     const head = make("summary", {}, task);
     const long = rules.some((rule) => rule.length > LONG);
-    const part = make("details", { open: true, class: "fp-base" }, head, ...(values ? [asked] : []), list);
+    const part = make("details", { open: true, class: "fp-base" }, head, ...(data.rules.values ? [asked] : []), list);
     part.classList.toggle("fp-long", long);
     return { part, rows, asked, inputs };
   });
@@ -120,8 +120,16 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open, task = 
     ...parts.map(({ part }) => part),
     strip.node,
   );
-  const colored = bases.map((_, b) => looks(data, b)),
-    along = new Map();
+  const along = new Map();
+  let values, colored;
+  /** Read the data, which are another run's now. */
+  function renew() {
+    ({ values } = data.rules);
+    colored = bases.map((_, b) => looks(data, b));
+    along.clear();
+    drawn = null;
+  }
+  renew();
   let first = 0; // the number of a rule base's first input among all
   const places = bases.map(({ inputs }) => (first += inputs.length) - inputs.length);
   const put = (node, text) => {
@@ -216,5 +224,5 @@ export function rulesPanel(data, { make, choice, pick, draw, seek, open, task = 
     cancelAnimationFrame(request);
     strip.end();
   };
-  return { root, show, drawPath, end };
+  return { root, show, drawPath, renew, end };
 }

@@ -10,7 +10,9 @@ function bytes(text) {
 
 function numbers(packed) {
   const raw = new Int16Array(bytes(packed.data));
-  return Float32Array.from(raw, (n) => (n === -32768 ? NaN : packed.offset + packed.scale * n));
+  const out = new Float32Array(raw.length);
+  for (let k = 0; k < raw.length; k++) out[k] = raw[k] === -32768 ? NaN : packed.offset + packed.scale * raw[k];
+  return out;
 }
 
 export function unpack(run) {

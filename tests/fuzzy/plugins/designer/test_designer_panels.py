@@ -376,12 +376,15 @@ def test_the_picture_follows_the_design(bench: ModulePage, traits: dict[str, Any
     bench.render(TRYOUT, traits)
     page.wait_for_function("window.model.sent.length > 0")
     assert bench.sent() == [{"do": "see", "on": True}]
+    paths = "(name) => [...document.querySelectorAll(`path[data-run=${name}]`)].map((p) => p.getAttribute('d'))"
+    page.wait_for_function(f"({paths})('tried').length === 6")  # speeds and torques follow the rest
     first = drawn(bench, "tried")
     assert len(first) == 6  # the top view, the error, both speeds, both wheels' torques
     rival = drawn(bench, "rival")
     bench.give(tried=traits["before"])
     assert drawn(bench, "tried") != first
-    assert drawn(bench, "tried")[:4] == drawn(bench, "before")  # torques are the design's alone
+    same = f"({paths})('tried').slice(0, 4).join() === ({paths})('before').join()"  # torques are the design's alone
+    page.wait_for_function(same)
     assert drawn(bench, "rival")[:2] == rival[:2]  # the speeds' axes follow the largest
     # Equal axes: on the circle's picture a metre is the same both ways.
     circle = TryoutTrial(scenario="lyapunov-circle")

@@ -18,7 +18,7 @@ from fuzzy.errors import InputError
 from fuzzy.esmodule import ModuleError
 from fuzzy.files.fisfile import FisFileError, format_fis, read_fis, write_fis
 from fuzzy.membership import Triangle
-from fuzzy.plugins.designer import autosave
+from fuzzy.plugins.designer import autosave, panel
 from fuzzy.plugins.designer.figures import DESIGN_FIGURES, figure_bytes
 from fuzzy.plugins.designer.folder import LARGEST_FILE, FolderError, open_folder, read_bytes
 from fuzzy.plugins.designer.guard import Guard
@@ -516,6 +516,39 @@ def test_a_hidden_panel_rests(tmp_path):
         await bench.close()
         await bench.changed()
         assert calls == ["shown", "hidden", "closed"]
+
+    run_apart(work())
+
+
+def test_what_follows_the_hand_comes_before_the_rest_of_the_page(tmp_path, monkeypatch):
+    write_fis(small(), tmp_path / "a.fis")
+    calls = []
+
+    async def work():
+        opened = OpenDocuments(open_folder(tmp_path))
+        bench = Workbench(opened.document("a.fis"), opened.workers, Modules().url, lambda *what: None)
+        run = asyncio.Event()
+
+        async def follow():
+            await run.wait()
+            calls.append("run")
+
+        bench.on_change(lambda: calls.append("rest"), later=True)
+        bench.on_change(follow)
+        asyncio.get_running_loop().call_later(0.01, run.set)
+        monkeypatch.setattr(panel, "HEAD_START", 60.0)
+        await bench.changed()
+        assert calls == ["run", "rest"]
+        # A run that takes long does not hold the page up.
+        run.clear()
+        monkeypatch.setattr(panel, "HEAD_START", 0.0)
+        changed = asyncio.create_task(bench.changed())
+        while len(calls) < 3:
+            await asyncio.sleep(0)
+        assert calls[2] == "rest"
+        run.set()
+        await changed
+        assert calls[3] == "run"
 
     run_apart(work())
 

@@ -682,7 +682,7 @@ def test_the_moving_obstacle_moves(world_page: Browser) -> None:
 def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, world_run: Run, tmp_path: Path) -> None:
     folder = Path(str(resources.files("robotics"))) / "show" / "playback" / "static"
     code = composed(folder / "player.js", "window.render = entry.default.render;")
-    given = json.dumps([player_data(run, 7), player_data(world_run, 7, end=6.0)])
+    given = json.dumps([player_data(run, 7), player_data(world_run, 7, end=6.0), player_data(run, 4, end=8.0)])
     (tmp_path / "widget.html").write_text(
         f'<!doctype html><meta charset="utf-8"><div id="box" class="fleet-player"></div>'
         f'<script type="module">{code}\nwindow.given = {given};</script>',
@@ -706,6 +706,19 @@ def test_a_model_with_another_run_is_shown_anew(browser: Browser, run: Run, worl
     assert page.js("all('.fp-root').length") == 1
     assert page.js("all('canvas.marks').length") == 1
     assert page.js("clock()") == 6.0  # the new run ends there
+    # A run of the same kind is shown in the same parts, as if they had been made for it.
+    page.js("model.run = given[0]; listeners.forEach((f) => f()); slide(3); window.root = $('.fp-root')")
+    page.js("$('button.play').click(); model.run = given[2]; listeners.forEach((f) => f())")
+    assert page.js("[$('.fp-root') === root, $('button.play').textContent, $('input[type=range]').max]") == [
+        True,
+        "Play",
+        "8",
+    ]
+    page.js("slide(5)")
+    told = "[$('.fp-scene canvas').toDataURL(), $('tbody').innerText, $('.summary').textContent]"
+    page.js(f"window.same = {told}; stop(); window.stop = render({{ model, el: $('#box') }}); slide(5)")
+    assert page.js("$('.fp-root') !== root")
+    assert page.js(f"{told}.map((each, k) => each === same[k])") == [True, True, True]
     page.js("stop()")
     assert page.js("[all('.fp-root').length, listeners.size]") == [0, 0]
     # A model that never changes needs no on().
