@@ -21,7 +21,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from fuzzy.compiled.columns import Bools1, Columns, Floats2, Floats3, Floats4, Ints1, Ints2, Ints3, codes, column
-from fuzzy.compiled.jit import kernel
+from fuzzy.compiled.jit import compiled_only, kernel
 from robotics.world.environment.collision import corner_gap, footprints, segment_gap, segment_meets
 from robotics.world.environment.world import BodyColumns, Geometry, Moving, place
 from robotics.world.vehicle.robot import Robot
@@ -429,13 +429,18 @@ def lower_bound(first, last, share, speed, bend):  # type: ignore[no-untyped-def
 
 
 @kernel
-def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[no-untyped-def]
-    """The signed clearance of a pair at the ``share`` of the period: robots i and j, or robot i and an obstacle."""
+def _clearance_at(share, i, j, obstacle, motion, sizes, world, at):  # type: ignore[no-untyped-def]
+    """The signed clearance of a pair at the ``share`` of the period: robots i and j, or robot i and an obstacle.
+
+    ``world`` is as :func:`sweep` makes it; ``at`` are the samples before and after, and the run, of what is in it.
+    """
     x, y, heading = _on(motion[i, 0], share), _on(motion[i, 1], share), _on(motion[i, 2], share)
     if obstacle < 0:
         dx, dy = _on(motion[j, 0], share) - x, _on(motion[j, 1], share) - y
         return rectangle_clearance(dx, dy, heading, _on(motion[j, 2], share), sizes[:, i], sizes[:, j])
-    circles, circles_after, bodies, segments, segments_after, spans, corners = world
+    all_circles, all_bodies, all_segments, all_spans, corners = world
+    circles, circles_after, spans = all_circles[at[0], at[2]], all_circles[at[1], at[2]], all_spans[at[2]]
+    segments, segments_after = all_segments[at[0], at[2]], all_segments[at[1], at[2]]
     c, s = np.cos(heading), np.sin(heading)
     rest = 1.0 - share
     least = np.inf
@@ -444,7 +449,7 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[
         dy = rest * circles[b, 1] + share * circles_after[b, 1] - y
         if np.sqrt(dx * dx + dy * dy) - circles[b, 2] - sizes[2, i] > max(least, 0.0) and least < np.inf:
             continue
-        body = BodyColumns(bodies[b])
+        body = BodyColumns(all_bodies[at[2], b])
         if body.number == 0:
             least = min(least, point_clearance(c * dx + s * dy, c * dy - s * dx, sizes[:, i]) - circles[b, 2])
             continue
@@ -459,7 +464,7 @@ def _clearance_at(share, i, j, obstacle, motion, sizes, world):  # type: ignore[
 
 
 @kernel
-def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # type: ignore[no-untyped-def]
+def _search(first, last, level, pair, bounds, motion, sizes, world, at, stack):  # type: ignore[no-untyped-def]
     """The least clearance of a pair between two samples, and at which share; no search for what is above ``level``."""
     i, j, obstacle = pair
     speed, bend = bounds
@@ -473,7 +478,7 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # t
         if low > level or low >= best - (_TOLERANCE if best > 0 else DEPTH_TOLERANCE) or count + 2 > len(stack):
             continue
         middle = (a + b) / 2
-        fm = _clearance_at(middle, i, j, obstacle, motion, sizes, world)
+        fm = _clearance_at(middle, i, j, obstacle, motion, sizes, world, at)
         if fm < best:
             best, place = fm, middle
         # The half with the lower end is looked at first.
@@ -489,12 +494,12 @@ def _search(first, last, level, pair, bounds, motion, sizes, world, stack):  # t
 
 
 @kernel
-def _crossing(out, into, pair, motion, sizes, world):  # type: ignore[no-untyped-def]
+def _crossing(out, into, pair, motion, sizes, world, at):  # type: ignore[no-untyped-def]
     """The share at which a contact begins or ends between a share ``out`` of contact and one in it; it is in it."""
     i, j, obstacle = pair
     for _ in range(12):  # of at most GRID: 0.25 µs
         middle = (out + into) / 2
-        if _clearance_at(middle, i, j, obstacle, motion, sizes, world) <= 0:
+        if _clearance_at(middle, i, j, obstacle, motion, sizes, world, at) <= 0:
             into = middle
         else:
             out = middle
@@ -523,6 +528,8 @@ def sweep(  # type: ignore[no-untyped-def]
     relative = np.empty((2, 4))
     placed = np.empty((3, robots), dtype=np.bool_)
     here, there, ready = placed[0], placed[1], placed[2]
+    # Whole arrays: to count the users of views of them, in each period of each run, takes longer than the rest
+    world = circles, bodies, segments, spans, corners
     for r in range(runs):
         if not going[r]:
             continue
@@ -545,9 +552,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     way[i], arc[i] = 0.0, np.inf
             a = k if moves else 0
             b = k + 1 if moves else 0
-            world = (circles[a, g], circles[b, g], bodies[g], segments[a, g], segments[b, g], spans[g], corners)
-            after = (circles[b, g], circles[b, g], bodies[g], segments[b, g], segments[b, g], spans[g], corners)
-            run_least = min(least[TO.robot, r].min(), least[TO.obstacle, r].min())
+            at, after, run_least = (a, b, g), (b, b, g), np.inf
+            for i in range(robots):
+                run_least = min(run_least, min(least[TO.robot, r, i], least[TO.obstacle, r, i]))
             pair = -1
             for i in range(robots):
                 for j in range(i + 1, robots):
@@ -559,9 +566,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     level = max(least[TO.robot, r, i], least[TO.robot, r, j]) if each_robot else run_least
                     level = _level(level, r, pair, known)
                     floor[r, pair] -= arc[i] + arc[j]
-                    if floor[r, pair] > max(level, 0.0) or _circles_apart(
-                        poses[:, r, i, k : k + 2], poses[:, r, j, k : k + 2], way[i] + way[j]
-                    ) > (sizes[2, i] + sizes[2, j] + max(level, 0.0)):
+                    if floor[r, pair] > max(level, 0.0) or _circles_apart(poses, r, i, j, k, way[i] + way[j]) > (
+                        sizes[2, i] + sizes[2, j] + max(level, 0.0)
+                    ):
                         ends[r, pair] = np.nan
                         continue
                     # Of a robot that appears with this sample, the sample alone is looked at.
@@ -573,7 +580,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     bounds = fast, _sharpest(relative[0], relative[1]) + bend[i] + bend[j]
                     start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, stack, known, log, length
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, at, stack, known, log, length
                     )
             for i in range(robots):
                 for o in range(spans.shape[1]):
@@ -585,7 +592,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         log, length = _gone(log, length, r, who, known, pair, times[k])
                         continue
                     level = _level(least[TO.obstacle, r, i] if each_robot else run_least, r, pair, known)
-                    shift = _displacement(o, world) if moves else 0.0
+                    shift = _displacement(o, world, at) if moves else 0.0
                     floor[r, pair] -= arc[i] + shift
                     if floor[r, pair] > max(level, 0.0):
                         ends[r, pair] = np.nan
@@ -606,9 +613,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     fast = _fastest(motion[i, 0], motion[i, 1]) + shift
                     bounds = fast + sizes[2, i] * turn[i], _sharpest(motion[i, 0], motion[i, 1]) + bend[i]
                     start, lasts = (times[k + 1], 0.0) if appears else (times[k], period)
-                    around = after if appears else world
+                    when = after if appears else at
                     log, length = _interval(
-                        r, pair, who, bounds, level, start, lasts, motion, sizes, around, stack, known, log, length
+                        r, pair, who, bounds, level, start, lasts, motion, sizes, world, when, stack, known, log, length
                     )
     return log[:length].copy()
 
@@ -649,11 +656,11 @@ def _level(least, r, pair, known):  # type: ignore[no-untyped-def]
     return max(least, 0.0) if np.isnan(known.since[r, pair]) else -known.depth[r, pair]
 
 
-@kernel
-def _circles_apart(one, other, way):  # type: ignore[no-untyped-def]
-    """The least distance [m] between two robots' centers in a period, at least; poses (5, 2) of its begin and end."""
-    dx, dy = one[0, 0] - other[0, 0], one[1, 0] - other[1, 0]
-    ex, ey = one[0, 1] - other[0, 1], one[1, 1] - other[1, 1]
+@compiled_only
+def _circles_apart(poses, r, i, j, k, way):  # type: ignore[no-untyped-def]
+    """The least distance [m] between the centers of two robots of a run from sample ``k`` to the next, at least."""
+    dx, dy = poses[0, r, i, k] - poses[0, r, j, k], poses[1, r, i, k] - poses[1, r, j, k]
+    ex, ey = poses[0, r, i, k + 1] - poses[0, r, j, k + 1], poses[1, r, i, k + 1] - poses[1, r, j, k + 1]
     start, end = np.sqrt(dx * dx + dy * dy), np.sqrt(ex * ex + ey * ey)
     return (start + end - way) / 2 if np.isfinite(start) else end
 
@@ -679,14 +686,16 @@ def _make_ready(i, poses, appears, period, sizes, motion, turn, bend, ready):  #
 
 
 @kernel
-def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
+def _displacement(obstacle, world, at):  # type: ignore[no-untyped-def]
     """How far [m] the points of an obstacle move from sample to sample, at most."""
-    circles, circles_after, bodies, segments, segments_after, spans, _ = world
+    all_circles, bodies, all_segments, all_spans, _ = world
+    circles, circles_after, spans = all_circles[at[0], at[2]], all_circles[at[1], at[2]], all_spans[at[2]]
+    segments, segments_after = all_segments[at[0], at[2]], all_segments[at[1], at[2]]
     most = 0.0
     for b in range(spans[obstacle, 0], spans[obstacle, 1]):
         dx, dy = circles_after[b, 0] - circles[b, 0], circles_after[b, 1] - circles[b, 1]
         most = max(most, dx * dx + dy * dy)
-        body = BodyColumns(bodies[b])
+        body = BodyColumns(bodies[at[2], b])
         for k in range(body.first, body.first + body.number):
             for end in (0, 2):
                 dx = segments_after[k, end] - segments[k, end]
@@ -697,7 +706,7 @@ def _displacement(obstacle, world):  # type: ignore[no-untyped-def]
 
 @kernel
 def _interval(  # type: ignore[no-untyped-def]
-    r, pair, who, bounds, level, time, period, motion, sizes, world, stack, known, log, length
+    r, pair, who, bounds, level, time, period, motion, sizes, world, at, stack, known, log, length
 ):
     """Look at one pair of run ``r`` between two samples."""
     i, j, obstacle = who
@@ -706,10 +715,10 @@ def _interval(  # type: ignore[no-untyped-def]
     )  # fmt: skip
     fa = ends[r, pair]
     if np.isnan(fa):
-        fa = _clearance_at(0.0, i, j, obstacle, motion, sizes, world)
-    fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world)
+        fa = _clearance_at(0.0, i, j, obstacle, motion, sizes, world, at)
+    fb = _clearance_at(1.0, i, j, obstacle, motion, sizes, world, at)
     ends[r, pair], known.floor[r, pair] = fb, fb
-    best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, stack)
+    best, place = _search(fa, fb, level, who, bounds, motion, sizes, world, at, stack)
     side = TO.robot if obstacle < 0 else TO.obstacle
     least[side, r, i] = min(least[side, r, i], best)
     if j >= 0:
@@ -737,11 +746,11 @@ def _interval(  # type: ignore[no-untyped-def]
         elif share == place:
             f = best
         else:
-            f = _clearance_at(share, i, j, obstacle, motion, sizes, world)
+            f = _clearance_at(share, i, j, obstacle, motion, sizes, world, at)
         if f <= 0:
             if np.isnan(since[r, pair]):
-                at = share if share == before else _crossing(before, share, who, motion, sizes, world)
-                since[r, pair], depth[r, pair] = time + at * period, 0.0
+                begin = share if share == before else _crossing(before, share, who, motion, sizes, world, at)
+                since[r, pair], depth[r, pair] = time + begin * period, 0.0
                 begun[r, i] += 1
                 first[side, r, i] = min(first[side, r, i], since[r, pair])
                 if j >= 0:
@@ -749,8 +758,8 @@ def _interval(  # type: ignore[no-untyped-def]
                     first[side, r, j] = min(first[side, r, j], since[r, pair])
             depth[r, pair] = max(depth[r, pair], -f)
         elif not np.isnan(since[r, pair]):
-            at = _crossing(share, before, who, motion, sizes, world)
-            log, length = _ended(log, length, r, who, known, pair, time + at * period)
+            end = _crossing(share, before, who, motion, sizes, world, at)
+            log, length = _ended(log, length, r, who, known, pair, time + end * period)
         before = share
     return log, length
 
